@@ -37,8 +37,7 @@ pub(crate) fn write(
     } else if !out.quiet {
         summary_lines(&summary, settings, joined).iter().for_each(|line| say(line));
         say(&format!("written to {}", output.path().display()));
-        let patches = experiment.scene().faces().patch_count();
-        output.left_out_line(settings, patches).iter().for_each(|line| say(line));
+        output.left_out_line(settings).iter().for_each(|line| say(line));
     }
     Ok(())
 }

@@ -19,6 +19,9 @@ pub(crate) struct JobArgs {
     /// The seed of all random numbers
     #[arg(long, value_name = "S", value_parser = count, allow_negative_numbers = true)]
     pub seed: Option<u64>,
+    /// Where the picture is taken from (view.from): inside or outside
+    #[arg(long, value_name = "NAME", value_parser = ["inside", "outside"])]
+    pub view: Option<String>,
     /// Set any key of the job, e.g. --set method.space=continuous
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -29,7 +32,8 @@ impl JobArgs {
     pub(crate) fn overrides(&self) -> Vec<String> {
         let paths = self.paths.map(|paths| format!("budget.paths={paths}"));
         let seed = self.seed.map(|seed| format!("seed={seed}"));
-        self.set.iter().cloned().chain(paths).chain(seed).collect()
+        let view = self.view.as_ref().map(|view| format!("view.from={view}"));
+        self.set.iter().cloned().chain(paths).chain(seed).chain(view).collect()
     }
 }
 

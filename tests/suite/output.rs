@@ -83,9 +83,9 @@ fn a_view_is_what_the_job_says() {
     let view =
         "view={ eye = [0.5, 0.1, 0.5], look_at = [0.5, 0.9, 0.6], fov = 70, size = [64, 48], exposure = 2 }";
     let set = ["--paths", "20000", "--set", view];
-    let told = run_job(JOB, &out, &set)["view"].clone();
+    let told = run_job(JOB, &out, &set)["picture"].clone();
     assert_eq!((&told["eye"], &told["size"]), (&[0.5, 0.1, 0.5].into(), &[64, 48].into()));
-    assert_eq!((&told["exposure"], &told["white"]), (&[2.0; 3].into(), &[0.5; 3].into()));
+    assert_eq!((&told["exposure"], &told["white"]), (&[2.0; 3].into(), &[3.0; 3].into()));
     assert!((told["fov"].as_f64().unwrap() - 70.0).abs() < 1e-9);
     let png = std::fs::read(out.join("radiosity.png")).unwrap();
     assert_eq!(png[16..24], [0, 0, 0, 64, 0, 0, 0, 48], "width and height");
@@ -97,7 +97,7 @@ fn a_view_is_what_the_job_says() {
     assert!(page.contains("\"eye\":[0.5,0.1,0.5]"));
     // Without a view the camera stands outside, and the summary says how bright white is.
     let free = path(&folder, "free");
-    let told = run_job(JOB, &free, &["--paths", "20000"])["view"].clone();
+    let told = run_job(JOB, &free, &["--paths", "20000"])["picture"].clone();
     assert!(told["white"][0].as_f64() > Some(0.0) && told["size"][0].as_u64() <= Some(800), "{told}");
     assert_eq!(summary(&free)["tally_hash"], summary(&out)["tally_hash"]);
 }

@@ -50,7 +50,7 @@ pub use job::{
 };
 pub use kind::{FileKind, file_kind};
 pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};
-pub use output::{OutputFile, Stand, View};
+pub use output::{OutputFile, Stand, Vantage, View};
 pub use partition::{Auto, Forecast, Partition};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};

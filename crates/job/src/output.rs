@@ -26,7 +26,7 @@ pub enum OutputFile {
     Picture,
     /// The page that shows the result.
     Report,
-    /// The radiosity behind every pixel of the picture.
+    /// The radiance behind every pixel of the picture.
     Exr,
     /// The patches for ParaView and VTK.
     Vtu,
@@ -60,7 +60,7 @@ impl OutputFile {
             OutputFile::Summary => "errors, checks, provenance",
             OutputFile::Picture => "the scene as an eye sees it",
             OutputFile::Report => "a page to look at",
-            OutputFile::Exr => "the radiosity behind the pixels",
+            OutputFile::Exr => "the radiance behind the pixels",
             OutputFile::Vtu => "ParaView and VTK",
             OutputFile::Glb => "viewers and modellers",
             OutputFile::Parquet => "data frames",
@@ -97,13 +97,36 @@ impl Word for OutputFile {
 /// The table `[view]`: how the picture is taken. What is absent is chosen from the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct View {
-    /// Where the camera stands. Default: outside of the scene, where most of what is lit is seen.
+    /// Where the camera stands. Default: where most of what is lit is seen.
     pub stand: Option<Stand>,
+    /// From where it looks, if nothing says where it stands. Default: from inside where people could stand or walls hide
+    /// the inside, else from outside.
+    pub from: Option<Vantage>,
     /// Width and height of the picture [pixels]. Default: 800 on the longer side.
     pub size: Option<[u32; 2]>,
-    /// The light of the picture, 1 being white, over the radiosity [m²/W], in the channel that most power is emitted in.
-    /// Default: nearly all that reflects stays below white.
+    /// The light of the picture, 1 being white paper, over the radiosity [m²/W], in the channel that most power is emitted in.
+    /// Default: by the middle pixel, as far as the brightest allow.
     pub exposure: Option<f64>,
+}
+
+/// A view by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Vantage {
+    /// From where a person could stand.
+    Inside,
+    /// From outside of the whole scene, through the backs of one-sided walls.
+    Outside,
+}
+
+impl Word for Vantage {
+    const ALL: &'static [Self] = &[Vantage::Inside, Vantage::Outside];
+
+    fn word(self) -> &'static str {
+        match self {
+            Vantage::Inside => "inside",
+            Vantage::Outside => "outside",
+        }
+    }
 }
 
 /// Where a camera stands.
@@ -127,7 +150,7 @@ const PARALLEL: f64 = 1e-6;
 
 pub(crate) const OUTPUT_KEYS: &[&str] = &["files"];
 
-pub(crate) const VIEW_KEYS: &[&str] = &["eye", "look_at", "up", "fov", "size", "exposure"];
+pub(crate) const VIEW_KEYS: &[&str] = &["from", "eye", "look_at", "up", "fov", "size", "exposure"];
 
 /// Reads `[output]`; `None` where the job leaves the choice of files to the program.
 pub(crate) fn read_output(mut table: Table<'_>) -> Result<Option<Vec<OutputFile>>, Error> {
@@ -151,12 +174,22 @@ pub(crate) fn read_output(mut table: Table<'_>) -> Result<Option<Vec<OutputFile>
 pub(crate) fn read_view(mut table: Table<'_>) -> Result<View, Error> {
     let size = table.take("size").map(read_size).transpose()?;
     let exposure = table.take("exposure").map(|value| read_exposure(&value)).transpose()?;
-    Ok(View { stand: read_stand(table)?, size, exposure })
+    let from = table.take("from").map(|value| Ok((value.word()?, value.place()))).transpose()?;
+    let stand = read_stand(table)?;
+    match from {
+        Some((_, place)) if stand.is_some() => Err(Error::Refused {
+            place,
+            problem: "from beside eye".into(),
+            why: "the eye tells where the camera stands",
+            remedy: "remove one of them".into(),
+        }),
+        from => Ok(View { stand, from: from.map(|(from, _)| from), size, exposure }),
+    }
 }
 
 fn read_stand(mut table: Table<'_>) -> Result<Option<Stand>, Error> {
     let Some(eye) = table.take("eye") else {
-        let Some((key, value)) = VIEW_KEYS.iter().find_map(|key| Some((*key, table.take(key)?))) else {
+        let Some((key, value)) = VIEW_KEYS[1..].iter().find_map(|key| Some((*key, table.take(key)?))) else {
             return Ok(None);
         };
         return Err(value.refuse(
@@ -210,8 +243,8 @@ fn read_exposure(value: &Value<'_>) -> Result<f64, Error> {
     }
     Err(value.refuse(
         format!("{exposure} is not above 0"),
-        "it is the light of the picture, 1 being white, over the radiosity",
-        "choose 1/B, B being the radiosity that is to be white, or remove the key",
+        "it is the light of the picture, 1 being white paper, over the radiosity",
+        "choose 1/B, B being the radiosity of what is to look like white paper, or remove the key",
     ))
 }
 

@@ -17,7 +17,7 @@ use crate::keys::{
     BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, SENSITIVITY_KEYS, SOURCE_KEYS, TARGET_KEYS, TRACING_KEYS,
 };
 use crate::method::{BIRTH_KEYS, Basis, EndWord, INFINITE_KEYS, SOLVE_KEYS, SolveWord, WalkKind};
-use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS};
+use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS, Vantage};
 use crate::partition::SCENE_TABLE_KEYS;
 use crate::target::Unhit;
 pub use scene::scene_schema;
@@ -124,7 +124,7 @@ fn output_key(key: &str) -> Value {
     match key {
         "files" => told(
             json!({"type": "array", "items": word::<OutputFile>(), "uniqueItems": true}),
-            "The files that are written. Default: csv, summary, picture and, up to 200,000 patches, report.",
+            "The files that are written. Default: csv, summary, picture and report.",
         ),
         _ => json!({}),
     }
@@ -139,6 +139,10 @@ fn view() -> Value {
 
 fn view_key(key: &str) -> Value {
     match key {
+        "from" => told(
+            word::<Vantage>(),
+            "Where the camera stands, if no eye says it. Default: inside where people could stand or walls hide the inside.",
+        ),
         "eye" => told(point(), "Where the camera stands [m]."),
         "look_at" => told(point(), "The point in the middle of the picture [m]."),
         "up" => told(point(), "The direction that is up in the picture. Default: that of the scene."),
@@ -148,11 +152,11 @@ fn view_key(key: &str) -> Value {
         ),
         "size" => told(
             exactly(integer(1, MAX_PIXELS), 2),
-            "Width and height [pixels]. Default: 800 on the longer side.",
+            "Width and height [pixels]. Default: 800 × 500 from inside, else 800 on the longer side.",
         ),
         "exposure" => told(
             positive(),
-            "The light of the picture, 1 being white, over the radiosity. Default: nearly all that reflects stays below white.",
+            "The light of the picture, 1 being white paper, over the radiosity. Default: by the middle pixel.",
         ),
         _ => json!({}),
     }

@@ -1,20 +1,22 @@
 //! Where to look at a scene from.
 //!
-//! A camera stands outside of the scene's bounding box and looks at its middle in perspective, upright. Backs
-//! of one-sided surfaces are see-through, so that one looks into a closed room as into a doll's house. Where
-//! walls are two-sided that does not help: a *cut* leaves out what lies within a thin shell of the box on the
+//! In a room of people, and in any other whose walls hide the inside, the camera stands inside (`inside.rs`). Otherwise it
+//! stands outside of the scene's bounding box and looks at its middle in perspective, upright. Backs
+//! of one-sided surfaces are see-through, so that one looks into a closed box as into a doll's house. Where
+//! that does not help, a *cut* leaves out what lies within a thin shell of the bounding box on the
 //! near side. Of a fixed set of directions, cut and uncut, the camera takes the one that sees most lit area. A job may
 //! say where the camera stands instead.
 //!
 //! Coordinates are relative to [`Scene::origin`].
 
 mod choice;
+mod inside;
 #[cfg(test)]
 mod tests;
 mod troubles;
 
 use glam::DVec3;
-use radiosity::{Lookout, Ray, Scene};
+use radiosity::{Lookout, Ray, Scene, Surface};
 use serde::Serialize;
 
 use crate::bounds::Bounds;
@@ -44,11 +46,11 @@ pub(crate) struct Sight {
 pub struct Viewpoint {
     /// The place of the eye [m].
     pub eye: [f64; 3],
-    /// The middle of the picture: that of the scene, unless a job says another point [m].
+    /// The middle of the picture [m].
     pub look_at: [f64; 3],
     /// The direction that is up, of length 1.
     pub up: [f64; 3],
-    /// The field of view from the lower to the upper edge [degrees].
+    /// The vertical field of view, from the lower to the upper edge [degrees].
     pub fov: f64,
 }
 
@@ -71,7 +73,7 @@ pub(crate) struct Camera {
     target: DVec3,
     /// From the eye to the target, length 1.
     forward: DVec3,
-    /// The left and upper edge of the picture, on the plane at distance 1 from the eye.
+    /// The left and upper edge of the picture, on the plane at distance 1 from the eye. The middle is where the eye looks.
     left: f64,
     top: f64,
     /// The size of a pixel on that plane.
@@ -159,6 +161,22 @@ impl Camera {
         Some(Glance { point, direction, distance, from: Ray::FREE })
     }
 
+    /// Where the way through a point of the picture meets the plane of a surface, in local coordinates; `None` beyond its outline.
+    pub(crate) fn on_plane(&self, surface: &Surface, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+        let (corner, normal, direction) = (surface.point([0.0; 2]), surface.normal(), self.direction(x, y));
+        let place = self.eye + direction * (normal.dot(corner - self.eye) / normal.dot(direction)) - corner;
+        let [along_u, along_v] = [[1.0, 0.0], [0.0, 1.0]].map(|end| surface.point(end) - corner);
+        let area = normal.dot(along_u.cross(along_v));
+        let uv = [normal.dot(place.cross(along_v)) / area, normal.dot(along_u.cross(place)) / area];
+        let is_inside = uv.iter().all(|x| (0.0..=1.0).contains(x));
+        (is_inside && !(surface.is_triangle() && uv[0] + uv[1] > 1.0)).then_some(uv)
+    }
+
+    /// How wide a pixel is at a point in sight [m].
+    pub(crate) fn width_of_pixel(&self, point: DVec3) -> f64 {
+        (point - self.eye).dot(self.forward) * self.pixel
+    }
+
     /// Where a point is seen in the picture [pixels]; `None` behind the eye.
     pub(crate) fn project(&self, point: DVec3) -> Option<[f64; 2]> {
         let sight = point - self.eye;
@@ -177,13 +195,13 @@ impl Camera {
 
     /// The lit surface area in view [m²]; what is seen at a slant counts by the fourth root of its cosine,
     /// since a floor seen edge-on shows little.
-    fn visible_area(&self, scene: &Scene, lit: &impl Fn(u32) -> bool) -> f64 {
+    fn visible_area(&self, scene: &Scene, mut lit: impl FnMut(&Sight) -> bool) -> f64 {
         let [width, height] = self.size;
         let middles = (0..height).flat_map(|y| (0..width).map(move |x| [x, y].map(|k| f64::from(k) + 0.5)));
         let middles: Vec<[f64; 2]> = middles.collect();
         let sights = middles.iter().zip(self.look(scene, &middles));
         let seen = sights.filter_map(|(&[x, y], sight)| Some((self.direction(x, y).length(), sight?)));
-        let lit = seen.filter(|(_, sight)| lit(sight.surface));
+        let lit = seen.filter(|(_, sight)| lit(sight));
         lit.map(|(d, sight)| self.footprint(&sight, d) * sight.cosine.sqrt().sqrt()).sum()
     }
 

@@ -28,7 +28,8 @@ impl Picture {
     /// a ring where they are too small to be found.
     pub fn mark(scene: &Scene, marked: &[u32]) -> Self {
         let is_marked = |surface: u32| marked.contains(&surface);
-        let camera = Camera::best(scene, is_marked, Size::Longest(SIZE));
+        let camera =
+            Camera::best(scene, |piece| is_marked(scene.faces().piece(piece).surface), Size::Longest(SIZE));
         let [width, height] = camera.size;
         let places = (0..height).flat_map(|y| (0..width).map(move |x| [x, y].map(|k| f64::from(k) + 0.5)));
         let sights = camera.look(scene, &places.collect::<Vec<_>>());

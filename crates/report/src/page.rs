@@ -4,6 +4,7 @@
 //! `web/build.mjs` bundles from `web/src` and three.js; the page opens without a network.
 
 mod charts;
+mod compact;
 
 use std::io::{self, Read, Write};
 
@@ -14,6 +15,7 @@ use radiosity::{Estimates, Reading, Readings};
 use serde::Serialize;
 
 use self::charts::{convergence, profile};
+use self::compact::{Layout, compact, holds_table};
 use crate::chart::Chart;
 use crate::dials::{Dials, write_scores};
 use crate::flow::Flow;
@@ -75,6 +77,8 @@ struct Facts<'a> {
     dials: Option<Dials<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     live: Option<Live>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    compact: Option<Layout>,
 }
 
 /// A sensor, with what its patches read at most and at least.
@@ -132,7 +136,7 @@ impl Page<'_> {
         Ok(context! {
             style => STYLE,
             script => script()?,
-            corners => self.corners()?,
+            corners => if self.is_compact() { None } else { Some(self.corners()?) },
             sensor_corners => sensor_corners,
         })
     }
@@ -145,6 +149,13 @@ impl Page<'_> {
         checks.sort_by_key(|check| check.verdict);
         let of = |verdict: Verdict| checks.iter().filter(move |check| check.verdict == verdict).count();
         let flow = Flow::of(self.estimates, summary, self.materials);
+        let (layout, compact) = match self.is_compact() {
+            true => {
+                compact(self.estimates, self.smooth).map(|(layout, numbers)| (Some(layout), Some(numbers)))?
+            }
+            false => (None, None),
+        };
+        let rounded = layout.as_ref().map(Layout::words);
         let sensor_table =
             self.readings.map(|readings| pack(|zlib| write_sensors(zlib, readings))).transpose()?;
         Ok(context! {
@@ -173,10 +184,12 @@ impl Page<'_> {
             cpu_seconds => format!("{:.1}", summary.cpu_seconds),
             command => &self.command,
             picture => self.taken(),
-            facts => self.facts(live)?,
-            table => self.table()?,
-            smooth => self.smooth()?,
-            scores => self.scores()?,
+            facts => self.facts(live, layout)?,
+            compact => compact,
+            rounded => rounded,
+            table => if self.is_compact() { None } else { Some(self.table()?) },
+            smooth => if self.is_compact() { None } else { Some(self.smooth()?) },
+            scores => if self.is_compact() { None } else { self.scores()? },
             sensor_table => sensor_table,
         })
     }
@@ -283,9 +296,14 @@ impl Page<'_> {
             .collect()
     }
 
-    fn facts(&self, live: Option<Live>) -> io::Result<String> {
-        let dials = Dials::of(self.estimates, self.level);
-        let facts = Facts { summary: self.summary, view: self.shot, dials, live };
+    /// Whether the page rounds the numbers of patches, since there are many.
+    fn is_compact(&self) -> bool {
+        !holds_table(self.estimates.scene().faces().piece_count())
+    }
+
+    fn facts(&self, live: Option<Live>, compact: Option<Layout>) -> io::Result<String> {
+        let dials = Dials::of(self.estimates, self.level).filter(|_| compact.is_none());
+        let facts = Facts { summary: self.summary, view: self.shot, dials, live, compact };
         // Nothing in it ends the element that holds it.
         Ok(serde_json::to_string(&facts)?.replace('<', "\\u003c"))
     }

@@ -1,7 +1,11 @@
-//! `radiosity.png`: the scene, shaded by the radiosity of its patches.
+//! `radiosity.png`: the scene in its light.
 
+mod field;
+mod lamps;
 mod light;
+mod numbers;
 mod photo;
+mod spot;
 mod studio;
 #[cfg(test)]
 mod tests;
@@ -53,7 +57,7 @@ pub struct Shot {
     pub viewpoint: Viewpoint,
     /// Width and height [pixels].
     pub size: [u32; 2],
-    /// Light, 1 being white, over radiosity, channel by channel [m²/W].
+    /// Light, 1 being white paper, over radiosity, channel by channel [m²/W].
     pub exposure: [f64; 3],
     /// The radiosity that is white, channel by channel [W/m²].
     pub white: [f64; 3],

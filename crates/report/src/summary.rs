@@ -105,7 +105,7 @@ pub struct Summary {
     pub checks: Vec<Check>,
     /// How the picture was taken; absent where none was.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub view: Option<Shot>,
+    pub picture: Option<Shot>,
     /// Whose walks these are and where they came from.
     pub provenance: Provenance,
 }
@@ -121,16 +121,20 @@ pub struct Units {
     pub radiosity: &'static str,
     /// The unit of irradiance.
     pub irradiance: &'static str,
+    /// The unit of radiance.
+    pub radiance: &'static str,
 }
 
 impl Units {
     /// The units of radiant energy, by the watt.
     pub const RADIANT: Units =
-        Units { light: "radiant", power: "W", radiosity: "W/m²", irradiance: "W/m²" };
+        Units {
+            light: "radiant", power: "W", radiosity: "W/m²", irradiance: "W/m²", radiance: "W/(m² sr)"
+        };
 
     /// Light as the eye weighs it: lumens in, lux out.
     pub const LUMINOUS: Units =
-        Units { light: "luminous", power: "lm", radiosity: "lm/m²", irradiance: "lx" };
+        Units { light: "luminous", power: "lm", radiosity: "lm/m²", irradiance: "lx", radiance: "cd/m²" };
 }
 
 /// Where the walks of a result came from.
@@ -427,7 +431,7 @@ impl Summary {
             sensitivities: facts.sensitivities,
             import: facts.import,
             checks: facts.checks,
-            view: None,
+            picture: None,
             provenance: facts.provenance,
         }
     }

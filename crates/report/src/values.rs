@@ -1,4 +1,4 @@
-//! `radiosity.exr`: the radiosity behind every pixel of the picture, in OpenEXR.
+//! `radiosity.exr`: the radiance behind every pixel of the picture, in OpenEXR.
 //!
 //! One part of scan lines, 32-bit floats, blocks of 16 lines packed by zlib ("OpenEXR File Layout", openexr.com). The crate `exr`
 //! reads the file back in a test; as a writer it would add 20 s to a cold build.
@@ -19,23 +19,22 @@ const FLOAT: i32 = 2;
 const ZIP: u8 = 3;
 const FROM_THE_TOP: u8 = 0;
 
-/// The radiosity behind the pixels of a picture.
+/// The names of the channels in the order of the file, and which of a pixel's values they hold.
+const LAYERS: [(&str, usize); 3] = [("B", 2), ("G", 1), ("R", 0)];
+
+/// The radiance behind the pixels of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Values {
     /// The number of pixels per row.
     pub width: u32,
     /// The number of rows.
     pub height: u32,
-    /// 1: grey; 3: red, green, blue.
-    pub channels: usize,
-    /// Row by row from the top: B in three channels, a mean over the pixel [W/m²], 0 where it shows nothing; and the part of the
-    /// pixel that shows the scene.
-    pub values: Vec<[f32; 4]>,
+    /// Row by row from the top: L = B/π [W/(m² sr)], a mean over the pixel, of red, green and blue; 0 beyond the scene.
+    pub values: Vec<[f32; 3]>,
 }
 
 impl Values {
-    /// Writes the values as OpenEXR: channel Y, or R, G and B; and A, the part of a pixel that shows the scene. `unit` is that of
-    /// radiosity.
+    /// Writes the values as OpenEXR: channels R, G and B, which are equal in grey scenes. `unit` is that of radiance.
     ///
     /// # Errors
     /// Those of `writer`.
@@ -53,27 +52,17 @@ impl Values {
         blocks.iter().try_for_each(|block| writer.write_all(block))
     }
 
-    /// The names of the channels in the order of the file, and which of a pixel's values they hold.
-    fn layers(&self) -> &'static [(&'static str, usize)] {
-        match self.channels {
-            1 => &[("A", 3), ("Y", 0)],
-            _ => &[("A", 3), ("B", 2), ("G", 1), ("R", 0)],
-        }
-    }
-
     fn header(&self, unit: &str) -> Vec<u8> {
         let int = |number: i32| number.to_le_bytes();
         let mut list = Vec::new();
-        for (name, _) in self.layers() {
+        for (name, _) in LAYERS {
             list.extend(name.as_bytes());
             // The end of the name, the type, linear light with three bytes of nothing, one sample a pixel across and down.
             list.extend([[0].as_slice(), &int(FLOAT), &[0; 4], &int(1), &int(1)].concat());
         }
         list.push(0);
         let window = [0, 0, self.width as i32 - 1, self.height as i32 - 1].map(int).concat();
-        let comments = format!(
-            "radwalk: radiosity in {unit}, a mean over each pixel; A: the part of it that shows the scene"
-        );
+        let comments = format!("radwalk: radiance in {unit}, a mean over each pixel");
         let mut header = MAGIC.to_vec();
         let mut attribute = |name: &str, kind: &str, value: &[u8]| {
             let length = int(value.len() as i32);
@@ -93,11 +82,11 @@ impl Values {
     }
 
     /// A block: the number of its first line, its length, and its lines, each channel by channel.
-    fn block(&self, block: usize, pixels: &[[f32; 4]]) -> io::Result<Vec<u8>> {
-        let mut plain = Vec::with_capacity(4 * pixels.len() * self.layers().len());
+    fn block(&self, block: usize, pixels: &[[f32; 3]]) -> io::Result<Vec<u8>> {
+        let mut plain = Vec::with_capacity(4 * pixels.len() * LAYERS.len());
         for line in pixels.chunks(self.width as usize) {
-            for (_, which) in self.layers() {
-                line.iter().for_each(|pixel| plain.extend(pixel[*which].to_le_bytes()));
+            for (_, which) in LAYERS {
+                line.iter().for_each(|pixel| plain.extend(pixel[which].to_le_bytes()));
             }
         }
         let packed = packed(&plain)?;
@@ -133,25 +122,23 @@ mod tests {
         // Noise does not shrink; shades do. Two blocks and a part of one.
         let noise = |i: u32| f32::from_bits(i.wrapping_mul(2_654_435_761) >> 2);
         let shade = |i: u32| (i / 100) as f32 / 7.0;
-        for (channels, names) in [(1, &["A", "Y"][..]), (3, &["A", "B", "G", "R"])] {
-            for of in [&noise as &dyn Fn(u32) -> f32, &shade] {
-                let pixel = |i: u32| [0, 1, 2, 3].map(|c| of(4 * i + c));
-                let values =
-                    Values { width: 13, height: 37, channels, values: (0..13 * 37).map(pixel).collect() };
-                let file = tempfile::NamedTempFile::new().unwrap();
-                values.write_exr(file.as_file(), "W/m²").unwrap();
-                let layer = read_first_flat_layer_from_file(file.path()).unwrap().layer_data;
-                assert_eq!((layer.size.0, layer.size.1), (13, 37));
-                let list = layer.channel_data.list;
-                assert_eq!(list.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>(), names);
-                for channel in &list {
-                    let which =
-                        ["R", "G", "B", "A"].iter().position(|name| channel.name == **name).unwrap_or(0);
-                    let FlatSamples::F32(samples) = &channel.sample_data else { panic!("32-bit floats") };
-                    let written: Vec<u32> =
-                        values.values.iter().map(|value| value[which].to_bits()).collect();
-                    assert_eq!(samples.iter().map(|sample| sample.to_bits()).collect::<Vec<_>>(), written);
-                }
+        for of in [&noise as &dyn Fn(u32) -> f32, &shade] {
+            let pixel = |i: u32| [0, 1, 2].map(|c| of(3 * i + c));
+            let values = Values { width: 13, height: 37, values: (0..13 * 37).map(pixel).collect() };
+            let file = tempfile::NamedTempFile::new().unwrap();
+            values.write_exr(file.as_file(), "W/m²").unwrap();
+            let layer = read_first_flat_layer_from_file(file.path()).unwrap().layer_data;
+            assert_eq!((layer.size.0, layer.size.1), (13, 37));
+            let list = layer.channel_data.list;
+            assert_eq!(
+                list.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>(),
+                ["B", "G", "R"]
+            );
+            for channel in &list {
+                let which = ["R", "G", "B"].iter().position(|name| channel.name == **name).unwrap();
+                let FlatSamples::F32(samples) = &channel.sample_data else { panic!("32-bit floats") };
+                let written: Vec<u32> = values.values.iter().map(|value| value[which].to_bits()).collect();
+                assert_eq!(samples.iter().map(|sample| sample.to_bits()).collect::<Vec<_>>(), written);
             }
         }
     }

@@ -24,10 +24,7 @@ use crate::settings::Settings;
 /// Files by name, written but not in their places.
 type Drafts = Vec<(&'static str, Draft)>;
 
-/// Above this many patches the page takes longer to open than most want to wait, and is written where it is asked for.
-const PAGE_UP_TO: usize = 200_000;
-
-/// The files that are written where a job names none; the page, while it opens quickly.
+/// The files that are written where a job names none.
 const DEFAULT: [OutputFile; 4] =
     [OutputFile::Csv, OutputFile::Summary, OutputFile::Picture, OutputFile::Report];
 
@@ -97,17 +94,17 @@ impl RunOutput {
         Ok(self.folder.sync()?)
     }
 
-    /// The files that a result of this many patches has.
-    fn files(&self, settings: &Settings, patches: usize) -> Vec<OutputFile> {
-        let mut files = settings.files.clone().unwrap_or_else(|| usual(patches));
+    /// The files that a result has.
+    fn files(&self, settings: &Settings) -> Vec<OutputFile> {
+        let mut files = settings.files.clone().unwrap_or_else(|| DEFAULT.into());
         files.extend(&self.exports);
         OutputFile::ALL.iter().copied().filter(|file| files.contains(file)).collect()
     }
 
     /// The usual files that a job leaves out.
-    pub(crate) fn left_out(&self, settings: &Settings, patches: usize) -> Vec<OutputFile> {
-        let written = self.files(settings, patches);
-        usual(patches).into_iter().filter(|file| !written.contains(file)).collect()
+    pub(crate) fn left_out(&self, settings: &Settings) -> Vec<OutputFile> {
+        let written = self.files(settings);
+        DEFAULT.into_iter().filter(|file| !written.contains(file)).collect()
     }
 
     /// How surfaces are cut, where a pilot has chosen it.
@@ -161,13 +158,13 @@ impl RunOutput {
         now("estimating every patch");
         let scene = experiment.scene();
         let estimates = Estimates::new(experiment, &checkpoint.tally, settings.level(scene));
-        let files = self.files(settings, scene.faces().patch_count());
+        let files = self.files(settings);
         now("checking the result");
         let mut summary = summarise(settings, &estimates, &checkpoint.book, self.git, true);
         now("drawing the picture");
         let readings = readings(settings, &estimates);
         let view = Seen::of(&estimates, settings, &files);
-        summary.view = view.as_ref().map(Seen::shot);
+        summary.picture = view.as_ref().map(Seen::shot);
         self.folder.keep_hold()?;
         now("writing the results");
         let mut drafts = self.beside(settings, (&estimates, readings.as_ref()), &summary)?;
@@ -183,7 +180,7 @@ impl RunOutput {
                     .values
                     .as_ref()
                     .expect("the file asked for them")
-                    .write_exr(writer, summary.units.radiosity),
+                    .write_exr(writer, summary.units.radiance),
                 (OutputFile::Glb, Some(view)) => {
                     report::write_glb(writer, &estimates, readings.as_ref(), &view.shot())
                 }
@@ -199,12 +196,6 @@ impl RunOutput {
         }
         Ok((summary, drafts))
     }
-}
-
-/// The files of a result of this many patches whose job names none.
-fn usual(patches: usize) -> Vec<OutputFile> {
-    let is_quick = |file: &OutputFile| *file != OutputFile::Report || patches <= PAGE_UP_TO;
-    DEFAULT.into_iter().filter(is_quick).collect()
 }
 
 /// A result from where the picture is taken, as far as its files need it.
@@ -271,7 +262,7 @@ impl LivePage {
         let estimates = Estimates::new(experiment, &checkpoint.tally, level);
         let mut summary = summarise(settings, &estimates, &checkpoint.book, git, false);
         let view = Seen::aimed(&estimates, settings);
-        summary.view = Some(view.shot());
+        summary.picture = Some(view.shot());
         let readings = readings(settings, &estimates);
         let page = page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, &view);
         let live = Live { paths_total: settings.paths };

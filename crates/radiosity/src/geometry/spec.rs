@@ -79,7 +79,7 @@ pub enum Side {
 
 impl Side {
     /// 1 for the front, −1 for the back.
-    pub(crate) fn sign(self) -> f64 {
+    pub fn sign(self) -> f64 {
         match self {
             Side::Front => 1.0,
             Side::Back => -1.0,

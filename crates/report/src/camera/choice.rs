@@ -1,10 +1,11 @@
 //! The camera that a job asks for, or else the one of a fixed set of directions that sees most.
 
 use glam::DVec3;
-use job::{Stand, View};
+use job::{Stand, Vantage, View};
 use radiosity::Scene;
 
 use super::Camera;
+use super::inside::inside;
 use crate::bounds::Bounds;
 use crate::cores::on_all_cores;
 
@@ -17,6 +18,12 @@ const MARGIN: f64 = 0.03;
 /// The shorter side of a picture is at least this part of the longer one.
 const MIN_ASPECT: f64 = 0.4;
 
+/// Steps that bring the middle of the scene's box into the middle of the picture.
+const CENTRING: usize = 8;
+
+/// Where lamps decide what is up, they emit this many times as much along it.
+const UPRIGHT: f64 = 2.0;
+
 /// How thick a shell a cut leaves out, as a part of the box.
 const CUT: f64 = 0.02;
 
@@ -28,7 +35,7 @@ const ELEVATIONS: [f64; 5] = [0.0, 20.0, 35.0, 55.0, -35.0];
 
 /// A later direction must see this much more than an earlier one: rounding must not decide between the
 /// views of a symmetric scene.
-const CLEARLY_MORE: f64 = 1.03;
+pub(super) const CLEARLY_MORE: f64 = 1.03;
 
 /// Rays along the longer side of a trial picture.
 pub(super) const TRIAL_SIZE: u32 = 40;
@@ -38,6 +45,12 @@ const SIZE: u32 = 800;
 
 /// Width and height of a picture from a stand, where nothing says them [pixels].
 pub(super) const STAND_SIZE: [u32; 2] = [800, 600];
+
+/// Width and height of a picture from inside, where nothing says them [pixels].
+const ROOM_SIZE: [u32; 2] = [800, 500];
+
+/// A view from outside is taken where it shows more than this part of the lit area that one from inside shows.
+const OUTSIDE: f64 = 0.5;
 
 /// The sine of the smallest angle between the direction of view and the one that is up.
 const PARALLEL: f64 = 1e-6;
@@ -56,8 +69,28 @@ impl Camera {
     pub(crate) fn of_view(scene: &Scene, view: &View, lit: impl Fn(u32) -> bool + Sync) -> Self {
         match &view.stand {
             Some(stand) => Camera::at(scene, stand, view.size.unwrap_or(STAND_SIZE)),
-            None => Camera::best(scene, lit, view.size.map_or(Size::Longest(SIZE), Size::Exactly)),
+            None => Camera::free(scene, view, lit),
         }
+    }
+
+    /// The camera of a view that names no stand.
+    fn free(scene: &Scene, view: &View, lit: impl Fn(u32) -> bool + Sync) -> Self {
+        let size = view.size.map_or(Size::Longest(SIZE), Size::Exactly);
+        let of_room = view.size.unwrap_or(ROOM_SIZE);
+        let frame = Frame::of(scene, &Bounds::of(scene));
+        let shape = f64::from(of_room[0]) / f64::from(of_room[1]);
+        let within = match view.from {
+            Some(Vantage::Outside) => None,
+            _ => inside(scene, &frame, shape, &lit),
+        };
+        let Some(within) = within else { return Camera::best(scene, lit, size) };
+        if !within.is_for_people && view.from.is_none() {
+            let (outside, area) = Camera::among(scene, &lit, size, &[false]);
+            if area > OUTSIDE * within.area {
+                return outside;
+            }
+        }
+        Camera::at(scene, &within.stand, of_room)
     }
 
     /// A camera that stands where a job says.
@@ -87,17 +120,22 @@ impl Camera {
         }
     }
 
-    /// The camera that sees most of a scene. `lit` tells whether a surface has anything to show.
+    /// The camera outside that sees most of a scene. `lit` tells whether a piece has anything to show.
     pub(crate) fn best(scene: &Scene, lit: impl Fn(u32) -> bool + Sync, size: Size) -> Self {
+        Camera::among(scene, &lit, size, &[false, true]).0
+    }
+
+    /// The camera outside that sees most, cut or not as is allowed, and the lit area that it sees [m²].
+    fn among(scene: &Scene, lit: &(impl Fn(u32) -> bool + Sync), size: Size, cuts: &[bool]) -> (Self, f64) {
         let bounds = Bounds::of(scene);
         let frame = Frame::of(scene, &bounds);
-        let heights = [false, true].into_iter().flat_map(|cut| ELEVATIONS.map(|elevation| (elevation, cut)));
+        let heights = cuts.iter().flat_map(|&cut| ELEVATIONS.map(|elevation| (elevation, cut)));
         let trials = heights.flat_map(|(elevation, cut)| AZIMUTHS.map(|azimuth| (azimuth, elevation, cut)));
         let trials: Vec<(f64, f64, bool)> = trials.collect();
         let areas = on_all_cores(trials.len(), |i| {
             let (azimuth, elevation, cut) = trials[i];
             let trial = frame.camera(&bounds, azimuth, elevation, cut, Size::Longest(TRIAL_SIZE));
-            trial.visible_area(scene, &lit)
+            trial.visible_area(scene, |sight| lit(sight.piece))
         });
         let mut best = (0.0, (0.0, 0.0, false));
         for (trial, area) in trials.into_iter().zip(areas) {
@@ -105,19 +143,19 @@ impl Camera {
                 best = (area, trial);
             }
         }
-        let (azimuth, elevation, cut) = best.1;
-        frame.camera(&bounds, azimuth, elevation, cut, size)
+        let (area, (azimuth, elevation, cut)) = best;
+        (frame.camera(&bounds, azimuth, elevation, cut, size), area)
     }
 }
 
 /// The directions that a scene calls up, right and front.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
-    up: DVec3,
+    pub(super) up: DVec3,
     /// To the right for a camera in front.
-    right: DVec3,
+    pub(super) right: DVec3,
     /// From the scene to a camera in front of it.
-    front: DVec3,
+    pub(super) front: DVec3,
 }
 
 impl Frame {
@@ -127,6 +165,11 @@ impl Frame {
         } else {
             Frame { up: DVec3::Z, right: DVec3::X, front: DVec3::NEG_Y }
         }
+    }
+
+    /// How high a box is [m].
+    pub(super) fn height(&self, bounds: &Bounds) -> f64 {
+        bounds.size().dot(self.up)
     }
 
     /// A camera in a direction [degrees], as near as shows the whole box.
@@ -144,13 +187,15 @@ impl Frame {
         let back = level * cos_e + self.up * sin_e;
         let right = self.up.cross(level);
         let up = back.cross(right);
-        let points = bounds.corners().map(|corner| {
-            let offset = corner - bounds.middle();
-            [offset.dot(right), offset.dot(up), offset.dot(back)]
-        });
-        let reach = points.map(|[x, y, z]| z + x.abs().max(y.abs()) / TAN_HALF_VIEW);
-        let distance = reach.into_iter().fold(0.0, f64::max);
-        let mut window = Window::around(points.map(|[x, y, z]| [x / (distance - z), y / (distance - z)]));
+        let mut target = bounds.middle();
+        let (mut distance, mut window) = Window::towards(bounds, target, [right, up, back]);
+        // The eye moves to where the box is in the middle of the picture, as other programs have it.
+        for _ in 0..CENTRING {
+            let [x, y] = window.middle();
+            target += (right * x + up * y) * distance;
+            (distance, window) = Window::towards(bounds, target, [right, up, back]);
+        }
+        window.centre();
         let (pixel, size) = match size {
             Size::Longest(longest) => {
                 let pixel = window.longest() / f64::from(longest);
@@ -159,11 +204,11 @@ impl Frame {
             Size::Exactly(size) => (window.grow_to(size), size),
         };
         Camera {
-            eye: bounds.middle() + back * distance,
+            eye: target + back * distance,
             right,
             up,
             vertical: self.up,
-            target: bounds.middle(),
+            target,
             forward: -back,
             left: window.min[0],
             top: window.max[1],
@@ -185,6 +230,27 @@ struct Window {
 }
 
 impl Window {
+    /// The window around a box for an eye that looks at a target from its back, given the directions right, up and back;
+    /// and the distance of that eye from the target [m].
+    fn towards(bounds: &Bounds, target: DVec3, axes: [DVec3; 3]) -> (f64, Self) {
+        let points = bounds.corners().map(|corner| axes.map(|axis| (corner - target).dot(axis)));
+        let reach = points.map(|[x, y, z]| z + x.abs().max(y.abs()) / TAN_HALF_VIEW);
+        let distance = reach.into_iter().fold(0.0, f64::max);
+        (distance, Window::around(points.map(|[x, y, z]| [x / (distance - z), y / (distance - z)])))
+    }
+
+    fn middle(&self) -> [f64; 2] {
+        [0, 1].map(|axis| 0.5 * (self.min[axis] + self.max[axis]))
+    }
+
+    /// Grows until its middle is that of the picture plane.
+    fn centre(&mut self) {
+        for axis in [0, 1] {
+            let half = self.max[axis].max(-self.min[axis]);
+            (self.min[axis], self.max[axis]) = (-half, half);
+        }
+    }
+
     /// The rectangle around points, with a margin, and not too slim.
     fn around(points: [[f64; 2]; 8]) -> Self {
         let extreme = |axis: usize, pick: fn(f64, f64) -> f64| {
@@ -226,7 +292,7 @@ impl Window {
 }
 
 /// Whether y rather than z is up. A scene is wider than high: where one extent is less than half the other,
-/// that axis is up. Else lamps decide, which are mostly level: the axis that more power is emitted along.
+/// that axis is up. Else lamps decide, which are mostly level: the axis that far more power is emitted along.
 /// Where they cannot tell, z.
 fn y_is_up(scene: &Scene, size: DVec3) -> bool {
     if size.y < 0.5 * size.z || size.z < 0.5 * size.y {
@@ -235,5 +301,5 @@ fn y_is_up(scene: &Scene, size: DVec3) -> bool {
     let along = scene.faces().iter().fold(DVec3::ZERO, |sum, patch| {
         sum + patch.power(0) * scene.surfaces()[patch.surface as usize].normal().abs()
     });
-    along.y > along.z * CLEARLY_MORE
+    along.y > along.z * UPRIGHT
 }

@@ -1,5 +1,5 @@
-use job::{Stand, View};
-use radiosity::{IndexChoice, SceneSpec, Shape, Sides};
+use job::{Stand, Vantage, View};
+use radiosity::{IndexChoice, SceneSpec, Shape, Side, Sides};
 
 use super::choice::Frame;
 use super::*;
@@ -48,23 +48,53 @@ fn one_looks_through_the_backs_of_a_closed_room() {
     assert_eq!((0..).zip(scene.faces()).filter(seen).count(), 45);
 }
 
-#[test]
-fn two_sided_walls_are_cut_away() {
+/// A room of 5 m × 4 m × 2.6 m with a table in it; the unit of the scene is `unit` times a metre.
+fn room(unit: f64, sides: Sides) -> Scene {
     let mut spec = cube_spec();
+    let mut table = quad("table", [[0.35, 0.35, 0.3], [0.65, 0.35, 0.3], [0.35, 0.65, 0.3]], [1, 1], 0.5);
+    table.sides = Sides::Both;
     for surface in &mut spec.surfaces {
-        surface.sides = Sides::Both;
+        surface.sides = sides;
     }
-    let scene = build(&spec);
-    let camera = best(&scene);
-    assert!(camera.cut.is_some());
-    let lamp = scene.faces().iter().position(|patch| patch.emittance.is_lit()).unwrap();
-    assert_eq!(patch_at(&scene, &camera, scene.faces().get(lamp).centroid), Some(lamp as u32));
+    spec.surfaces.push(table);
+    for surface in &mut spec.surfaces {
+        if let Shape::Parallelogram { corner, corner_u, corner_v, .. } = &mut surface.shape {
+            for point in [corner, corner_u, corner_v] {
+                *point *= DVec3::new(5.0, 4.0, 2.6) * unit;
+            }
+        }
+    }
+    build(&spec)
+}
+
+#[test]
+fn a_room_is_seen_from_where_a_person_stands() {
+    let of = |scene: &Scene, from: Option<Vantage>| {
+        let faces = scene.faces();
+        let lit = |piece: u32| faces.piece(piece).side == Side::Front;
+        Camera::of_view(scene, &View { from, ..View::default() }, lit).viewpoint(scene)
+    };
+    for sides in [Sides::Front, Sides::Both] {
+        let scene = room(1.0, sides);
+        let seen = of(&scene, None);
+        assert!((seen.eye[2] - 1.508).abs() < 1e-9, "58 % of 2.6 m: {seen:?}");
+        assert!((0.0..5.0).contains(&seen.eye[0]) && (0.0..4.0).contains(&seen.eye[1]), "{seen:?}");
+        // Not on the table, and towards the middle of the room.
+        let ahead = DVec3::from(seen.look_at) - DVec3::from(seen.eye);
+        assert!(ahead.dot(DVec3::new(2.5, 2.0, 1.3) - DVec3::from(seen.eye)) > 0.0, "{seen:?}");
+        let outside = of(&scene, Some(Vantage::Outside)).eye;
+        assert!(!(0.0..5.0).contains(&outside[0]) || !(0.0..4.0).contains(&outside[1]), "{outside:?}");
+    }
+    // In another unit, two-sided walls hide the inside, and one-sided ones do not.
+    let (hidden, open) = (of(&room(0.01, Sides::Both), None), of(&room(0.01, Sides::Front), None));
+    assert!((hidden.eye[2] - 0.58 * 0.026).abs() < 1e-9, "{hidden:?}");
+    assert!(open.eye[1] < 0.0 || open.eye[2] > 0.026, "{open:?}");
 }
 
 #[test]
 fn unlit_sides_do_not_draw_the_camera() {
     let scene = cube();
-    let camera = Camera::best(&scene, |surface| surface == 0, Size::Longest(200));
+    let camera = Camera::best(&scene, |piece| scene.faces().piece(piece).surface == 0, Size::Longest(200));
     assert!(camera.forward.z < -0.5, "{camera:?}");
 }
 

@@ -5,36 +5,38 @@ use radiosity::Scene;
 /// What is seen beyond the scene, as light: a dark grey, so that black surfaces stand out from it.
 pub(super) const BACKGROUND: f64 = 0.02;
 
-/// The part of what is seen of the non-emitting patches that is at most as bright as [`EXPOSED_LIGHT`].
-const EXPOSED_SHARE: f64 = 0.95;
+/// The lightness of the middle pixel, where no part of the picture becomes too bright by it; 1 is white paper.
+const MIDDLE: f64 = 0.3;
 
-/// The brightness that the exposure gives to this part at most, as light; 1 is white.
-pub(super) const EXPOSED_LIGHT: f64 = 0.7;
+/// The part of the pixels that is not too bright, and how light the brightest of them are at least and at most.
+const BRIGHT_SHARE: f64 = 0.95;
+pub(super) const BRIGHT: [f64; 2] = [0.65, 1.8];
+
+/// Light up to here is shown as it is.
+pub(super) const SHOULDER: f64 = 0.5;
+
+/// Light from here on is white.
+pub(super) const SHINING: f64 = 6.0;
 
 /// Red, green, blue; 0 … 1. Of a grey scene the first counts.
 pub(super) type Light = [f64; 3];
 
 /// The mean of some lights, channel by channel.
-pub(super) fn mean<'a>(lights: impl ExactSizeIterator<Item = &'a Light>) -> Light {
+pub(super) fn mean(lights: impl ExactSizeIterator<Item = Light>) -> Light {
     let count = lights.len() as f64;
     let mut sum = [0.0; 3];
     for light in lights {
         (0..3).for_each(|c| sum[c] += light[c]);
     }
-    (0..3).for_each(|c| sum[c] /= count);
-    sum
+    sum.map(|sum| sum / count)
 }
 
-/// The mean radiosity of samples that show the scene, over all samples, and the part of them that do.
-pub(super) fn value<'a>(seen: impl ExactSizeIterator<Item = &'a Option<[f64; 3]>>) -> [f32; 4] {
-    let count = seen.len() as f64;
-    let (mut sum, mut shown) = ([0.0; 3], 0.0);
-    for radiosity in seen.flatten() {
-        (0..3).for_each(|c| sum[c] += radiosity[c]);
-        shown += 1.0;
-    }
-    let [red, green, blue] = sum;
-    [(red / count) as f32, (green / count) as f32, (blue / count) as f32, (shown / count) as f32]
+/// The mean radiosity of samples [W/m²], those beyond the scene being dark.
+pub(super) fn value(seen: &[Option<[f64; 3]>]) -> [f32; 3] {
+    std::array::from_fn(|c| {
+        let sum: f64 = seen.iter().flatten().map(|radiosity| radiosity[c]).sum();
+        (sum / seen.len() as f64) as f32
+    })
 }
 
 /// B of a patch in three channels [W/m²].
@@ -43,23 +45,21 @@ pub(super) fn of_piece(scene: &Scene, radiosity: &[f64], piece: u32) -> [f64; 3]
     std::array::from_fn(|c| radiosity[face * channels + c.min(channels - 1)])
 }
 
-/// The exposure for the pieces that are seen, by their brightest channel, white being the colour of all emitted light together.
-/// Where nothing but lamps shows any light, it is theirs.
-pub(super) fn exposure(scene: &Scene, radiosity: &[f64], pieces: impl Iterator<Item = u32>) -> [f64; 3] {
-    let mut seen = vec![0_usize; scene.faces().piece_count()];
-    pieces.for_each(|piece| seen[piece as usize] += 1);
-    let balance = white_balance(scene);
-    let brightest = |piece| {
-        let balanced = of_piece(scene, radiosity, piece).into_iter().zip(balance).map(|(b, gain)| b * gain);
-        balanced.fold(0.0, f64::max)
+/// The exposure for pixels of these brightnesses, those of emitters apart; white is the colour of all emitted light together.
+/// The middle one of the pixels is as light as [`MIDDLE`], as far as their brightest keep within [`BRIGHT`].
+/// Where nothing but lamps shows any light, it is theirs that counts.
+pub(super) fn exposure(scene: &Scene, [reflecting, emitting]: &[Vec<f64>; 2]) -> [f64; 3] {
+    let of = |values: &[f64]| {
+        let [middle, bright] = [0.5, BRIGHT_SHARE].map(|share| rank(values, share));
+        Some((MIDDLE / middle?).clamp(BRIGHT[0] / bright?, BRIGHT[1] / bright?))
     };
-    let seen = (0..).zip(seen).filter(|&(_, count)| count > 0);
-    let shown: Vec<(u32, (f64, usize))> =
-        seen.map(|(piece, count)| (piece, (brightest(piece), count))).collect();
-    let reflecting = shown.iter().filter(|&&(piece, _)| !scene.faces().piece(piece).emittance.is_lit());
-    let reference = bright(reflecting.map(|&(_, values)| values).collect())
-        .or_else(|| bright(shown.iter().map(|&(_, values)| values).collect()));
-    balance.map(|gain| reference.map_or(1.0, |reference| gain * EXPOSED_LIGHT / reference))
+    let exposure = of(reflecting).or_else(|| rank(emitting, BRIGHT_SHARE).map(|bright| BRIGHT[0] / bright));
+    white_balance(scene).map(|gain| gain * exposure.unwrap_or(1.0))
+}
+
+/// The brightest channel in white light.
+pub(super) fn balanced(radiosity: [f64; 3], gains: [f64; 3]) -> f64 {
+    radiosity.into_iter().zip(gains).map(|(b, gain)| b * gain).fold(0.0, f64::max)
 }
 
 /// The gains that make the emitted light white; 1 for a channel without any.
@@ -69,18 +69,25 @@ pub(super) fn white_balance(scene: &Scene) -> [f64; 3] {
     power.map(|power| if power > 0.0 { most / power } else { 1.0 })
 }
 
-/// The value that [`EXPOSED_SHARE`] of the positive values stay below, each with how often it occurs; `None` where none is positive.
-pub(super) fn bright(mut values: Vec<(f64, usize)>) -> Option<f64> {
-    values.retain(|&(value, _)| value > 0.0);
-    values.sort_unstable_by(|(a, _), (b, _)| a.total_cmp(b));
-    let count: usize = values.iter().map(|&(_, count)| count).sum();
-    let rank = ((count as f64 * EXPOSED_SHARE) as usize).min(count.checked_sub(1)?);
-    let mut below = 0;
-    let at_rank = values.iter().find(|&&(_, count)| {
-        below += count;
-        below > rank
-    });
-    at_rank.map(|&(value, _)| value)
+/// The value that a share of the positive values stay below; `None` where none is positive.
+pub(super) fn rank(values: &[f64], share: f64) -> Option<f64> {
+    let mut values: Vec<f64> = values.iter().copied().filter(|value| *value > 0.0).collect();
+    let rank = ((values.len() as f64 * share) as usize).min(values.len().checked_sub(1)?);
+    Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
+}
+
+/// Light as a picture shows it: as it is up to [`SHOULDER`], then less and less brighter, up to [`SHINING`], which is white. The
+/// brightest channel is bent so, the others keep their part of it, and what shines turns white.
+pub(super) fn tone(light: Light) -> Light {
+    let peak = light.into_iter().fold(0.0, f64::max);
+    if peak <= SHOULDER {
+        return light;
+    }
+    let slope = (SHINING - SHOULDER) / (1.0 - SHOULDER);
+    let part = ((peak - SHOULDER) / (SHINING - SHOULDER)).min(1.0);
+    let bent = SHOULDER + (1.0 - SHOULDER) * slope * part / (1.0 + (slope - 1.0) * part);
+    let white = bent * part;
+    light.map(|light| light / peak * bent * (1.0 - part) + white)
 }
 
 /// Light to sRGB, both 0 … 1 (IEC 61966-2-1).

@@ -23,22 +23,24 @@ pub struct Photo {
 }
 
 impl Photo {
-    /// Renders what is estimated of a scene as [`Picture::render`] does, without steps between patches, from where a job
-    /// lets the camera stand. A face without an estimate shows its own emission.
+    /// Renders what is estimated of a scene, from where a job lets the camera stand. After a run of enough rays the light of
+    /// lamps and what surfaces reflect on each other is gathered pixel by pixel (`field.rs`); after fewer it is the radiosity of the faces,
+    /// without steps between them. A face without an estimate shows its own emission.
     pub fn shoot(estimates: &Estimates, smooth: &Smooth, view: &View, with_values: bool) -> Self {
-        Photo::take(estimates.scene(), &shown(estimates), Some(smooth), view, with_values)
+        let rays = estimates.tally().counts.rays;
+        Photo::take((estimates.scene(), rays), &shown(estimates), Some(smooth), view, with_values)
     }
 
     pub(super) fn take(
-        scene: &Scene,
+        (scene, rays): (&Scene, u64),
         radiosity: &[f64],
         smooth: Option<&Smooth>,
         view: &View,
         with_values: bool,
     ) -> Self {
         let camera = Studio::camera(scene, radiosity, view);
-        let studio = Studio::expose(scene, radiosity, smooth, camera, view).keeping_values(with_values);
-        let (picture, values) = studio.develop();
+        let studio = Studio::expose(scene, radiosity, smooth, (camera, rays), view);
+        let (picture, values) = studio.develop(with_values);
         Photo { picture, values, shot: studio.shot() }
     }
 }
@@ -57,10 +59,9 @@ impl Picture {
     /// Renders a scene from the side that shows most of it. `radiosity` is B of every patch [W/m²], the channels of
     /// a patch side by side.
     ///
-    /// The exposure is such that nearly all that is seen of non-emitting patches stays below white; lamps clip
-    /// to white. The same arguments give the same picture.
+    /// The same arguments give the same picture.
     pub fn render(scene: &Scene, radiosity: &[f64]) -> Self {
-        Photo::take(scene, radiosity, None, &View::default(), false).picture
+        Photo::take((scene, 0), radiosity, None, &View::default(), false).picture
     }
 }
 
@@ -69,7 +70,7 @@ impl Shot {
     pub fn aim(estimates: &Estimates, view: &View) -> Self {
         let (scene, radiosity) = (estimates.scene(), shown(estimates));
         let camera = Studio::camera(scene, &radiosity, view);
-        let coarse = Studio::expose(scene, &radiosity, None, camera.coarser(COARSE), view);
+        let coarse = Studio::expose(scene, &radiosity, None, (camera.coarser(COARSE), 0), view);
         Shot { size: camera.size, ..coarse.shot() }
     }
 }

@@ -1,31 +1,35 @@
-//! A picture on its way: what is seen at the corners of pixels, and between them where they differ.
+//! A picture on its way: what is seen in the middle of pixels, what lights it, and a closer look where surfaces meet.
 
-use std::ops::Range;
-
+use glam::Vec3;
 use job::View;
-use radiosity::Scene;
+use radiosity::{Face, Scene, Side};
 
-use super::light::{BACKGROUND, Light, Shades, exposure, mean, of_piece, value, white_balance};
+use super::field::{Field, Lights, samples};
+use super::lamps::Lamps;
+use super::light::{
+    BACKGROUND, Light, SHINING, Shades, balanced, exposure, mean, of_piece, tone, value, white_balance,
+};
+use super::spot::{BAND, Spot};
 use super::{Picture, Shot};
-use crate::camera::{Camera, Sight};
+use crate::camera::Camera;
 use crate::cores::on_all_cores;
 use crate::smooth::Smooth;
 use crate::values::Values;
 
 /// Samples along each side of a pixel that an edge goes through.
-const FINE: u32 = 3;
+const FINE: u32 = 4;
 
-/// Rows of pixels that are looked at together.
-const BAND: usize = 16;
+/// A side of a surface is lit where its mean radiosity is above this part of that of all.
+const LIT: f64 = 1e-3;
 
 /// Pixels with edges that are looked at together.
 const FINE_AT_ONCE: usize = 256;
 
-/// Shades (0 … 1, encoded) of different surfaces that differ by less than this make no edge.
+/// Shades (0 … 1, encoded) beside each other that differ by less than this make no edge.
 const SAME_SHADE: f64 = 1.5 / 255.0;
 
-/// The same of one surface. A step of this height within a pixel puts the mean of its corners off by half of it at most.
-const SAME_SHADE_OF_ONE: f64 = 12.0 / 255.0;
+/// The cosine between the normals of surfaces that go on one into the other.
+const GOES_ON: f64 = 0.98;
 
 /// A scene in front of a camera, with its light measured.
 pub(super) struct Studio<'a> {
@@ -34,113 +38,92 @@ pub(super) struct Studio<'a> {
     /// Where patches are not flat: radiosity at their corners.
     smooth: Option<&'a Smooth>,
     camera: Camera,
-    /// What is seen at the corners of the pixels, (width + 1) × (height + 1) of them, in bands of [`BAND`] rows.
-    corners: Vec<Vec<Spot>>,
+    /// What is seen in the middle of the pixels.
+    spots: Vec<Spot>,
+    /// What shines, and the irradiance of what is seen, where rays have measured it.
+    lit: Option<(Lamps, Field)>,
     /// Light over radiosity, channel by channel.
     exposure: [f64; 3],
     shades: Shades,
-    /// Whether the values behind the pixels are wanted.
-    with_values: bool,
 }
 
-/// What is seen at a point of the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Spot {
-    /// The piece of a face, or [`Spot::NONE`].
-    piece: u32,
-    /// The surface that the piece is on.
-    surface: u32,
-    /// Where on the surface.
-    uv: [f32; 2],
-}
-
-impl Spot {
-    /// In place of a piece and its surface.
-    const NONE: u32 = u32::MAX;
-
-    /// Beyond the scene.
-    const NOTHING: Spot = Spot { piece: Spot::NONE, surface: Spot::NONE, uv: [0.0; 2] };
-
-    fn of(sight: &Sight) -> Self {
-        let [u, v] = sight.uv;
-        Spot { piece: sight.piece, surface: sight.surface, uv: [u as f32, v as f32] }
-    }
-
-    /// What it is on.
-    fn piece(&self) -> Option<u32> {
-        (self.piece != Spot::NONE).then_some(self.piece)
-    }
-
-    /// What a camera sees at some points of the picture.
-    fn seen_by(camera: &Camera, scene: &Scene, points: &[[f64; 2]]) -> Vec<Self> {
-        let mut spots = vec![Spot::NOTHING; points.len()];
-        camera.each_sight(scene, points, |point, sight| spots[point] = Spot::of(&sight));
-        spots
-    }
-}
-
-/// What is seen at a corner of pixels: its radiosity [W/m²], light and shade (encoded light) by channels.
-struct Corner {
-    surface: u32,
-    seen: Option<[f64; 3]>,
-    light: Light,
-    shade: [f64; 3],
-}
-
-/// A pixel: its light, and, where a file asks for it, the mean radiosity behind it with the part of it that shows the scene.
-#[derive(Default)]
+/// A pixel: its radiosity [W/m²], as light and as its value.
+#[derive(Clone, Copy, Default)]
 struct Pixel {
     light: Light,
-    value: [f32; 4],
+    value: [f32; 3],
 }
-
-/// Some rows of pixels: the bytes of the picture and, where a file asks for them, the values behind them.
-type Rows = (Vec<u8>, Vec<[f32; 4]>);
 
 impl<'a> Studio<'a> {
     pub(super) fn camera(scene: &Scene, radiosity: &[f64], view: &View) -> Camera {
-        // By surface: while few walks were shot, which patches are lit is noise.
-        let mut lit = vec![false; scene.surfaces().len()];
-        for piece in 0..scene.faces().piece_count() as u32 {
-            let surface = scene.faces().piece(piece).surface;
-            lit[surface as usize] |=
-                of_piece(scene, radiosity, piece).iter().any(|&radiosity| radiosity > 0.0);
+        // By sides of surfaces: while few walks were shot, which patches are lit is noise.
+        let faces = scene.faces();
+        let side = |piece: u32| {
+            let piece = faces.piece(piece);
+            2 * piece.surface as usize + usize::from(piece.side == Side::Back)
+        };
+        let mut power = vec![[0.0; 2]; 2 * scene.surfaces().len()];
+        for piece in 0..faces.piece_count() as u32 {
+            let (area, sum) = (faces.piece(piece).area, &mut power[side(piece)]);
+            let brightest = of_piece(scene, radiosity, piece).into_iter().fold(0.0, f64::max);
+            *sum = [sum[0] + area * brightest, sum[1] + area];
         }
-        Camera::of_view(scene, view, |surface| lit[surface as usize])
+        let [all, area] = power.iter().fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
+        let least = LIT * all / area;
+        Camera::of_view(scene, view, |piece| {
+            let [power, area] = power[side(piece)];
+            power > least * area
+        })
     }
 
+    /// `rays` is how many rays the answer has taken: a picture takes a part of that.
     pub(super) fn expose(
         scene: &'a Scene,
         radiosity: &'a [f64],
         smooth: Option<&'a Smooth>,
-        camera: Camera,
+        (camera, rays): (Camera, u64),
         view: &View,
     ) -> Self {
         let [width, height] = camera.size.map(|side| side as usize);
-        let corners = on_all_cores((height + 1).div_ceil(BAND), |band| {
-            let rows = band * BAND..((band + 1) * BAND).min(height + 1);
-            let points = rows.flat_map(|y| (0..=width).map(move |x| [x as f64, y as f64]));
+        let bands = on_all_cores(height.div_ceil(BAND), |band| {
+            let rows = band * BAND..((band + 1) * BAND).min(height);
+            let points = rows.flat_map(|y| (0..width).map(move |x| [x, y].map(|at| at as f64 + 0.5)));
             Spot::seen_by(&camera, scene, &points.collect::<Vec<_>>())
         });
-        let exposure = match view.exposure {
-            Some(exposure) => white_balance(scene).map(|gain| gain * exposure),
-            None => exposure(scene, radiosity, corners.iter().flatten().filter_map(Spot::piece)),
-        };
-        Studio {
+        let spots = bands.concat();
+        let lit = smooth.zip(samples(rays, spots.len())).map(|(smooth, samples)| {
+            let lights = Lights { scene, smooth, lamps: Lamps::new(scene, radiosity) };
+            let field = Field::new(&lights, &camera, &spots, samples);
+            (lights.lamps, field)
+        });
+        let mut studio = Studio {
             scene,
             radiosity,
             smooth,
             camera,
-            corners,
-            exposure,
+            spots,
+            lit,
+            exposure: [1.0; 3],
             shades: Shades::new(),
-            with_values: false,
-        }
+        };
+        studio.exposure = match view.exposure {
+            Some(exposure) => white_balance(scene).map(|gain| gain * exposure),
+            None => exposure(scene, &studio.brightnesses()),
+        };
+        studio
     }
 
-    /// The same, which keeps the values behind the pixels.
-    pub(super) fn keeping_values(self, with_values: bool) -> Self {
-        Studio { with_values, ..self }
+    /// The brightest channel of every pixel with white light, of emitters apart.
+    fn brightnesses(&self) -> [Vec<f64>; 2] {
+        let mut found = [Vec::new(), Vec::new()];
+        let gains = white_balance(self.scene);
+        for pixel in 0..self.spots.len() {
+            if let (Some(piece), Some(radiosity)) = (self.spots[pixel].piece(), self.of_pixel(pixel)) {
+                let emits = self.scene.faces().piece(piece).emittance.is_lit();
+                found[usize::from(emits)].push(balanced(radiosity, gains));
+            }
+        }
+        found
     }
 
     pub(super) fn shot(&self) -> Shot {
@@ -148,114 +131,126 @@ impl<'a> Studio<'a> {
             viewpoint: self.camera.viewpoint(self.scene),
             size: self.camera.size,
             exposure: self.exposure,
-            white: self.exposure.map(|exposure| 1.0 / exposure),
+            white: self.exposure.map(|exposure| SHINING / exposure),
         }
     }
 
-    pub(super) fn develop(&self) -> (Picture, Option<Values>) {
+    /// The picture, and, where they are wanted, the radiosities behind it.
+    pub(super) fn develop(&self, with_values: bool) -> (Picture, Option<Values>) {
         let [width, height] = self.camera.size;
-        let bands = on_all_cores((height as usize).div_ceil(BAND), |band| {
-            let first = (band * BAND) as u32;
-            self.band(first..(first + BAND as u32).min(height))
-        });
-        let (pixels, values): (Vec<_>, Vec<_>) = bands.into_iter().unzip();
         let channels = self.scene.channels();
-        let picture = Picture { width, height, channels, pixels: pixels.concat() };
-        let values = self.with_values.then(|| Values { width, height, channels, values: values.concat() });
+        let pixels = on_all_cores(height as usize, |row| self.middles(row)).concat();
+        let bands = on_all_cores((height as usize).div_ceil(BAND), |band| {
+            let first = band * BAND;
+            self.band(first..(first + BAND).min(height as usize), &pixels)
+        });
+        let pixels = bands.concat();
+        let byte = |&light: &f64| (self.shades.of(light) * 255.0 + 0.5) as u8;
+        let bytes = pixels.iter().flat_map(|pixel| pixel.light[..channels].iter().map(byte)).collect();
+        let picture = Picture { width, height, channels, pixels: bytes };
+        let radiance = || pixels.iter().map(|pixel| pixel.value.map(|b| b / std::f32::consts::PI)).collect();
+        let values = with_values.then(|| Values { width, height, values: radiance() });
         (picture, values)
     }
 
-    /// Some rows of pixels.
-    fn band(&self, rows: Range<u32>) -> Rows {
+    /// The pixels of a row, by what is in their middle.
+    fn middles(&self, row: usize) -> Vec<Pixel> {
         let width = self.camera.size[0] as usize;
-        let mut pixels: Vec<Pixel> = Vec::with_capacity(rows.len() * width);
-        let mut edges: Vec<(usize, [u32; 2])> = Vec::new();
-        let mut above = self.corners_of_row(rows.start);
-        for y in rows {
-            let below = self.corners_of_row(y + 1);
-            for x in 0..width {
-                let even = self.even_pixel([&above[x], &above[x + 1], &below[x], &below[x + 1]]);
-                if even.is_none() {
-                    edges.push((pixels.len(), [x as u32, y]));
-                }
-                pixels.push(even.unwrap_or_default());
-            }
-            above = below;
-        }
+        (row * width..(row + 1) * width).map(|pixel| self.pixel(&[self.of_pixel(pixel)])).collect()
+    }
+
+    /// Some rows of pixels, those with edges looked at more closely.
+    fn band(&self, rows: std::ops::Range<usize>, middles: &[Pixel]) -> Vec<Pixel> {
+        let width = self.camera.size[0] as usize;
+        let mut pixels = middles[rows.start * width..rows.end * width].to_vec();
+        let edges = rows.clone().flat_map(|y| (0..width).map(move |x| [x, y]));
+        let edges: Vec<[usize; 2]> = edges.filter(|&pixel| self.has_edge(pixel, middles)).collect();
         for some in edges.chunks(FINE_AT_ONCE) {
-            let places: Vec<[u32; 2]> = some.iter().map(|&(_, place)| place).collect();
-            for (&(edge, _), pixel) in some.iter().zip(self.fine_pixels(&places)) {
-                pixels[edge] = pixel;
+            for (&[x, y], pixel) in some.iter().zip(self.fine_pixels(some)) {
+                pixels[(y - rows.start) * width + x] = pixel;
             }
         }
-        let channels = self.scene.channels();
-        let byte = |&light: &f64| (self.shades.of(light) * 255.0 + 0.5) as u8;
-        let bytes = pixels.iter().flat_map(|pixel| pixel.light[..channels].iter().map(byte)).collect();
-        let kept = if self.with_values { &pixels[..] } else { &[] };
-        (bytes, kept.iter().map(|pixel| pixel.value).collect())
+        pixels
     }
 
-    /// The corners of pixels on the upper side of a row of them.
-    fn corners_of_row(&self, y: u32) -> Vec<Corner> {
-        let (band, row) = (y as usize / BAND, y as usize % BAND);
-        let stride = self.camera.size[0] as usize + 1;
-        self.corners[band][row * stride..][..stride].iter().map(|&spot| self.corner(spot)).collect()
-    }
-
-    fn corner(&self, spot: Spot) -> Corner {
-        let seen = self.radiosity(spot);
-        let light = self.light(seen);
-        let mut shade = [0.0; 3];
-        (0..self.scene.channels()).for_each(|c| shade[c] = self.shades.of(light[c]));
-        Corner { surface: spot.surface, seen, light, shade }
-    }
-
-    /// One pixel whose corners look alike: it needs no further look. `None` where they do not.
-    fn even_pixel(&self, corners: [&Corner; 4]) -> Option<Pixel> {
-        let of_one = corners.iter().all(|corner| corner.surface == corners[0].surface);
-        let same = if of_one { SAME_SHADE_OF_ONE } else { SAME_SHADE };
-        let alike = |c: usize| {
-            let (mut darkest, mut brightest) = (1.0_f64, 0.0_f64);
-            for corner in corners {
-                (darkest, brightest) = (darkest.min(corner.shade[c]), brightest.max(corner.shade[c]));
-            }
-            darkest == brightest || brightest - darkest < same
-        };
-        (0..self.scene.channels()).all(alike).then(|| Pixel {
-            light: mean(corners.iter().map(|corner| &corner.light)),
-            value: self.value(corners.iter().map(|corner| &corner.seen)),
+    /// Whether a pixel shows something else than those around it.
+    fn has_edge(&self, [x, y]: [usize; 2], middles: &[Pixel]) -> bool {
+        let [width, height] = self.camera.size.map(|side| side as usize);
+        let own = y * width + x;
+        let mut around = (y.saturating_sub(1)..=(y + 1).min(height - 1))
+            .flat_map(|y| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |x| y * width + x));
+        around.any(|other| {
+            let differs = (0..self.scene.channels()).any(|c| {
+                let [a, b] = [own, other].map(|pixel| self.shades.of(middles[pixel].light[c]));
+                (a - b).abs() >= SAME_SHADE
+            });
+            differs && !self.goes_on(&self.spots[own], &self.spots[other])
         })
+    }
+
+    /// Whether two spots are on one surface to the eye, and the light between them is known.
+    fn goes_on(&self, a: &Spot, b: &Spot) -> bool {
+        let (Some(a), Some(b)) = (a.piece(), b.piece()) else { return a == b };
+        if a == b {
+            return true;
+        }
+        let [one, other] = [a, b].map(|piece| self.scene.faces().piece(piece));
+        let [n, m] = [&one, &other]
+            .map(|face| self.scene.surfaces()[face.surface as usize].normal() * face.side.sign());
+        self.lit.is_some()
+            && (one.reflectance, one.emittance) == (other.reflectance, other.emittance)
+            && n.dot(m) >= GOES_ON
+            && n.dot(other.centroid - one.centroid).abs() <= 0.1 * (other.centroid - one.centroid).length()
     }
 
     /// Pixels that edges go through, by several looks each.
-    fn fine_pixels(&self, pixels: &[[u32; 2]]) -> Vec<Pixel> {
+    fn fine_pixels(&self, pixels: &[[usize; 2]]) -> Vec<Pixel> {
         let offset = |k: u32| (f64::from(k) + 0.5) / f64::from(FINE);
-        let within = |&[x, y]: &[u32; 2]| {
-            (0..FINE * FINE).map(move |k| [f64::from(x) + offset(k % FINE), f64::from(y) + offset(k / FINE)])
+        let within = |&[x, y]: &[usize; 2]| {
+            (0..FINE * FINE).map(move |k| [x as f64 + offset(k % FINE), y as f64 + offset(k / FINE)])
         };
-        let samples: Vec<[f64; 2]> = pixels.iter().flat_map(within).collect();
-        let spots = Spot::seen_by(&self.camera, self.scene, &samples).into_iter();
-        let seen: Vec<Option<[f64; 3]>> = spots.map(|spot| self.radiosity(spot)).collect();
-        let pixel = |seen: &[Option<[f64; 3]>]| {
-            let lights: Vec<Light> = seen.iter().map(|&seen| self.light(seen)).collect();
-            Pixel { light: mean(lights.iter()), value: self.value(seen.iter()) }
-        };
-        seen.chunks_exact((FINE * FINE) as usize).map(pixel).collect()
+        let points: Vec<[f64; 2]> = pixels.iter().flat_map(within).collect();
+        let spots = Spot::seen_by(&self.camera, self.scene, &points);
+        let seen: Vec<Option<[f64; 3]>> =
+            spots.iter().zip(&points).map(|(spot, &point)| self.of_spot(spot, point)).collect();
+        seen.chunks_exact((FINE * FINE) as usize).map(|seen| self.pixel(seen)).collect()
     }
 
-    /// What a pixel keeps of the radiosities in it.
-    fn value<'b>(&self, seen: impl ExactSizeIterator<Item = &'b Option<[f64; 3]>>) -> [f32; 4] {
-        if self.with_values { value(seen) } else { Default::default() }
+    /// A pixel from the radiosities in it.
+    fn pixel(&self, seen: &[Option<[f64; 3]>]) -> Pixel {
+        Pixel { light: mean(seen.iter().map(|&seen| self.light(seen))), value: value(seen) }
     }
 
-    /// B in three channels at what is seen [W/m²]; `None` beyond the scene.
-    fn radiosity(&self, spot: Spot) -> Option<[f64; 3]> {
-        let piece = spot.piece()?;
-        Some(match self.smooth {
-            Some(smooth) => smooth
-                .at(piece, self.scene.faces().corner_weights(piece, [spot.uv[0].into(), spot.uv[1].into()])),
-            None => of_piece(self.scene, self.radiosity, piece),
+    /// B in three channels in the middle of a pixel [W/m²]; `None` beyond the scene.
+    fn of_pixel(&self, pixel: usize) -> Option<[f64; 3]> {
+        let piece = self.spots[pixel].piece()?;
+        Some(match &self.lit {
+            Some((lamps, field)) if !lamps.has(piece) => {
+                left(&self.scene.faces().piece(piece), field.of_pixel(pixel))
+            }
+            _ => self.of_solution(piece, &self.spots[pixel]),
         })
+    }
+
+    /// B in three channels at a spot in sight at a point of the picture [W/m²]; `None` beyond the scene.
+    fn of_spot(&self, spot: &Spot, point: [f64; 2]) -> Option<[f64; 3]> {
+        let piece = spot.piece()?;
+        let lit = self.lit.as_ref().filter(|(lamps, _)| !lamps.has(piece)).and_then(|(_, field)| {
+            let face = self.scene.faces().piece(piece);
+            let surface = &self.scene.surfaces()[face.surface as usize];
+            let normal: Vec3 = (surface.normal() * face.side.sign()).as_vec3();
+            let irradiance = field.at(point, surface.point(spot.uv()).as_vec3(), normal)?;
+            Some(left(&face, irradiance))
+        });
+        Some(lit.unwrap_or_else(|| self.of_solution(piece, spot)))
+    }
+
+    /// B of the solution at a spot [W/m²].
+    fn of_solution(&self, piece: u32, spot: &Spot) -> [f64; 3] {
+        match self.smooth {
+            Some(smooth) => smooth.at(piece, self.scene.faces().corner_weights(piece, spot.uv())),
+            None => of_piece(self.scene, self.radiosity, piece),
+        }
     }
 
     /// Light from what is seen, in the channels of the scene.
@@ -263,8 +258,13 @@ impl<'a> Studio<'a> {
         let Some(radiosity) = radiosity else { return [BACKGROUND; 3] };
         let mut light = [0.0; 3];
         for c in 0..self.scene.channels() {
-            light[c] = (radiosity[c] * self.exposure[c]).min(1.0);
+            light[c] = radiosity[c] * self.exposure[c];
         }
-        light
+        tone(light)
     }
+}
+
+/// B = E + ϱH of a face [W/m²].
+fn left(face: &Face, irradiance: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| face.emittance[c] + face.reflectance[c] * irradiance[c])
 }

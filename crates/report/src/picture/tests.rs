@@ -1,7 +1,7 @@
 use job::View;
 use radiosity::{IndexChoice, Scene, SceneSpec};
 
-use super::light::{BACKGROUND, EXPOSED_LIGHT, Shades, bright, encode};
+use super::light::{BACKGROUND, BRIGHT, SHINING, SHOULDER, Shades, encode, exposure, rank, tone};
 use super::*;
 use crate::scenes::{cornell, cube, quad, radiosities};
 
@@ -52,7 +52,8 @@ fn a_patch_is_flat_and_its_edge_is_smooth() {
     }
     let picture = Picture::render(&scene, &radiosity);
     let shade_of = |light: f64| (encode(light) * 255.0).round() as u8;
-    let (full, quarter) = (shade_of(EXPOSED_LIGHT), shade_of(0.25 * EXPOSED_LIGHT));
+    let bright = BRIGHT[0];
+    let (full, quarter) = (shade_of(tone([bright; 3])[0]), shade_of(0.25 * bright));
     let count = |holds: &dyn Fn(u8) -> bool| picture.pixels.iter().filter(|&&p| holds(p)).count();
     assert!(count(&|p| p == full) > 300_000);
     assert!(count(&|p| p == quarter) > 60_000);
@@ -69,8 +70,8 @@ fn a_scene_of_lamps_alone_is_exposed_for_them() {
     let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
     let picture = Picture::render(&scene, &[1e-9, 2e-9]);
     let shade_of = |light: f64| (encode(light) * 255.0).round() as u8;
-    for light in [EXPOSED_LIGHT, 0.5 * EXPOSED_LIGHT] {
-        assert!(picture.pixels.contains(&shade_of(light)));
+    for light in [BRIGHT[0], 0.5 * BRIGHT[0]] {
+        assert!(picture.pixels.contains(&shade_of(tone([light; 3])[0])));
     }
 }
 
@@ -79,16 +80,16 @@ fn values_are_radiosities_and_an_exposure_is_what_a_job_says() {
     let scene = cube();
     let radiosity = vec![3.0; scene.faces().len()];
     let view = View { size: Some([120, 90]), exposure: Some(0.1), ..View::default() };
-    let photo = Photo::take(&scene, &radiosity, None, &view, true);
+    let photo = Photo::take((&scene, 0), &radiosity, None, &view, true);
     assert_eq!((photo.shot.size, photo.shot.exposure), ([120, 90], [0.1; 3]));
-    assert!((photo.shot.white[0] - 10.0).abs() < 1e-12);
-    let shade_of = |light: f64| (encode(light) * 255.0).round() as u8;
+    assert!((photo.shot.white[0] - 10.0 * SHINING).abs() < 1e-12);
+    let (shown, radiance) = ((encode(0.3) * 255.0).round() as u8, 3.0 / std::f32::consts::PI);
     let mut whole = 0;
-    for (pixel, [b, _, _, part]) in photo.picture.pixels.iter().zip(&photo.values.unwrap().values) {
-        assert!((b - 3.0 * part).abs() < 1e-5, "{b} over {part} of a pixel");
-        if *part == 1.0 {
+    for (pixel, [red, green, blue]) in photo.picture.pixels.iter().zip(&photo.values.unwrap().values) {
+        assert!(red == green && red == blue && (0.0..radiance + 1e-6).contains(red), "{red}");
+        if (red - radiance).abs() < 1e-6 {
             whole += 1;
-            assert_eq!(*pixel, shade_of(0.3));
+            assert_eq!(*pixel, shown);
         }
     }
     assert!(whole > 120 * 90 / 2 && whole < 120 * 90, "{whole}");
@@ -96,11 +97,34 @@ fn values_are_radiosities_and_an_exposure_is_what_a_job_says() {
 
 #[test]
 fn exposure_ignores_the_brightest_few() {
-    assert_eq!(bright(vec![(1e6, 1), (1.0, 99), (0.0, 1)]), Some(1.0));
-    assert_eq!(bright(vec![(1.0, 18), (2.0, 1), (3.0, 1)]), Some(3.0));
-    assert_eq!(bright(vec![(1.0, 19), (2.0, 1), (3.0, 1)]), Some(2.0));
-    assert_eq!(bright(vec![(3.0, 1)]), Some(3.0));
-    assert_eq!(bright(vec![(0.0, 2)]), None);
+    let of = |values: &[f64]| rank(values, 0.95);
+    assert_eq!(of(&[&[1e6, 0.0], &[1.0; 99][..]].concat()), Some(1.0));
+    assert_eq!(of(&[&[2.0, 3.0], &[1.0; 18][..]].concat()), Some(3.0));
+    assert_eq!(of(&[&[2.0, 3.0], &[1.0; 19][..]].concat()), Some(2.0));
+    assert_eq!((of(&[3.0]), of(&[0.0; 2])), (Some(3.0), None));
+}
+
+/// A dim room is lit up, one with a bright wall is not burnt out, and lamps count where nothing else is in sight.
+#[test]
+fn exposure_is_by_the_middle_pixel_within_what_the_brightest_allow() {
+    let scene = cube();
+    let of =
+        |reflecting: &[f64], emitting: &[f64]| exposure(&scene, &[reflecting.to_vec(), emitting.to_vec()])[0];
+    let even = of(&[2.0; 100], &[90.0]);
+    assert!((even - BRIGHT[0] / 2.0).abs() < 1e-12, "{even}");
+    let uneven = of(&[vec![0.01; 80], vec![1.0; 20]].concat(), &[]);
+    assert!((uneven - BRIGHT[1]).abs() < 1e-12, "{uneven}");
+    assert!((of(&[], &[5.0]) - BRIGHT[0] / 5.0).abs() < 1e-12);
+}
+
+#[test]
+fn tones_go_on_smoothly_from_what_is_shown_as_it_is_to_white() {
+    assert_eq!(tone([SHOULDER, 0.1, 0.2]), [SHOULDER, 0.1, 0.2]);
+    assert_eq!([SHINING, 10.0 * SHINING].map(|peak| tone([peak, 0.0, 0.0])), [[1.0; 3]; 2]);
+    let steps: Vec<f64> = (0..=6000).map(|k| tone([f64::from(k) * 1e-3; 3])[0]).collect();
+    assert!(steps.windows(2).all(|pair| pair[0] < pair[1] && pair[1] - pair[0] <= 1.0001e-3));
+    let above = tone([SHOULDER + 1e-4; 3])[0] - SHOULDER;
+    assert!((above - 1e-4).abs() < 1e-6, "{above}");
 }
 
 #[test]

@@ -19,6 +19,20 @@ export function scale(part) {
 /** The scale as a CSS gradient, from the left to the right. */
 export const gradient = `linear-gradient(to right, ${CIVIDIS.map((rgb) => `rgb(${rgb})`).join(', ')})`;
 
+/** Light up to here is shown as it is; from `SHINING` on it is white (`picture/light.rs` of the program). */
+const SHOULDER = 0.5;
+const SHINING = 6;
+
+/** Bends light that is too bright for a picture, as the program's `tone` does. */
+export function tone(light) {
+  const peak = Math.max(light[0], light[1], light[2]);
+  if (!(peak > SHOULDER)) return;
+  const slope = (SHINING - SHOULDER) / (1 - SHOULDER);
+  const part = Math.min((peak - SHOULDER) / (SHINING - SHOULDER), 1);
+  const bent = SHOULDER + ((1 - SHOULDER) * slope * part) / (1 + (slope - 1) * part);
+  for (let c = 0; c < 3; c += 1) light[c] = (light[c] / peak) * bent * (1 - part) + bent * part;
+}
+
 /** Light 0 … 1 as sRGB 0 … 255. */
 export function encode(light) {
   const held = Math.min(Math.max(light, 0), 1);
@@ -27,7 +41,7 @@ export function encode(light) {
 
 /** The value that a part of the area does not exceed, of faces with a finite value. */
 export function areaQuantile(values, areas, part, chosen = () => true) {
-  const kept = [...values.keys()].filter((i) => Number.isFinite(values[i]) && chosen(i));
+  const kept = Array.from(values.keys()).filter((i) => Number.isFinite(values[i]) && chosen(i));
   kept.sort((a, b) => values[a] - values[b]);
   const total = kept.reduce((sum, i) => sum + areas[i], 0);
   let sum = 0;

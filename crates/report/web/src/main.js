@@ -33,6 +33,7 @@ class Page {
     element('channel-row').hidden = channels.length === 1;
     element('grid').checked = result.size <= GRID_UP_TO;
     view.showGrid(element('grid').checked);
+    element('save').hidden = result.csv === undefined;
     element('marks-row').hidden = result.sensors === null;
     this.dials = result.sources === null ? null : new Dials(result, () => this.remix());
     this.listWorst();
@@ -47,10 +48,13 @@ class Page {
     element('marks').addEventListener('change', () => this.view.showSensors(element('marks').checked));
     for (const id of ['axis', 'part', 'flip']) element(id).addEventListener('input', () => this.cut());
     element('home').addEventListener('click', () => this.view.home());
+    for (const [id, across, ahead] of [['step-ahead', 0, 1], ['step-back', 0, -1], ['step-left', -1, 0], ['step-right', 1, 0]]) {
+      element(id).addEventListener('click', () => this.view.walk(across, ahead));
+    }
     element('find').addEventListener('submit', (event) => {
       event.preventDefault();
-      const row = this.result.columns.patch.indexOf(element('number').value.trim());
-      if (row < 0) element('numbers').textContent = `There is no patch ${element('number').value}.`;
+      const row = this.result.rowOf(element('number').value.trim());
+      if (row < 0) element('numbers').textContent = `There is no patch ${element('number').value} in this page.`;
       else this.pin(row, true);
     });
     // Its part of the page is replaced while a run goes on.
@@ -90,6 +94,7 @@ class Page {
       ArrowLeft: () => this.view.turn(turn, 0), ArrowRight: () => this.view.turn(-turn, 0),
       ArrowUp: () => this.view.turn(0, -turn), ArrowDown: () => this.view.turn(0, turn),
       '+': () => this.view.turn(0, 0, 1.1), '=': () => this.view.turn(0, 0, 1.1), '-': () => this.view.turn(0, 0, 1 / 1.1),
+      w: () => this.view.walk(0, 1), s: () => this.view.walk(0, -1), a: () => this.view.walk(-1, 0), d: () => this.view.walk(1, 0),
       Home: () => this.view.home(), Escape: () => this.pin(null, false),
       n: () => this.step(1), p: () => this.step(-1),
     };
@@ -174,23 +179,24 @@ class Page {
       return;
     }
     const cell = (name) => this.result.cell(name, face);
+    const known = (...names) => names.every((name) => this.result.has(name));
     const all = (name) => channels.map((channel) => cell(name + channel) || 'unknown').join('\n');
     const { radiosity: light, irradiance: flux } = this.result.facts.summary.units;
     const percent = (this.result.facts.summary.confidence * 100).toPrecision(4) * 1;
     const side = columns.side ? `, ${cell('side')}` : '';
     const rows = [
-      ['Patch', `${cell('patch')}${side}: ${cell('surface')} [${cell('u')}, ${cell('v')}]`],
+      ['Patch', `${cell('patch')}${side}${known('surface') ? `: ${cell('surface')} [${cell('u')}, ${cell('v')}]` : ''}`],
       [`Radiosity [${light}]`, all('radiosity')],
       [`${percent} % interval`, channels.map((c) => (cell(`ci_low${c}`) === '' ? 'unknown' : `${cell(`ci_low${c}`)} … ${cell(`ci_high${c}`)}`)).join('\n')],
-      ['Standard error', all('std_error')],
+      ...(known('std_error') ? [['Standard error', all('std_error')]] : []),
       [`Irradiance [${flux}]`, all('irradiance')],
-      ['Its standard error', all('irradiance_error')],
+      ...(known('irradiance_error') ? [['Its standard error', all('irradiance_error')]] : []),
       ['Reflectance', all('reflectance')],
       [`Emittance [${light}]`, all('emittance')],
       ['Area [m²]', cell('area')],
       ['Centroid [m]', ['x', 'y', 'z'].map(cell).join(', ')],
       // Hits and flags are those of all sources together.
-      ...(mixed ? [] : [['Hits', cell('hits')], ['Flags', cell('flags').replaceAll('|', ', ') || 'none']]),
+      ...(mixed || !known('hits') ? [] : [['Hits', cell('hits')], ['Flags', cell('flags').replaceAll('|', ', ') || 'none']]),
     ];
     shown.replaceChildren(list(rows));
   }
@@ -214,21 +220,22 @@ class Page {
     const { result } = this;
     const widths = result.relativeHalfWidth();
     const total = result.area.reduce((sum, area) => sum + area, 0);
-    const hits = result.number('hits');
-    const listed = [...widths.keys()].filter((i) => Number.isFinite(widths[i]) && result.area[i] > TINY * total && hits[i] > 0);
+    const hits = result.has('hits') ? result.number('hits') : null;
+    const listed = Array.from(widths.keys()).filter((i) => Number.isFinite(widths[i]) && result.area[i] > TINY * total && (hits === null || hits[i] > 0));
     listed.sort((a, b) => widths[b] - widths[a] || a - b);
     const body = element('worst');
     body.replaceChildren();
     for (const face of listed.slice(0, LISTED)) {
       const row = make('tr');
-      const button = make('button', result.columns.patch[face] + (result.columns.side ? `, ${result.columns.side[face]}` : ''), { type: 'button' });
+      const side = result.columns.side ? `, ${result.cell('side', face)}` : '';
+      const button = make('button', result.cell('patch', face) + side, { type: 'button' });
       button.addEventListener('click', () => {
         this.pin(face, true);
         element('view').scrollIntoView({ block: 'nearest' });
       });
       const first = make('td');
       first.append(button);
-      row.append(first, make('td', result.columns.surface[face]), make('td', `${(100 * widths[face]).toPrecision(3)} %`), make('td', result.columns.hits[face]));
+      row.append(first, make('td', result.has('surface') ? result.cell('surface', face) : ''), make('td', `${(100 * widths[face]).toPrecision(3)} %`), make('td', result.has('hits') ? result.cell('hits', face) : ''));
       body.append(row);
     }
   }

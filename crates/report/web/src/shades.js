@@ -1,6 +1,6 @@
 // What can be shown of the faces: quantities with units, and the colours that stand for them.
 
-import { areaQuantile, encode, scale, UNKNOWN } from './colours.js';
+import { areaQuantile, encode, scale, tone, UNKNOWN } from './colours.js';
 
 const FLAGS = [
   ['unsampled', 'no walk gives an estimate: numbers are missing', UNKNOWN],
@@ -13,7 +13,7 @@ const FLAGS = [
 /** The quantities that can be shown, for the list of the page. */
 export function quantities(result) {
   const { radiosity: light, irradiance: flux } = result.facts.summary.units;
-  return [
+  const all = [
     { key: 'picture', label: 'Picture (as an eye sees it)', unit: light, picture: true },
     { key: 'radiosity', label: 'Radiosity', unit: light, of: (channel) => result.quantity('radiosity', channel) },
     { key: 'irradiance', label: 'Irradiance', unit: flux, of: (channel) => result.quantity('irradiance', channel) },
@@ -22,6 +22,7 @@ export function quantities(result) {
     { key: 'hits', label: 'Hits', unit: '', of: () => result.number('hits') },
     { key: 'flags', label: 'Flags', unit: '', flags: true },
   ];
+  return all.filter(({ key }) => key === 'picture' || key === 'half_width' || result.has(key));
 }
 
 /** Colours of all faces, three bytes a face or three a corner, and the legend that explains them. */
@@ -36,13 +37,16 @@ function picture(result, stops, even) {
   const count = result.channels.length;
   const channels = [0, 1, 2].map((c) => c % count);
   const exposure = channels.map((c) => result.facts.view.exposure[c] * 2 ** stops);
-  const white = result.channels.map((_, c) => brief(1 / exposure[c]));
+  const white = result.channels.map((_, c) => brief((result.facts.view.white[c] * result.facts.view.exposure[c]) / exposure[c]));
   const words = `White is ${white.join(', ')} ${result.facts.summary.units.radiosity} and above${white.length > 1 ? ' (red, green, blue)' : ''}.`;
   const smooth = even ? result.even : null;
   const light = even ? (i, c) => smooth[count * i + channels[c]] : flat(result, channels);
   const bytes = new Uint8Array(3 * result.size * (even ? 4 : 1));
+  const shown = [0, 0, 0];
   for (let i = 0; i < bytes.length / 3; i += 1) {
-    for (let c = 0; c < 3; c += 1) bytes[3 * i + c] = encode(light(i, c) * exposure[c]);
+    for (let c = 0; c < 3; c += 1) shown[c] = light(i, c) * exposure[c];
+    tone(shown);
+    for (let c = 0; c < 3; c += 1) bytes[3 * i + c] = encode(shown[c]);
   }
   return { bytes, legend: { words } };
 }

@@ -13,6 +13,10 @@ ColorManagement.enabled = false;
 const SENSOR = 0x00c896;
 /** Seconds that a flight takes. */
 const FLIGHT = 0.6;
+/** Faces below this part of the mean radiosity are dark. */
+const DARK = 1e-3;
+/** A step of a walk, as a part of the scene's size. */
+const STEP = 0.03;
 
 export class View {
   /** @param {HTMLCanvasElement} canvas */
@@ -32,30 +36,45 @@ export class View {
     this.mark.renderOrder = 2;
     this.mark.visible = false;
     this.scene.add(this.mark);
-    this.camera = new PerspectiveCamera(result.facts.view.fov, 1, this.size * 1e-3, this.size * 20);
+    this.camera = new PerspectiveCamera(result.facts.view.fov, 1, this.size * 5e-4, this.size * 20);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.draw());
+    canvas.addEventListener('wheel', (event) => {
+      if (this.controls.rotateSpeed > 0) return;
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      this.walk(0, event.deltaY < 0 ? 1 : -1);
+    }, { capture: true, passive: false });
     this.home();
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
   }
 
-  /** Two triangles a face (one where it is a triangle), seen from their front. */
+  /** Two triangles a face (one where it is a triangle), seen from their front; those of dark faces last. */
   buildFaces() {
     const { result } = this;
-    const [first, second] = [[0, 1, 2], [0, 2, 3]];
-    this.waysOf = [];
-    this.faceOf = [];
-    for (let face = 0; face < result.size; face += 1) {
-      for (const ways of result.isTriangle(face) ? [first] : [first, second]) {
-        this.waysOf.push(ways);
-        this.faceOf.push(face);
+    const dark = this.darkFaces();
+    const triangles = Uint8Array.from({ length: result.size }, (_, face) => (result.isTriangle(face) ? 1 : 2));
+    const count = triangles.reduce((sum, some) => sum + some, 0);
+    this.faceOf = new Uint32Array(count);
+    // The corners of a triangle after its first: 1, 2 or 2, 3.
+    this.secondOf = new Uint8Array(count);
+    const places = new Float32Array(9 * count);
+    let at = 0;
+    for (const wanted of [false, true]) {
+      for (let face = 0; face < result.size; face += 1) {
+        if (dark[face] !== wanted) continue;
+        for (let second = 1; second <= triangles[face]; second += 1) {
+          this.faceOf[at] = face;
+          this.secondOf[at] = second;
+          for (const [corner, which] of [0, second, second + 1].entries()) {
+            for (let axis = 0; axis < 3; axis += 1) places[9 * at + 3 * corner + axis] = result.corners[12 * face + 3 * which + axis];
+          }
+          at += 1;
+        }
       }
+      if (!wanted) this.litCount = at;
     }
-    const places = new Float32Array(9 * this.faceOf.length);
-    this.waysOf.forEach((ways, at) => {
-      ways.forEach((which, corner) => places.set(result.corner(this.faceOf[at], which), 9 * at + 3 * corner));
-    });
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(places, 3));
     this.bytes = new Uint8Array(places.length);
@@ -76,7 +95,8 @@ export class View {
 
   buildGrid() {
     this.gridMaterial = new LineBasicMaterial({ color: 0x888888, transparent: true, opacity: 0.35, clippingPlanes: [] });
-    this.grid = new LineSegments(this.outlines(0, this.result.size), this.gridMaterial);
+    this.grid = new LineSegments(new BufferGeometry(), this.gridMaterial);
+    this.hasGrid = false;
     this.grid.visible = false;
     this.scene.add(this.grid);
   }
@@ -122,22 +142,48 @@ export class View {
     this.draw();
   }
 
+  /** Faces of sides that nothing lights: the outsides of walls. They are hidden from an eye outside of the scene, so that it looks in. */
+  darkFaces() {
+    const { result } = this;
+    const count = result.channels.length;
+    const lights = result.channels.map((c) => result.number('radiosity' + c));
+    const emitted = result.channels.map((c) => result.number('emittance' + c));
+    const brightest = Float64Array.from(result.area, (_, face) => {
+      let most = 0;
+      for (let c = 0; c < count; c += 1) most = Math.max(most, lights[c][face] || 0, emitted[c][face] || 0);
+      return most;
+    });
+    const [power, area] = brightest.reduce(([b, a], most, face) => [b + most * result.area[face], a + result.area[face]], [0, 0]);
+    return Array.from(brightest, (most) => most <= (DARK * power) / area);
+  }
+
+  /** Whether the eye is in the box around the scene. */
+  isInside() {
+    return this.box.containsPoint(this.camera.position);
+  }
+
   /** Three bytes a face, or three for each of its four corners. */
   colour(bytes) {
     const corners = bytes.length === 12 * this.result.size;
-    this.waysOf.forEach((ways, at) => {
-      const face = this.faceOf[at];
-      ways.forEach((which, corner) => {
+    for (let at = 0; at < this.faceOf.length; at += 1) {
+      const [face, second] = [this.faceOf[at], this.secondOf[at]];
+      for (let corner = 0; corner < 3; corner += 1) {
+        const which = corner === 0 ? 0 : second + corner - 1;
         const from = corners ? 12 * face + 3 * which : 3 * face;
         for (let c = 0; c < 3; c += 1) this.bytes[9 * at + 3 * corner + c] = bytes[from + c];
-      });
-    });
+      }
+    }
     this.paint.needsUpdate = true;
     this.draw();
   }
 
   /** Shows or hides the edges of patches. */
   showGrid(shown) {
+    // Of many patches it takes long to make, and few ask for it.
+    if (shown && !this.hasGrid) {
+      this.grid.geometry = this.outlines(0, this.result.size);
+      this.hasGrid = true;
+    }
     this.grid.visible = shown;
     this.draw();
   }
@@ -163,18 +209,53 @@ export class View {
     this.camera.up.fromArray(up);
     this.camera.position.fromArray(eye);
     this.controls.target.fromArray(look_at);
+    if (this.isInside()) {
+      // In a room the pointer turns the head: what is turned about is right in front of the eye.
+      const way = this.controls.target.clone().sub(this.camera.position).setLength(1e-3 * this.size);
+      this.controls.target.copy(this.camera.position).add(way);
+    }
+    this.controls.rotateSpeed = this.isInside() ? -0.4 : 1;
     this.controls.update();
   }
 
-  /** Turns about the target by angles in radians, and comes nearer by a factor. */
+  /** Goes a step across the direction of view and ahead, level as one walks. */
+  walk(across, ahead) {
+    const { camera, controls } = this;
+    const up = camera.up.clone().normalize();
+    const way = controls.target.clone().sub(camera.position);
+    const level = way.addScaledVector(up, -way.dot(up)).normalize();
+    const step = level.clone().multiplyScalar(ahead).addScaledVector(level.clone().cross(up), across).multiplyScalar(STEP * this.size);
+    camera.position.add(step);
+    controls.target.add(step);
+    controls.update();
+    this.draw();
+  }
+
+  /** Turns about the target by angles in radians, and comes nearer by a factor; in a room, turns the head and walks. */
   turn(across, upward, nearer = 1) {
     const { camera, controls } = this;
+    if (controls.rotateSpeed < 0) {
+      if (nearer !== 1) this.walk(0, nearer > 1 ? 1 : -1);
+      else this.turnHead(across, -upward);
+      return;
+    }
     const offset = camera.position.clone().sub(controls.target).divideScalar(nearer);
     offset.applyAxisAngle(camera.up.clone().normalize(), across);
     const side = offset.clone().cross(camera.up).normalize();
     const tilted = offset.clone().applyAxisAngle(side, upward);
     if (tilted.clone().cross(camera.up).length() > 0.05 * tilted.length()) offset.copy(tilted);
     camera.position.copy(controls.target).add(offset);
+    controls.update();
+    this.draw();
+  }
+
+  /** Turns the view about the eye. */
+  turnHead(across, upward) {
+    const { camera, controls } = this;
+    const way = controls.target.clone().sub(camera.position).applyAxisAngle(camera.up.clone().normalize(), across);
+    const tilted = way.clone().applyAxisAngle(way.clone().cross(camera.up).normalize(), upward);
+    if (tilted.clone().cross(camera.up).length() > 0.05 * tilted.length()) way.copy(tilted);
+    controls.target.copy(camera.position).add(way);
     controls.update();
     this.draw();
   }
@@ -193,6 +274,7 @@ export class View {
   }
 
   fly(eye, target) {
+    this.controls.rotateSpeed = 1;
     const still = window.matchMedia('(prefers-reduced-motion: reduce)').matches;
     const from = [this.camera.position.clone(), this.controls.target.clone()];
     const began = performance.now();
@@ -226,10 +308,15 @@ export class View {
     const point = new Vector2(((x - frame.left) / frame.width) * 2 - 1, 1 - ((y - frame.top) / frame.height) * 2);
     const origin = this.camera.position;
     const way = new Vector3(point.x, point.y, 0.5).unproject(this.camera).sub(origin).normalize();
-    const met = nearest(this.geometry.attributes.position.array, this.faceOf, origin, way, this.material.clippingPlanes[0]);
+    const met = nearest(this.geometry.attributes.position.array, this.shownFaces(), origin, way, this.material.clippingPlanes[0]);
     if (!this.sensors?.visible) return met.found;
     const sensor = nearest(this.sensors.geometry.attributes.position.array, this.sensorOf, origin, way, null, true);
     return sensor.best <= met.best ? sensor.found : met.found;
+  }
+
+  /** The faces of the triangles that are drawn. */
+  shownFaces() {
+    return this.isInside() ? this.faceOf : this.faceOf.subarray(0, this.litCount);
   }
 
   resize() {
@@ -251,6 +338,7 @@ export class View {
     this.due = true;
     requestAnimationFrame(() => {
       this.due = false;
+      this.geometry.setDrawRange(0, 3 * this.shownFaces().length);
       this.renderer.render(this.scene, this.camera);
     });
   }

@@ -37,8 +37,8 @@ pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>
 
 impl RunOutput {
     /// The usual files that a job leaves out, and what needs them; `None` where it leaves out none.
-    pub fn left_out_line(&self, settings: &Settings, patches: usize) -> Option<String> {
-        let left_out = self.left_out(settings, patches);
+    pub fn left_out_line(&self, settings: &Settings) -> Option<String> {
+        let left_out = self.left_out(settings);
         if left_out.is_empty() {
             return None;
         }

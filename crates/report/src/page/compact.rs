@@ -1,0 +1,335 @@
+//! The scene and its light for pages of many patches: corners on a grid of 16 bits that faces share, numbers as logarithms in
+//! 8 or 16 bits, all as differences that pack well. `web/src/compact.js` reads them.
+//!
+//! Of scenes with more faces than a page can hold, corners are moved to the points of a coarser grid, and faces that have no
+//! area left are left out (J. Rossignac & P. Borrel, *Multi-resolution 3D approximations for rendering complex scenes*, 1993).
+
+use std::collections::{HashMap, HashSet};
+use std::io::{self, Write};
+
+use glam::DVec3;
+use radiosity::{Estimates, Side};
+use serde::Serialize;
+
+use crate::pack::pack;
+use crate::smooth::Smooth;
+
+/// Below this many rows the page holds the whole table.
+const TABLE_UP_TO: usize = 6_000;
+
+/// Rows times channels up to which the ends of each interval are kept, beside the mean.
+const ENDS_UP_TO: usize = 600_000;
+
+/// Rows, with each channel counted as a half more, that a page holds at most.
+const ROWS_UP_TO: usize = 450_000;
+
+/// Steps of the finest grid of corners, and of the coarsest that is tried.
+const GRID: [u32; 2] = [65_535, 128];
+
+/// Numbers in 16 bits are rounded to steps of this many to the octave: half a step is 0.02 %.
+const STEPS: f64 = 1_536.0;
+
+/// The same of light at corners, which is seen and not read.
+const SEEN_STEPS: f64 = 64.0;
+
+/// Half-widths in 8 bits: steps to the octave.
+const WIDTH_STEPS: f64 = 12.0;
+
+/// What the script needs to know of the compact numbers.
+#[derive(Serialize)]
+pub(super) struct Layout {
+    /// Rows in the page, and faces or pieces of the scene.
+    rows: usize,
+    of: usize,
+    vertices: usize,
+    channels: usize,
+    two_sided: bool,
+    /// The place of grid point 0, and the step of the grid [m].
+    low: [f64; 3],
+    step: f64,
+    /// Reflectance and emittance of each material, the channels side by side.
+    materials: Vec<Vec<f64>>,
+    /// Numbers in 16 bits: the exponents of 2 that code 1 stands for, of B, of the intervals, and of the light at corners.
+    least: f64,
+    steps: f64,
+    seen_steps: f64,
+    width_steps: f64,
+    /// Whether both ends of intervals are there, or else a half-width.
+    ends: bool,
+}
+
+impl Layout {
+    /// What the page leaves out.
+    pub(super) fn words(&self) -> String {
+        let numbers =
+            if self.ends { "Numbers are rounded to 0.02 %" } else { "Half-widths are rounded to 3 %" };
+        let shown = if self.rows < self.of {
+            format!(
+                " The page shows {} of {} faces: those that are too small are left out.",
+                self.rows, self.of
+            )
+        } else {
+            String::new()
+        };
+        format!("{numbers}; patches.csv has all digits, names and columns.{shown}")
+    }
+}
+
+/// Rows of the page, the pieces in patch order.
+struct Row {
+    face: usize,
+    piece: u32,
+    corners: [[u16; 3]; 4],
+}
+
+/// Whether a page of this many rows holds the whole table.
+pub(super) fn holds_table(rows: usize) -> bool {
+    rows <= TABLE_UP_TO
+}
+
+/// The layout, and the packed numbers.
+pub(super) fn compact(estimates: &Estimates, smooth: &Smooth) -> io::Result<(Layout, String)> {
+    let scene = estimates.scene();
+    let (faces, channels) = (scene.faces(), scene.channels());
+    let (rows, low, step) = rows(estimates);
+    let ends = rows.len() * channels <= ENDS_UP_TO;
+    let brightest = estimates.iter().map(|(_, face, known)| {
+        known
+            .as_deref()
+            .map_or(face.emittance.max(), |known| known.iter().map(|of| of.radiosity).fold(0.0, f64::max))
+    });
+    let brightest = brightest.fold(f64::MIN_POSITIVE, f64::max);
+    // The brightest has the highest code.
+    let least = brightest.log2() - 65_000.0 / STEPS;
+    let log = |value: f64, steps: f64| match value {
+        value if value.is_nan() => 0,
+        value if value <= 0.0 => 1,
+        value => (2.0 + ((value.log2() - least) * steps).round().max(0.0)) as u16,
+    };
+
+    let mut vertices: HashMap<([u16; 3], Vec<u16>), u32> = HashMap::new();
+    let mut places: [Vec<u16>; 3] = Default::default();
+    let mut lights: Vec<Vec<u16>> = vec![Vec::new(); channels];
+    let mut indices: [Vec<u32>; 4] = Default::default();
+    for row in &rows {
+        for (corner, light) in smooth.corners(row.piece as usize).chunks_exact(channels).enumerate() {
+            let light: Vec<u16> = light.iter().map(|&b| log(b, SEEN_STEPS)).collect();
+            let next = vertices.len() as u32;
+            let vertex =
+                *vertices.entry((row.corners[corner], light)).or_insert_with_key(|(place, light)| {
+                    (0..3).for_each(|axis| places[axis].push(place[axis]));
+                    (0..channels).for_each(|c| lights[c].push(light[c]));
+                    next
+                });
+            // 0 for a new one; most others have been met a short while ago.
+            indices[corner].push(next - vertex);
+        }
+    }
+
+    let mut materials: HashMap<Vec<u64>, u16> = HashMap::new();
+    let mut numbers: Vec<Vec<f64>> = Vec::new();
+    let (mut material_of, mut sides, mut patches) = (Vec::new(), Vec::new(), Vec::new());
+    let mut light: Vec<Vec<u16>> = vec![Vec::new(); channels * if ends { 3 } else { 1 }];
+    let mut widths: Vec<u8> = Vec::new();
+    for row in &rows {
+        let face = faces.piece(row.piece);
+        let known = estimates.face(row.face);
+        let of = |spectrum: radiosity::Spectrum| spectrum.channels().into_iter().take(channels);
+        let material: Vec<f64> = of(face.reflectance).chain(of(face.emittance)).collect();
+        let next = materials.len().min(usize::from(u16::MAX)) as u16;
+        let key = material.iter().map(|x| x.to_bits()).collect();
+        let number = *materials.entry(key).or_insert_with(|| {
+            numbers.push(material);
+            next
+        });
+        material_of.push(number);
+        sides.push(u8::from(face.side == Side::Back));
+        patches.push(face.patch);
+        for c in 0..channels {
+            let told = known.as_deref().map(|known| [known[c].radiosity, known[c].ci_low, known[c].ci_high]);
+            let told = told.unwrap_or([f64::NAN; 3]);
+            for (which, value) in told.into_iter().enumerate().take(if ends { 3 } else { 1 }) {
+                light[which * channels + c].push(log(value, STEPS));
+            }
+        }
+        if !ends {
+            let width = known.as_deref().map_or(f64::NAN, |known| {
+                known.iter().map(radiosity::Estimate::relative_error).fold(0.0, f64::max)
+            });
+            widths.push(match width {
+                width if width.is_nan() => 0,
+                // From 2⁻¹⁵ on.
+                width => {
+                    (1.0 + ((width.max(1e-9).log2() + 15.0) * WIDTH_STEPS).round().clamp(0.0, 254.0)) as u8
+                }
+            });
+        }
+    }
+    let packed = pack(|zlib| {
+        places.iter().try_for_each(|plane| sixteen(&mut *zlib, plane))?;
+        lights.iter().try_for_each(|plane| sixteen(&mut *zlib, plane))?;
+        indices.iter().try_for_each(|plane| thirty_two(&mut *zlib, plane))?;
+        thirty_two(&mut *zlib, &steps(&patches))?;
+        zlib.write_all(&sides)?;
+        sixteen(&mut *zlib, &material_of)?;
+        light.iter().try_for_each(|plane| sixteen(&mut *zlib, plane))?;
+        zlib.write_all(&widths)
+    })?;
+    let layout = Layout {
+        rows: rows.len(),
+        of: faces.piece_count(),
+        vertices: vertices.len(),
+        channels,
+        two_sided: faces.two_sided(),
+        low: low.to_array(),
+        step,
+        materials: numbers,
+        least,
+        steps: STEPS,
+        seen_steps: SEEN_STEPS,
+        width_steps: WIDTH_STEPS,
+        ends,
+    };
+    Ok((layout, packed))
+}
+
+/// The rows on the finest grid that leaves no more than a page holds, the place of its first point and its step [m].
+fn rows(estimates: &Estimates) -> (Vec<Row>, DVec3, f64) {
+    let faces = estimates.scene().faces();
+    let most = 2 * ROWS_UP_TO / (1 + estimates.scene().channels());
+    let bounds = crate::bounds::Bounds::of(estimates.scene());
+    let low = bounds.min + estimates.scene().origin();
+    let size = bounds.size().max_element().max(f64::MIN_POSITIVE);
+    let mut steps = GRID[0];
+    loop {
+        let step = size / f64::from(steps);
+        let is_coarse = steps < GRID[0];
+        let on_grid = |corner: DVec3| ((corner - low) / step).round().to_array().map(|x| x as u16);
+        let mut met = HashSet::new();
+        let rows: Vec<Row> = faces
+            .pieces_by_patch()
+            .filter_map(|(face, piece)| {
+                let corners = faces.piece_corners(piece);
+                let corners: [[u16; 3]; 4] =
+                    std::array::from_fn(|i| on_grid(corners[i.min(corners.len() - 1)]));
+                // A face without area, or where another of that outline is.
+                let is_lost = is_coarse && (has_no_area(&corners) || !met.insert(corners));
+                (!is_lost).then_some(Row { face, piece, corners })
+            })
+            .collect();
+        if rows.len() <= most || steps <= GRID[1] {
+            return (rows, low, step);
+        }
+        steps = if is_coarse { steps * 3 / 4 } else { 8_192 };
+    }
+}
+
+fn has_no_area(corners: &[[u16; 3]; 4]) -> bool {
+    let at = |i: usize| DVec3::from(corners[i].map(f64::from));
+    (at(2) - at(0)).cross(at(3) - at(1)).length() + (at(1) - at(0)).cross(at(2) - at(0)).length() == 0.0
+}
+
+/// The difference of each number from the one before.
+fn steps(numbers: &[u32]) -> Vec<u32> {
+    let mut before = 0_u32;
+    numbers.iter().map(|&number| number.wrapping_sub(std::mem::replace(&mut before, number))).collect()
+}
+
+/// Numbers of 16 bits as differences, the low bytes of all before the high ones.
+fn sixteen(mut writer: impl Write, numbers: &[u16]) -> io::Result<()> {
+    let mut before = 0_u16;
+    let steps: Vec<[u8; 2]> = numbers
+        .iter()
+        .map(|&number| number.wrapping_sub(std::mem::replace(&mut before, number)).to_le_bytes())
+        .collect();
+    (0..2).try_for_each(|byte| writer.write_all(&steps.iter().map(|step| step[byte]).collect::<Vec<u8>>()))
+}
+
+/// Numbers of 32 bits as they are, byte by byte of all.
+fn thirty_two(mut writer: impl Write, numbers: &[u32]) -> io::Result<()> {
+    (0..4).try_for_each(|byte| {
+        writer.write_all(&numbers.iter().map(|number| number.to_le_bytes()[byte]).collect::<Vec<u8>>())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+
+    use base64::Engine;
+    use base64::engine::general_purpose::STANDARD;
+    use flate2::read::ZlibDecoder;
+    use radiosity::{IndexChoice, Scene, SceneSpec};
+
+    use super::*;
+    use crate::scenes::{experiment, quad, shot};
+
+    /// Reads planes of bytes as the script does.
+    struct Planes(std::vec::IntoIter<u8>);
+
+    impl Planes {
+        fn eight(&mut self, count: usize) -> Vec<u8> {
+            self.0.by_ref().take(count).collect()
+        }
+
+        fn sixteen(&mut self, count: usize) -> Vec<u16> {
+            let bytes = [self.eight(count), self.eight(count)];
+            let mut sum = 0_u16;
+            let mut next = |i: usize| {
+                sum = sum.wrapping_add(u16::from_le_bytes([bytes[0][i], bytes[1][i]]));
+                sum
+            };
+            (0..count).map(&mut next).collect()
+        }
+
+        fn thirty_two(&mut self, count: usize) -> Vec<u32> {
+            let bytes = [(); 4].map(|()| self.eight(count));
+            (0..count).map(|i| u32::from_le_bytes([0, 1, 2, 3].map(|byte: usize| bytes[byte][i]))).collect()
+        }
+    }
+
+    /// Every corner is where it was within half a step of the grid, and every radiosity what it was within the rounding.
+    #[test]
+    fn corners_and_numbers_are_read_back() {
+        let mut lamp = quad("lamp", [[0., 0., 1.], [0., 4., 1.], [4., 0., 1.]], [9, 9], 0.0);
+        lamp.emittance = 3.0.into();
+        let floor = quad("floor", [[0., 0., 0.], [4., 0., 0.], [0., 4., 0.]], [80, 80], 0.5);
+        let scene = Scene::build(&SceneSpec::new(vec![floor, lamp]), IndexChoice::Auto).unwrap();
+        let experiment = experiment(&scene);
+        let tally = shot(&experiment);
+        let estimates = Estimates::new(&experiment, &tally, 0.95);
+        let (layout, packed) = compact(&estimates, &Smooth::new(&estimates)).unwrap();
+        let faces = scene.faces();
+        assert_eq!((layout.rows, layout.of, layout.ends), (faces.len(), faces.len(), true));
+        assert!(!holds_table(layout.rows) && packed.len() < 16 * layout.rows, "{}", packed.len());
+        let mut bytes = Vec::new();
+        ZlibDecoder::new(&STANDARD.decode(packed).unwrap()[..]).read_to_end(&mut bytes).unwrap();
+        let mut planes = Planes(bytes.into_iter());
+        let places = [(); 3].map(|()| planes.sixteen(layout.vertices));
+        planes.sixteen(layout.vertices);
+        let back = [(); 4].map(|()| planes.thirty_two(layout.rows));
+        let mut met = 0;
+        for face in 0..faces.len() {
+            for (corner, truth) in faces.piece_corners(face as u32).into_iter().enumerate() {
+                let vertex = met - back[corner][face] as usize;
+                met += usize::from(vertex == met);
+                let place =
+                    [0, 1, 2].map(|axis| layout.low[axis] + layout.step * f64::from(places[axis][vertex]));
+                assert!((DVec3::from(place) - truth).abs().max_element() <= 0.501 * layout.step, "{truth}");
+            }
+        }
+        assert_eq!(met, layout.vertices);
+        let patches = planes.thirty_two(layout.rows);
+        assert!(patches.iter().skip(1).all(|&step| step == 1));
+        planes.eight(layout.rows);
+        assert_eq!(planes.sixteen(layout.rows).iter().filter(|&&material| material == 1).count(), 81);
+        for (face, code) in planes.sixteen(layout.rows).into_iter().enumerate() {
+            let read = 2_f64.powf(layout.least + (f64::from(code) - 2.0) / layout.steps);
+            match estimates.face(face).map(|known| known[0].radiosity) {
+                Some(truth) if truth > 0.0 => assert!((read / truth - 1.0).abs() < 3e-4, "{read} {truth}"),
+                other => assert_eq!(code, u16::from(other.is_some())),
+            }
+        }
+        assert_eq!(planes.0.len(), 4 * layout.rows, "the ends of the intervals are left");
+    }
+}

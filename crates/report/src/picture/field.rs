@@ -1,0 +1,377 @@
+//! The irradiance of what is in sight, pixel by pixel.
+//!
+//! Shadow rays bring the light of lamps, and gathering rays what other surfaces reflect: B of the solution where they end. So
+//! shadows, corners and edges have the sharpness of pixels and not of patches, and errors of patches average out over the
+//! hemisphere. What noise is left is taken by filters that stay on one surface: the one of gathered light within a part of the
+//! distance to what surrounds a point, over which that light hardly changes (G. Ward, F. Rubinstein & R. Clear, *A ray tracing solution
+//! for diffuse interreflection*, SIGGRAPH 1988), the one of lamps within their noise (C. Schied et al., *Spatiotemporal variance-guided
+//! filtering*, HPG 2017).
+
+use glam::{DVec3, Vec3};
+use radiosity::{Lookout, Ray, Scene};
+
+use super::lamps::{Aim, Lamps};
+use super::numbers::{Use, point, unit, z_order};
+use super::spot::{BAND, Spot};
+use crate::camera::Camera;
+use crate::cores::on_all_cores;
+use crate::smooth::Smooth;
+
+/// Samples of a pixel at most. A sample is a ray that gathers, and [`SHADOWS`] to lamps, whose light is noisier.
+const MOST_SAMPLES: u32 = 24;
+
+/// Samples of a pixel at least: with fewer the picture shows the patches.
+const LEAST_SAMPLES: u32 = 2;
+
+/// Rays to lamps of each sample.
+const SHADOWS: u32 = 2;
+
+/// The rays of a run for each that its picture takes.
+const RUN_PER_PICTURE: u64 = 4;
+
+/// Pixels whose rays are traced together.
+const AT_ONCE: usize = 64;
+
+/// Gathered light is taken from within this part of the mean distance to what surrounds a point.
+const GATHERED_FROM: f32 = 0.35;
+
+/// Points of one surface: the cosine between their normals at least, and the sine between their chord and the surface at most.
+const SAME_NORMAL: f32 = 0.94;
+const SAME_PLANE: f32 = 0.2;
+
+/// Steps between the pixels that are filtered together, pass by pass.
+const GATHERED_STEPS: [usize; 5] = [1, 2, 4, 8, 16];
+const LAMP_STEPS: [usize; 4] = [1, 2, 4, 8];
+
+/// Gathered light is taken from the pixels around in any case, with one sample up to this many widths of a pixel.
+const NEAREST: f32 = 16.0;
+
+/// Light of lamps whose local means differ by this many of their standard errors is not mixed by much.
+const RANGE: f32 = 3.0;
+
+/// The filter of a pass: a cubic B-spline.
+const KERNEL: [f32; 5] = [1.0 / 16.0, 0.25, 0.375, 0.25, 1.0 / 16.0];
+
+/// What lights a picture.
+pub(super) struct Lights<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) smooth: &'a Smooth,
+    pub(super) lamps: Lamps,
+}
+
+/// The irradiance in the middle of each pixel.
+pub(super) struct Field {
+    size: [usize; 2],
+    pixels: Vec<Seen>,
+    irradiance: Vec<Vec3>,
+}
+
+/// What filters know of a pixel.
+#[derive(Clone, Copy, Default)]
+struct Seen {
+    place: Vec3,
+    /// Of the side in sight; 0 where no light is wanted.
+    normal: Vec3,
+    /// The surface that the place is on.
+    surface: u32,
+    /// The mean distance to what surrounds it, in the sense of Ward et al. [m].
+    reach: f32,
+    /// How wide the pixel is there, across the direction of view [m].
+    width: f32,
+}
+
+/// Light of one kind in a pixel.
+#[derive(Clone, Copy, Default)]
+struct Noisy {
+    light: Vec3,
+    /// Of the mean of the channels.
+    variance: f32,
+}
+
+/// A pixel whose rays are traced.
+struct Sample {
+    seen: Seen,
+    lamps: Noisy,
+    gathered: Vec3,
+}
+
+/// What a ray brings.
+enum Errand {
+    Gather,
+    Shadow(Aim),
+}
+
+/// Samples of each pixel after a run of so many rays; `None` where they are too few.
+pub(super) fn samples(rays_of_run: u64, pixels: usize) -> Option<u32> {
+    let samples = rays_of_run / RUN_PER_PICTURE / (u64::from(1 + SHADOWS) * pixels as u64).max(1);
+    let samples = samples.min(MOST_SAMPLES.into()) as u32;
+    (samples >= LEAST_SAMPLES).then_some(samples)
+}
+
+impl Field {
+    /// The irradiance behind the middle of each pixel by some samples each.
+    pub(super) fn new(lights: &Lights, camera: &Camera, spots: &[Spot], samples: u32) -> Self {
+        let size = camera.size.map(|side| side as usize);
+        let bands = on_all_cores(spots.len().div_ceil(AT_ONCE * BAND), |band| {
+            let first = band * AT_ONCE * BAND;
+            let some = &spots[first..spots.len().min(first + AT_ONCE * BAND)];
+            let mut tracer = Tracer { lights, camera, samples, lookout: Lookout::new(lights.scene) };
+            some.chunks(AT_ONCE)
+                .zip((first..).step_by(AT_ONCE))
+                .flat_map(|(spots, first)| tracer.trace(first, spots))
+                .collect::<Vec<_>>()
+        });
+        let traced: Vec<Sample> = bands.into_iter().flatten().collect();
+        let mut pixels: Vec<Seen> = traced.iter().map(|sample| sample.seen).collect();
+        let gathered = traced.iter().map(|sample| Noisy { light: sample.gathered, variance: 0.0 }).collect();
+        let by_lamps = traced.iter().map(|sample| sample.lamps).collect();
+        drop(traced);
+        even_reach(&mut pixels, size);
+        let gathered = even_gathered(&pixels, gathered, size, samples);
+        let by_lamps = even_lamps(&pixels, by_lamps, size);
+        let irradiance = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light).collect();
+        Field { size, pixels, irradiance }
+    }
+
+    /// The irradiance in the middle of a pixel.
+    pub(super) fn of_pixel(&self, pixel: usize) -> [f64; 3] {
+        self.irradiance[pixel].to_array().map(f64::from)
+    }
+
+    /// The irradiance of a place in sight at a point of the picture, from the pixels around that show the same surface; `None` where none does.
+    pub(super) fn at(&self, [x, y]: [f64; 2], place: Vec3, normal: Vec3) -> Option<[f64; 3]> {
+        let [width, height] = self.size;
+        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        for reach in [1, 3] {
+            let around = |at: f64, size: usize| {
+                let middle = (at as usize).min(size - 1);
+                middle.saturating_sub(reach)..=(middle + reach).min(size - 1)
+            };
+            for row in around(y, height) {
+                for column in around(x, width) {
+                    let pixel = row * width + column;
+                    let seen = &self.pixels[pixel];
+                    if is_one_surface(seen.place - place, normal, seen.normal) {
+                        let off = [x - column as f64 - 0.5, y - row as f64 - 0.5];
+                        let weight = 1.0 / (0.05 + off[0] * off[0] + off[1] * off[1]) as f32;
+                        sum += self.irradiance[pixel] * weight;
+                        weights += weight;
+                    }
+                }
+            }
+            if weights > 0.0 {
+                return Some((sum / weights).to_array().map(f64::from));
+            }
+        }
+        None
+    }
+}
+
+/// Whether two places are on one surface to the eye: given the way from one to the other, and their normals.
+fn is_one_surface(way: Vec3, normal: Vec3, other: Vec3) -> bool {
+    normal.dot(other) >= SAME_NORMAL
+        && way.dot(normal).powi(2) <= SAME_PLANE * SAME_PLANE * way.length_squared()
+}
+
+/// Replaces the inverse reach of every pixel by the mean of those around, so that it is not noise.
+fn even_reach(pixels: &mut [Seen], [width, height]: [usize; 2]) {
+    let of_row = |y: usize| {
+        let around = |at: usize, size: usize| at.saturating_sub(2)..=(at + 2).min(size - 1);
+        let mean = |x: usize| {
+            let own = &pixels[y * width + x];
+            let (mut sum, mut count) = (0.0, 0.0);
+            for other in around(y, height).flat_map(|y| around(x, width).map(move |x| y * width + x)) {
+                if is_one_surface(pixels[other].place - own.place, own.normal, pixels[other].normal) {
+                    (sum, count) = (sum + 1.0 / pixels[other].reach, count + 1.0);
+                }
+            }
+            if sum > 0.0 { count / sum } else { own.reach }
+        };
+        (0..width).map(mean).collect::<Vec<f32>>()
+    };
+    let reach = on_all_cores(height, of_row).concat();
+    pixels.iter_mut().zip(reach).for_each(|(pixel, reach)| pixel.reach = reach);
+}
+
+/// A pass of a filter over the pixels around each that show the same surface. `weight` is that of another pixel, given both and their
+/// distance [m].
+fn filtered(
+    pixels: &[Seen],
+    light: &[Noisy],
+    [width, height]: [usize; 2],
+    step: usize,
+    weight: impl Fn(usize, usize, f32) -> f32 + Sync,
+) -> Vec<Noisy> {
+    let of_row = |y: usize| {
+        let pixel = |x: usize| {
+            let at = y * width + x;
+            let own = &pixels[at];
+            if own.normal == Vec3::ZERO {
+                return light[at];
+            }
+            let near = |at: usize, size: usize| {
+                (0..5).filter_map(move |k| {
+                    let at = (at + k * step).checked_sub(2 * step).filter(|at| *at < size)?;
+                    Some((at, KERNEL[k]))
+                })
+            };
+            let (mut sum, mut weights, mut variance) = (Vec3::ZERO, 0.0, 0.0);
+            for (row, of_row) in near(y, height) {
+                for (column, of_column) in near(x, width) {
+                    let other = row * width + column;
+                    let way = pixels[other].place - own.place;
+                    let is_same = pixels[other].surface == own.surface && pixels[other].normal == own.normal;
+                    if is_same || is_one_surface(way, own.normal, pixels[other].normal) {
+                        let weight = weight(at, other, way.length()) * of_row * of_column;
+                        if weight > 0.0 {
+                            sum += light[other].light * weight;
+                            weights += weight;
+                            variance += weight * weight * light[other].variance;
+                        }
+                    }
+                }
+            }
+            Noisy { light: sum / weights, variance: variance / (weights * weights) }
+        };
+        (0..width).map(pixel).collect::<Vec<Noisy>>()
+    };
+    on_all_cores(height, of_row).concat()
+}
+
+/// Gathered light, evened out within its reach.
+fn even_gathered(pixels: &[Seen], light: Vec<Noisy>, size: [usize; 2], samples: u32) -> Vec<Noisy> {
+    let nearest = NEAREST / (samples as f32).sqrt();
+    let within = |own: usize, other: usize, distance: f32| {
+        1.0 - distance
+            / (GATHERED_FROM * pixels[own].reach.min(pixels[other].reach)).max(nearest * pixels[own].width)
+    };
+    GATHERED_STEPS.iter().fold(light, |light, &step| filtered(pixels, &light, size, step, within))
+}
+
+/// Light of lamps, evened out within its noise. What is noise and what is a shadow is told by means over a few pixels.
+fn even_lamps(pixels: &[Seen], light: Vec<Noisy>, size: [usize; 2]) -> Vec<Noisy> {
+    let guide = filtered(pixels, &light, size, 1, |_, _, _| 1.0);
+    // The variance of a variance is large, too.
+    let spread: Vec<Noisy> =
+        guide.iter().map(|of| Noisy { light: Vec3::splat(of.variance), variance: 0.0 }).collect();
+    let spread = filtered(pixels, &spread, size, 2, |_, _, _| 1.0);
+    let scale: Vec<f32> = guide
+        .iter()
+        .zip(&spread)
+        .map(|(of, spread)| {
+            1.0 / (RANGE * RANGE * spread.light.x + (2e-3 * mean(of.light)).powi(2) + f32::MIN_POSITIVE)
+        })
+        .collect();
+    let within = |own: usize, other: usize, _: f32| {
+        let difference = mean(guide[own].light) - mean(guide[other].light);
+        (-difference * difference * scale[own]).exp()
+    };
+    LAMP_STEPS.iter().fold(light, |light, &step| filtered(pixels, &light, size, step, within))
+}
+
+fn mean(light: Vec3) -> f32 {
+    light.element_sum() / 3.0
+}
+
+/// Traces the rays of pixels.
+struct Tracer<'a> {
+    lights: &'a Lights<'a>,
+    camera: &'a Camera,
+    samples: u32,
+    lookout: Lookout<'a>,
+}
+
+impl Tracer<'_> {
+    /// The light of some pixels in their order, from the first.
+    fn trace(&mut self, first: usize, spots: &[Spot]) -> Vec<Sample> {
+        let width = self.camera.size[0] as usize;
+        let capacity = ((1 + SHADOWS) * self.samples) as usize * spots.len();
+        let (mut rays, mut errands) = (Vec::with_capacity(capacity), Vec::with_capacity(capacity));
+        let mut seen = Vec::with_capacity(spots.len());
+        for (number, spot) in spots.iter().enumerate() {
+            let pixel = first + number;
+            seen.push(self.aim([pixel % width, pixel / width].map(|at| at as u32), spot, |ray, errand| {
+                rays.push(ray);
+                errands.push((number, errand));
+            }));
+        }
+        let mut gathered = vec![(DVec3::ZERO, 0.0_f64); spots.len()];
+        let mut by_lamps = vec![(DVec3::ZERO, 0.0_f64); spots.len()];
+        let scene = self.lights.scene;
+        self.lookout.each_closest_hit(&rays, |ray, hit| {
+            let Some(hit) = hit else { return };
+            let (number, errand) = &errands[ray];
+            match errand {
+                Errand::Gather => {
+                    let (light, near) = &mut gathered[*number];
+                    *near += 1.0 / hit.t.max(f64::MIN_POSITIVE);
+                    let surface = &scene.surfaces()[hit.surface as usize];
+                    if surface.is_active(hit.side) {
+                        *light +=
+                            self.lights.reflected(surface.piece(surface.cell_at(hit.uv), hit.side), hit.uv);
+                    }
+                }
+                Errand::Shadow(aim) if (aim.surface, aim.side) == (hit.surface, hit.side) => {
+                    let (light, squares) = &mut by_lamps[*number];
+                    let brought = DVec3::from(aim.irradiance);
+                    *light += brought;
+                    *squares += (brought.element_sum() / 3.0).powi(2);
+                }
+                Errand::Shadow(_) => {}
+            }
+        });
+        let count = f64::from(self.samples);
+        let sample = |(seen, ((gathered, near), (light, squares))): (Seen, ((DVec3, f64), (DVec3, f64)))| {
+            let shadows = count * f64::from(SHADOWS);
+            let light = light / shadows;
+            let variance =
+                (squares / shadows - (light.element_sum() / 3.0).powi(2)).max(0.0) / (shadows - 1.0);
+            Sample {
+                seen: Seen { reach: (count / near) as f32, ..seen },
+                lamps: Noisy { light: light.as_vec3(), variance: variance as f32 },
+                gathered: (gathered / count).as_vec3(),
+            }
+        };
+        seen.into_iter().zip(gathered.into_iter().zip(by_lamps)).map(sample).collect()
+    }
+
+    /// Aims the rays of a pixel.
+    fn aim(&self, [x, y]: [u32; 2], spot: &Spot, mut shoot: impl FnMut(Ray, Errand)) -> Seen {
+        let (lights, scene) = (self.lights, self.lights.scene);
+        let Some(piece) = spot.piece().filter(|piece| !lights.lamps.has(*piece)) else {
+            return Seen::default();
+        };
+        let side = scene.faces().piece(piece).side;
+        let surface = &scene.surfaces()[spot.surface as usize];
+        let normal = surface.normal() * side.sign();
+        let middle = surface.point(spot.uv());
+        let first = z_order([x, y]).wrapping_mul(self.samples);
+        for index in (0..self.samples).map(|k| first.wrapping_add(k)) {
+            let [across, down] = point(index, Use::Place).map(unit);
+            let uv = self.camera.on_plane(surface, [f64::from(x) + across, f64::from(y) + down]);
+            let origin = surface.point(surface.inside(uv.unwrap_or(spot.uv())));
+            let from = spot.surface;
+            let [polar, turn] = point(index, Use::Direction);
+            let direction = surface.direction(side, u64::from(polar) << 32 | u64::from(turn));
+            shoot(Ray { origin, direction, from }, Errand::Gather);
+            for (choice, place) in point(index, Use::Lamp).into_iter().zip([Use::OnLamp, Use::OnSecond]) {
+                let place = point(index, place).map(unit);
+                if let Some(aim) = lights.lamps.aim(scene, origin, normal, unit(choice), place) {
+                    shoot(Ray { origin, direction: aim.direction, from }, Errand::Shadow(aim));
+                }
+            }
+        }
+        let width = self.camera.width_of_pixel(middle) as f32;
+        Seen { place: middle.as_vec3(), normal: normal.as_vec3(), surface: spot.surface, reach: 0.0, width }
+    }
+}
+
+impl Lights<'_> {
+    /// B of a piece at a place, but for lamps, whose light shadow rays bring.
+    fn reflected(&self, piece: u32, uv: [f64; 2]) -> DVec3 {
+        if self.lamps.has(piece) {
+            return DVec3::ZERO;
+        }
+        self.smooth.at(piece, self.scene.faces().corner_weights(piece, uv)).into()
+    }
+}

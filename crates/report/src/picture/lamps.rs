@@ -1,0 +1,286 @@
+//! What shines: bright pieces of faces, to which shadow rays go from every pixel.
+//!
+//! A lamp is chosen by going down a tree of boxes, at each node in proportion to a bound of the irradiance that each child brings
+//! to the point (A. Conty Estevez & C. Kulla, *Importance sampling of many lights with adaptive tree splitting*, PACMCGIT 1(2), 2018; M.
+//! Pharr, W. Jakob & G. Humphreys, *Physically based rendering*, 4th ed., §12.6.3).
+
+use glam::DVec3;
+use radiosity::{Scene, Side, Surface};
+
+use super::light::of_piece;
+
+/// Emitters shine where their radiosity is above this many times the mean of what reflects only.
+const BRIGHT_EMITTER: f64 = 3.0;
+
+/// Pieces that only reflect shine above this many times the mean: what is next to a lamp.
+const BRIGHT_REFLECTOR: f64 = 15.0;
+
+/// What one point of a lamp brings at most, as a part of what the lamp's radiosity is: that of a lamp all around is 1.
+const NEAREST: f64 = 4.0;
+
+/// The lamps of a scene.
+pub(super) struct Lamps {
+    /// By piece: whether it is a lamp.
+    shines: Vec<bool>,
+    lamps: Vec<Lamp>,
+    /// The tree; the root is the last.
+    nodes: Vec<Node>,
+}
+
+/// A side of a surface that shines, or a cell of it.
+struct Lamp {
+    surface: u32,
+    side: Side,
+    /// `None` where all cells shine and emit alike.
+    cell: Option<u32>,
+    area: f64,
+    /// B in three channels [W/m²].
+    radiosity: [f64; 3],
+}
+
+/// A place on a lamp.
+pub(super) struct Aim {
+    pub(super) surface: u32,
+    pub(super) side: Side,
+    /// The direction from the point that is lit, length 1.
+    pub(super) direction: DVec3,
+    /// The irradiance if nothing is between, over the probability of the aim [W/m²].
+    pub(super) irradiance: [f64; 3],
+}
+
+/// A part of the tree.
+#[derive(Clone, Copy)]
+struct Node {
+    middle: DVec3,
+    /// Half the diagonal of the box around the lamps [m].
+    radius: f64,
+    /// The cone that holds all normals: its axis, and the cosine of the angle between them.
+    axis: DVec3,
+    cos_cone: f64,
+    /// Power in all channels [W].
+    power: f64,
+    children: Children,
+}
+
+#[derive(Clone, Copy)]
+enum Children {
+    Lamp(u32),
+    Nodes([u32; 2]),
+}
+
+impl Lamps {
+    /// The lamps of a scene with a radiosity for each face [W/m²], the channels of a face side by side.
+    pub(super) fn new(scene: &Scene, radiosity: &[f64]) -> Self {
+        let faces = scene.faces();
+        let brightness = |piece: u32| of_piece(scene, radiosity, piece).into_iter().fold(0.0, f64::max);
+        let (mut sum, mut area) = (0.0, 0.0);
+        for piece in 0..faces.piece_count() as u32 {
+            let face = faces.piece(piece);
+            if !face.emittance.is_lit() && brightness(piece) > 0.0 {
+                (sum, area) = (sum + face.area * brightness(piece), area + face.area);
+            }
+        }
+        let mean = if area > 0.0 { sum / area } else { f64::INFINITY };
+        let mut shines = vec![false; faces.piece_count()];
+        let mut lamps = Vec::new();
+        for (number, surface) in (0..).zip(scene.surfaces()) {
+            for side in [Side::Front, Side::Back].into_iter().filter(|side| surface.is_active(*side)) {
+                let pieces = (0..surface.cell_count()).map(|cell| (cell, surface.piece(cell, side)));
+                let mut bright: Vec<Lamp> = Vec::new();
+                for (cell, piece) in pieces {
+                    let face = faces.piece(piece);
+                    let least = if face.emittance.is_lit() { BRIGHT_EMITTER } else { BRIGHT_REFLECTOR };
+                    if brightness(piece) > least * mean {
+                        shines[piece as usize] = true;
+                        let radiosity = of_piece(scene, radiosity, piece);
+                        bright.push(Lamp {
+                            surface: number,
+                            side,
+                            cell: Some(cell),
+                            area: face.area,
+                            radiosity,
+                        });
+                    }
+                }
+                lamps.extend(whole(scene, bright));
+            }
+        }
+        let mut tree = Lamps { shines, lamps, nodes: Vec::new() };
+        let leaves = (0..).zip(&tree.lamps).map(|(number, lamp)| Node::of(scene, number, lamp)).collect();
+        tree.grow(leaves);
+        tree
+    }
+
+    /// Whether a piece is a lamp, or a part of one.
+    pub(super) fn has(&self, piece: u32) -> bool {
+        self.shines[piece as usize]
+    }
+
+    /// Puts a tree over some leaves and returns the number of its root.
+    fn grow(&mut self, mut leaves: Vec<Node>) -> u32 {
+        let node = match &leaves[..] {
+            [] => return 0,
+            [leaf] => *leaf,
+            _ => {
+                let middles = || leaves.iter().map(|leaf| leaf.middle);
+                let (low, high) = (
+                    middles().fold(DVec3::INFINITY, DVec3::min),
+                    middles().fold(DVec3::NEG_INFINITY, DVec3::max),
+                );
+                let size = (high - low).to_array();
+                let widest = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
+                leaves.sort_by(|a, b| a.middle[widest].total_cmp(&b.middle[widest]));
+                let right = leaves.split_off(leaves.len() / 2);
+                let children = [self.grow(leaves), self.grow(right)];
+                let [a, b] = children.map(|child| self.nodes[child as usize]);
+                a.joined(&b, children)
+            }
+        };
+        self.nodes.push(node);
+        self.nodes.len() as u32 - 1
+    }
+
+    /// A place on a lamp, from three numbers; `None` where no lamp can light the point.
+    pub(super) fn aim(
+        &self,
+        scene: &Scene,
+        point: DVec3,
+        normal: DVec3,
+        choice: f64,
+        place: [f64; 2],
+    ) -> Option<Aim> {
+        let (mut node, mut choice, mut probability) = (self.nodes.last()?, choice, 1.0);
+        let lamp = loop {
+            match node.children {
+                Children::Lamp(lamp) => break &self.lamps[lamp as usize],
+                Children::Nodes(children) => {
+                    let [left, right] = children.map(|child| &self.nodes[child as usize]);
+                    let [a, b] = [left, right].map(|child| child.bound(point, normal));
+                    if !(a + b > 0.0) {
+                        return None;
+                    }
+                    let part = a / (a + b);
+                    (node, choice, probability) = match choice < part {
+                        true => (left, choice / part, probability * part),
+                        false => (right, (choice - part) / (1.0 - part), probability * (1.0 - part)),
+                    };
+                }
+            }
+        };
+        let surface = &scene.surfaces()[lamp.surface as usize];
+        let way = surface.point(lamp.place(surface, place)) - point;
+        let distance = way.length();
+        let direction = way / distance;
+        let (leaves, arrives) = (-surface.normal().dot(direction) * lamp.side.sign(), normal.dot(direction));
+        if !(leaves > 0.0 && arrives > 0.0) {
+            return None;
+        }
+        let part = lamp.area * leaves * arrives / (std::f64::consts::PI * distance * distance);
+        let gain = part.min(NEAREST) / probability;
+        Some(Aim {
+            surface: lamp.surface,
+            side: lamp.side,
+            direction,
+            irradiance: lamp.radiosity.map(|b| b * gain),
+        })
+    }
+}
+
+/// The cells of a side that shine as one lamp where they are all of them and emit alike.
+fn whole(scene: &Scene, bright: Vec<Lamp>) -> Vec<Lamp> {
+    let Some(&Lamp { surface, side, .. }) = bright.first() else { return bright };
+    let emittance = |lamp: &Lamp| {
+        scene.faces().piece(scene.surfaces()[surface as usize].piece(lamp.cell.unwrap_or(0), side)).emittance
+    };
+    let is_whole = bright.len() == scene.surfaces()[surface as usize].cell_count() as usize;
+    let is_even =
+        emittance(&bright[0]).is_lit() && bright.iter().all(|lamp| emittance(lamp) == emittance(&bright[0]));
+    if bright.len() == 1 || !is_whole || !is_even {
+        return bright;
+    }
+    let area: f64 = bright.iter().map(|lamp| lamp.area).sum();
+    let radiosity =
+        std::array::from_fn(|c| bright.iter().map(|lamp| lamp.area * lamp.radiosity[c]).sum::<f64>() / area);
+    vec![Lamp { surface, side, cell: None, area, radiosity }]
+}
+
+impl Lamp {
+    /// The local coordinates of a uniform point of it, from two uniforms.
+    fn place(&self, surface: &Surface, place: [f64; 2]) -> [f64; 2] {
+        match self.cell {
+            Some(cell) => surface.point_in_cell(cell, place),
+            None if surface.is_triangle() && place[0] + place[1] > 1.0 => place.map(|x| 1.0 - x),
+            None => place,
+        }
+    }
+}
+
+impl Node {
+    fn of(scene: &Scene, number: u32, lamp: &Lamp) -> Self {
+        let surface = &scene.surfaces()[lamp.surface as usize];
+        let corners = match lamp.cell {
+            Some(cell) => {
+                let corners = scene.faces().piece_corners(surface.piece(cell, lamp.side));
+                corners.into_iter().map(|corner| corner - scene.origin()).collect()
+            }
+            None => surface.outline(),
+        };
+        let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        let radius = corners.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max);
+        Node {
+            middle,
+            radius,
+            axis: scene.surfaces()[lamp.surface as usize].normal() * lamp.side.sign(),
+            cos_cone: 1.0,
+            power: lamp.area * lamp.radiosity.iter().sum::<f64>(),
+            children: Children::Lamp(number),
+        }
+    }
+
+    /// The node above two.
+    fn joined(&self, other: &Node, children: [u32; 2]) -> Node {
+        let way = other.middle - self.middle;
+        let distance = way.length();
+        let radius = (0.5 * (distance + self.radius + other.radius)).max(self.radius).max(other.radius);
+        let part = if distance > 0.0 { ((radius - self.radius) / distance).clamp(0.0, 1.0) } else { 0.0 };
+        let axis = (self.axis * self.power + other.axis * other.power).normalize_or_zero();
+        let reach = |node: &Node| {
+            (node.axis.dot(axis).clamp(-1.0, 1.0).acos() + node.cos_cone.clamp(-1.0, 1.0).acos())
+                .min(std::f64::consts::PI)
+        };
+        let cone = if axis == DVec3::ZERO { std::f64::consts::PI } else { reach(self).max(reach(other)) };
+        Node {
+            middle: self.middle + way * part,
+            radius,
+            axis,
+            cos_cone: cone.cos(),
+            power: self.power + other.power,
+            children: Children::Nodes(children),
+        }
+    }
+
+    /// A bound of the irradiance at a point, up to a constant; 0 only where it is 0.
+    fn bound(&self, point: DVec3, normal: DVec3) -> f64 {
+        let way = self.middle - point;
+        let squared = way.length_squared();
+        let far = squared.max(self.radius * self.radius);
+        if squared <= self.radius * self.radius {
+            return self.power / far;
+        }
+        let way = way / squared.sqrt();
+        // The box is seen within an angle of this cosine about its middle.
+        let cos_box = (1.0 - self.radius * self.radius / squared).max(0.0).sqrt();
+        let leaves = less(less(-way.dot(self.axis), self.cos_cone), cos_box);
+        let arrives = less(way.dot(normal), cos_box);
+        if leaves > 0.0 && arrives > 0.0 { self.power * leaves * arrives / far } else { 0.0 }
+    }
+}
+
+/// The cosine of an angle less another, at least 0, both given as cosines.
+fn less(cos: f64, by: f64) -> f64 {
+    if cos >= by {
+        return 1.0;
+    }
+    let sin = |cos: f64| (1.0 - cos * cos).max(0.0).sqrt();
+    cos * by + sin(cos) * sin(by)
+}

@@ -1,0 +1,128 @@
+// Results of many patches: corners on a grid, which faces share, and rounded numbers, as `page/compact.rs` of the program packs them.
+
+import { Result } from './result.js';
+
+/** Reads planes of numbers one after the other. */
+class Planes {
+  constructor(buffer) {
+    this.bytes = new Uint8Array(buffer);
+    this.at = 0;
+  }
+
+  eight(count) {
+    this.at += count;
+    return this.bytes.subarray(this.at - count, this.at);
+  }
+
+  /** Numbers of 16 bits: differences, the low bytes of all before the high ones. */
+  sixteen(count) {
+    const [low, high] = [this.eight(count), this.eight(count)];
+    const numbers = new Uint16Array(count);
+    let sum = 0;
+    for (let i = 0; i < count; i += 1) {
+      sum = (sum + low[i] + (high[i] << 8)) & 0xffff;
+      numbers[i] = sum;
+    }
+    return numbers;
+  }
+
+  /** Numbers of 32 bits, byte by byte of all. */
+  thirtyTwo(count) {
+    const [a, b, c, d] = [0, 1, 2, 3].map(() => this.eight(count));
+    const numbers = new Uint32Array(count);
+    for (let i = 0; i < count; i += 1) numbers[i] = a[i] | (b[i] << 8) | (c[i] << 16) | (d[i] << 24);
+    return numbers;
+  }
+}
+
+/** What reads codes as logarithms: 0 is unknown, 1 is 0. */
+function decoder(least, steps) {
+  const values = new Float32Array(65536);
+  for (let code = 2; code < 65536; code += 1) values[code] = 2 ** (least + (code - 2) / steps);
+  values[0] = NaN;
+  return (codes) => Float32Array.from(codes, (code) => values[code]);
+}
+
+export class CompactResult extends Result {
+  constructor(facts, buffer) {
+    super(facts);
+    const { rows, vertices, low, step, materials, least, steps, seen_steps: seenSteps, width_steps: widthSteps, ends, channels: count } = facts.compact;
+    this.size = rows;
+    this.channels = count === 1 ? [''] : ['_r', '_g', '_b'];
+    const planes = new Planes(buffer);
+    const places = [0, 1, 2].map(() => planes.sixteen(vertices));
+    const seen = decoder(least, seenSteps);
+    const lights = this.channels.map(() => seen(planes.sixteen(vertices)));
+    const back = [0, 1, 2, 3].map(() => planes.thirtyTwo(rows));
+    this.corners = new Float32Array(12 * rows);
+    this.smooth = new Float32Array(4 * count * rows);
+    for (let at = 0, met = 0; at < 4 * rows; at += 1) {
+      const vertex = met - back[at & 3][at >> 2];
+      if (vertex === met) met += 1;
+      for (let axis = 0; axis < 3; axis += 1) this.corners[3 * at + axis] = low[axis] + step * places[axis][vertex];
+      for (let c = 0; c < count; c += 1) this.smooth[count * at + c] = lights[c][vertex];
+    }
+    this.patches = planes.thirtyTwo(rows);
+    for (let row = 1; row < rows; row += 1) this.patches[row] += this.patches[row - 1];
+    this.sides = planes.eight(rows);
+    const material = planes.sixteen(rows);
+    const values = decoder(least, steps);
+    for (const name of ends ? ['radiosity', 'ci_low', 'ci_high'] : ['radiosity']) {
+      for (const channel of this.channels) this.numbers.set(name + channel, values(planes.sixteen(rows)));
+    }
+    if (!ends) {
+      const width = Float32Array.from({ length: 256 }, (_, code) => (code === 0 ? NaN : 2 ** ((code - 1) / widthSteps - 15)));
+      this.halfWidths = Float32Array.from(planes.eight(rows), (code) => width[code]);
+    }
+    this.channels.forEach((channel, c) => {
+      const of = (first) => Float32Array.from(material, (number) => materials[number][first + c]);
+      const [reflectance, emittance, radiosity] = [of(0), of(count), this.numbers.get('radiosity' + channel)];
+      this.numbers.set('reflectance' + channel, reflectance);
+      this.numbers.set('emittance' + channel, emittance);
+      // H = (B − E)/ϱ, where the difference is no rounding.
+      this.numbers.set('irradiance' + channel, radiosity.map((b, i) => (emittance[i] === 0 && reflectance[i] > 0 ? b / reflectance[i] : NaN)));
+    });
+    this.area = this.areas();
+    this.columns = { patch: this.patches };
+    if (facts.compact.two_sided) this.columns.side = { at: (row) => (this.sides[row] === 1 ? 'back' : 'front') };
+  }
+
+  /** The area of every face [m²]: half the length of the product of its diagonals. */
+  areas() {
+    const { corners } = this;
+    return Float64Array.from({ length: this.size }, (_, face) => {
+      const at = 12 * face;
+      const [u, v] = [[0, 6], [3, 9]].map(([from, to]) => [0, 1, 2].map((axis) => corners[at + to + axis] - corners[at + from + axis]));
+      return Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
+    });
+  }
+
+  has(name) {
+    return this.numbers.has(name + this.channels[0]);
+  }
+
+  number(name) {
+    return this.numbers.get(name);
+  }
+
+  cell(name, row) {
+    if (name === 'patch') return String(this.patches[row]);
+    if (name === 'side') return this.sides[row] === 1 ? 'back' : 'front';
+    if (name === 'area') return String(Number(this.area[row].toPrecision(4)));
+    const axis = ['x', 'y', 'z'].indexOf(name);
+    if (axis >= 0) {
+      const count = this.isTriangle(row) ? 3 : 4;
+      const sum = [0, 1, 2, 3].slice(0, count).reduce((total, which) => total + this.corner(row, which)[axis], 0);
+      return String(Number((sum / count).toPrecision(5)));
+    }
+    const value = this.ends(name, row) ?? this.numbers.get(name)?.[row];
+    return value === undefined || Number.isNaN(value) ? '' : String(Number(value.toPrecision(4)));
+  }
+
+  /** The ends of an interval of which the half-width is known. */
+  ends(name, row) {
+    if (!name.startsWith('ci_') || this.numbers.has(name)) return undefined;
+    const value = this.numbers.get(name.replace(/^ci_(low|high)/, 'radiosity'))[row];
+    return value * Math.max(1 + (name.startsWith('ci_low') ? -1 : 1) * this.halfWidths[row], 0);
+  }
+}

@@ -1,0 +1,121 @@
+// A result as the page shows it: the table and the corners of the faces.
+
+import { Smoother } from './smooth.js';
+
+/** Columns of patches.csv by name, as they are written: arrays of text. */
+export function columns(csv) {
+  const lines = csv.split('\n');
+  if (lines.at(-1) === '') lines.pop();
+  const names = lines[0].split(',');
+  const rows = lines.slice(1).map(cells);
+  return Object.fromEntries(names.map((name, at) => [name, rows.map((row) => row[at])]));
+}
+
+/** The cells of a line; names of surfaces may be quoted. */
+function cells(line) {
+  if (!line.includes('"')) return line.split(',');
+  const found = [];
+  for (const [, quoted, plain] of line.matchAll(/(?:^|,)(?:"((?:[^"]|"")*)"|([^,]*))/g)) {
+    found.push(quoted === undefined ? plain : quoted.replaceAll('""', '"'));
+  }
+  return found;
+}
+
+/** A number of a mixture as a cell; one that is not known is empty. */
+const written = (value) => (Number.isNaN(value) ? '' : String(value));
+
+/** A result: a row a face, and the corners of the faces, with the radiosity there, in the order of rows. */
+export class Result {
+  constructor(facts, csv, corners, smooth) {
+    this.facts = facts;
+    this.csv = csv;
+    this.corners = corners;
+    this.smooth = smooth;
+    this.numbers = new Map();
+    if (csv !== undefined) {
+      this.columns = columns(csv);
+      this.size = this.columns.patch.length;
+      this.channels = 'radiosity' in this.columns ? [''] : ['_r', '_g', '_b'];
+      this.area = this.number('area');
+    }
+    this.sources = null;
+    this.sensors = null;
+    this.mixed = null;
+  }
+
+  /** Whether the page knows a quantity. */
+  has(name) {
+    return name in this.columns || name + this.channels[0] in this.columns;
+  }
+
+  /** The row of a patch that is asked for by its number; −1 where the page has none. */
+  rowOf(patch) {
+    return this.columns.patch.findIndex((cell) => String(cell) === patch);
+  }
+
+  /** Takes the light of a mixture of the sources in place of the table's; `null` goes back to the table. */
+  mix(factors) {
+    this.halfWidths = null;
+    this.mixed = null;
+    this.mixedSmooth = null;
+    if (factors === null) return;
+    const reflectances = this.channels.map((c) => this.number('reflectance' + c));
+    this.mixed = this.sources.mix(factors, this.channels, reflectances);
+  }
+
+  /** B at the four corners of every face, the channels of a corner side by side. */
+  get even() {
+    if (this.mixed === null) return this.smooth;
+    this.smoother ??= new Smoother(this);
+    this.mixedSmooth ??= this.smoother.values();
+    return this.mixedSmooth;
+  }
+
+  /** A cell of the table as it is written; of a mixture, its number. */
+  cell(name, row) {
+    return this.mixed?.has(name) ? written(this.mixed.get(name)[row]) : this.columns[name][row];
+  }
+
+  /** A column as numbers; empty cells are NaN. */
+  number(name) {
+    if (this.mixed?.has(name)) return this.mixed.get(name);
+    if (!this.numbers.has(name)) {
+      const column = this.columns[name];
+      this.numbers.set(name, Float64Array.from(column, (cell) => (cell === '' ? NaN : Number(cell))));
+    }
+    return this.numbers.get(name);
+  }
+
+  /** A quantity of every face: of one channel, or its mean over the channels where `channel` is 'mean'. */
+  quantity(name, channel) {
+    if (this.channels.length === 1) return this.number(name);
+    if (channel !== 'mean') return this.number(name + channel);
+    const parts = this.channels.map((c) => this.number(name + c));
+    return Float64Array.from(parts[0], (_, i) => parts.reduce((sum, part) => sum + part[i], 0) / parts.length);
+  }
+
+  /** Half of the interval's width over the estimate, the largest of the channels. */
+  relativeHalfWidth() {
+    this.halfWidths ??= Float64Array.from(this.area, (_, i) => {
+      const of = (c) => {
+        const [low, high, value] = ['ci_low', 'ci_high', 'radiosity'].map((name) => this.number(name + c)[i]);
+        return value === 0 && high === low ? 0 : (high - low) / 2 / value;
+      };
+      return Math.max(...this.channels.map(of));
+    });
+    return this.halfWidths;
+  }
+
+  /** Whether a face is a triangle: its fourth corner repeats the third. */
+  isTriangle(face) {
+    const [third, fourth] = [this.corner(face, 2), this.corner(face, 3)];
+    return [0, 1, 2].every((axis) => third[axis] === fourth[axis]);
+  }
+
+  /** A corner as [x, y, z] in metres; what is numbered after the last face are the cells of sensors. */
+  corner(face, which) {
+    const of = face < this.size ? [this.corners, face] : [this.sensors.corners, face - this.size];
+    const at = 12 * of[1] + 3 * which;
+    return of[0].subarray(at, at + 3);
+  }
+}
