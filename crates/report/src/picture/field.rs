@@ -47,7 +47,7 @@ const LAMP_STEPS: [usize; 4] = [1, 2, 4, 8];
 const NEAREST: f32 = 16.0;
 
 /// Light of lamps whose local means differ by this many of their standard errors is not mixed by much.
-const RANGE: f32 = 3.0;
+const RANGE: f32 = 4.0;
 
 /// The filter of a pass: a cubic B-spline.
 const KERNEL: [f32; 5] = [1.0 / 16.0, 0.25, 0.375, 0.25, 1.0 / 16.0];
@@ -254,7 +254,8 @@ fn even_lamps(pixels: &[Seen], light: Vec<Noisy>, size: [usize; 2]) -> Vec<Noisy
     // The variance of a variance is large, too.
     let spread: Vec<Noisy> =
         guide.iter().map(|of| Noisy { light: Vec3::splat(of.variance), variance: 0.0 }).collect();
-    let spread = filtered(pixels, &spread, size, 2, |_, _, _| 1.0);
+    let spread =
+        [2, 4].iter().fold(spread, |spread, &step| filtered(pixels, &spread, size, step, |_, _, _| 1.0));
     let scale: Vec<f32> = guide
         .iter()
         .zip(&spread)
