@@ -148,7 +148,7 @@ impl Distribution {
 
     /// The intensity [cd] in a direction of any length, in the frame of the luminaire.
     pub fn intensity(&self, direction: DVec3) -> f64 {
-        let d = self.to_poles(direction);
+        let d = self.turned_in(direction);
         let c = angle(d.y, d.x);
         let c = if c < self.c[0] { c + 360.0 } else { c };
         self.at(c, angle((d.x * d.x + d.y * d.y).sqrt(), -d.z))
@@ -167,7 +167,7 @@ impl Distribution {
         let u = invert_linear(a0 + (a1 - a0) * v, b0 + (b1 - b0) * v, t2);
         let [sin_gamma, cos_gamma] = self.rows.turn(row, delta);
         let [sin_c, cos_c] = self.columns.turn(column, u * self.columns.widths[column]);
-        self.from_poles(DVec3::new(sin_gamma * cos_c, sin_gamma * sin_c, -cos_gamma))
+        self.turned_out(DVec3::new(sin_gamma * cos_c, sin_gamma * sin_c, -cos_gamma))
     }
 
     /// The brightest direction of the table: C and γ [°] of its frame, and the intensity [cd].
@@ -180,7 +180,7 @@ impl Distribution {
         }
         let [c, gamma] = [self.c[best.0 / self.gamma.len()], self.gamma[best.0 % self.gamma.len()]];
         let ([sin_c, cos_c], [sin_gamma, cos_gamma]) = (sin_cos(c), sin_cos(gamma));
-        (self.from_poles(DVec3::new(sin_gamma * cos_c, sin_gamma * sin_c, -cos_gamma)), best.1)
+        (self.turned_out(DVec3::new(sin_gamma * cos_c, sin_gamma * sin_c, -cos_gamma)), best.1)
     }
 
     /// The least and the largest γ of the table [°], where its poles are vertical.
@@ -250,7 +250,7 @@ impl Distribution {
     }
 
     /// A direction of the luminaire in the frame of the table.
-    fn to_poles(&self, d: DVec3) -> DVec3 {
+    fn turned_in(&self, d: DVec3) -> DVec3 {
         match self.poles {
             Poles::Vertical => d,
             Poles::Horizontal => DVec3::new(-d.z, d.y, d.x),
@@ -258,7 +258,7 @@ impl Distribution {
     }
 
     /// A direction of the table in the frame of the luminaire.
-    fn from_poles(&self, d: DVec3) -> DVec3 {
+    fn turned_out(&self, d: DVec3) -> DVec3 {
         match self.poles {
             Poles::Vertical => d,
             Poles::Horizontal => DVec3::new(d.z, d.y, -d.x),

@@ -28,7 +28,7 @@ fn edition(line: &str) -> u32 {
     let line = line.trim().to_ascii_uppercase();
     match () {
         () if line.starts_with("IESNA91") => 1991,
-        () if line.starts_with("IESNA:LM-63-1995") => 1995,
+        () if line.starts_with("IESNA:LM-63-1995") || line.starts_with("IESNA95") => 1995,
         () if line.starts_with("IESNA:LM-63-2002") => 2002,
         () if line.starts_with("IES:LM-63-2019") || line.starts_with("IESNA:LM-63-2019") => 2019,
         // Later editions than this reader keep the form of 2002.

@@ -35,7 +35,7 @@ impl Luminaire {
             .any(|curve| curve.iter().enumerate().any(|(k, v)| !(180..=540).contains(&k) && *v > 0.0));
         let (x, y) = (WIDTH / 2.0, if upwards { 60.0 + RADIUS } else { 76.0 });
         let bottom = y + RADIUS + 44.0;
-        let height = bottom + 66.0;
+        let height = bottom + 38.0;
         let place = |from_nadir: f64, radius: f64| {
             let (sine, cosine) = (from_nadir * PI / 180.0).sin_cos();
             (x + radius * sine, y + radius * cosine)
@@ -98,11 +98,14 @@ impl Luminaire {
         for ring in 1..=rings {
             let r = RADIUS * f64::from(ring) / f64::from(rings);
             let (label_x, label_y) = place(15.0, r);
-            draw(format!(
-                "<text x=\"{label_x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" paint-order=\"stroke\" stroke=\"#FFFFFF\" stroke-width=\"4\">{}</text>",
-                label_y + 4.5,
-                plain(step * f64::from(ring))
-            ));
+            // A white edge around the digits, drawn first.
+            for edge in [" stroke=\"#FFFFFF\" stroke-width=\"4\"", ""] {
+                draw(format!(
+                    "<text x=\"{label_x:.1}\" y=\"{:.1}\" text-anchor=\"middle\"{edge}>{}</text>",
+                    label_y + 4.5,
+                    plain(step * f64::from(ring))
+                ));
+            }
         }
         for (number, (c, name, look)) in PLANES.into_iter().enumerate() {
             let middle = bottom + 20.0 * number as f64;

@@ -190,7 +190,10 @@ fn what_is_wrong_is_said_with_its_line() {
         (ies("1 -1 0 2 1 1 2 0 0 0\n1 1 1"), "4: multiplier × ballast factors is 0"),
         (ies("1 -1 1 2 1 1 2 0 0 0\n1 1 1\n90 0\n0\n1 1"), "5: the vertical angle 0° follows 90°"),
         (ies("1 -1 1 2 1 1 2 0 0 0\n1 1 1\n0 190\n0\n1 1"), "5: the vertical angle 190° is outside 0–180°"),
-        (ies("1 -1 1 2 3 1 2 0 0 0\n1 1 1\n0 90\n0 100 200\n1 1 1 1 1 1"), "6: horizontal angles from 0° to 200°"),
+        (
+            ies("1 -1 1 2 3 1 2 0 0 0\n1 1 1\n0 90\n0 100 200\n1 1 1 1 1 1"),
+            "6: horizontal angles from 0° to 200°",
+        ),
         (
             ies("1 -1 1 2 1 1 2 0 0 0\n1 1 1\n0 90\n0\n1 -1"),
             "7: the intensity -1 in the plane of 0° is negative",

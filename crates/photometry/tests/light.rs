@@ -98,7 +98,7 @@ fn directions_have_the_density_of_the_intensities() {
         let (mut chi, mut cells) = (0.0, 0);
         let (mut rare, mut rare_expected) = (0.0, 0.0);
         for (bin, &count) in counts.iter().enumerate() {
-            const FINE: usize = 24;
+            const FINE: usize = 16;
             let mut intensity = 0.0;
             for k in 0..FINE * FINE {
                 let part = |k: usize| (k as f64 + 0.5) / FINE as f64;
