@@ -20,6 +20,11 @@ pub(crate) struct Read {
 }
 
 impl Read {
+    /// Whether a pilot has just chosen patches.
+    pub(crate) fn is_chosen(&self) -> bool {
+        self.chosen.is_some()
+    }
+
     /// Builds the scene of the job, with what a pilot has built of it.
     ///
     /// # Errors
@@ -40,6 +45,24 @@ pub(crate) fn load(
     kept: impl FnOnce(&Job) -> Option<Partition>,
 ) -> Result<Read, Fault> {
     let job = job::load(&args.job, &args.overrides())?;
+    choose_for(job, args, phase, kept)
+}
+
+/// [`load`] of a job for a command that is about its patches alone: a pilot chooses those that are to be chosen in so many words.
+///
+/// # Errors
+/// Where the job is refused.
+pub(crate) fn load_written(args: &JobArgs, phase: &Phase) -> Result<Read, Fault> {
+    let job = job::load_as_written(&args.job, &args.overrides())?;
+    choose_for(job, args, phase, |_| None)
+}
+
+fn choose_for(
+    job: Job,
+    args: &JobArgs,
+    phase: &Phase,
+    kept: impl FnOnce(&Job) -> Option<Partition>,
+) -> Result<Read, Fault> {
     if job.auto.is_none() {
         return Ok(Read { job, chosen: None });
     }
@@ -89,7 +112,7 @@ pub(crate) fn load_anew(args: &JobArgs, phase: &Phase) -> Result<Read, Fault> {
 /// # Errors
 /// Where the job is refused, or leaves patches open.
 pub(crate) fn load_given(path: &Path, overrides: &[String], command: &'static str) -> Result<Job, Fault> {
-    let job = job::load(path, overrides)?;
+    let job = job::load_as_written(path, overrides)?;
     match job.auto {
         None => Ok(job),
         Some(_) => Err(Fault::OpenPatches { path: job.path, name: job.name, command }),

@@ -119,6 +119,7 @@ impl Prepared {
         results::check_memory(&read.job, workers)?;
         phase.now("building the scene");
         let scene = read.build_scene()?;
+        let is_chosen = read.is_chosen();
         let job = read.job;
         let experiment = Experiment::new(scene, job.method.walks())?
             .with_sensors(job.scene.sensors())?
@@ -150,6 +151,10 @@ impl Prepared {
             phase.now("reading the checkpoint");
             prepared.resume()?;
         }
+        if is_chosen {
+            phase.now("keeping the chosen patches");
+            prepared.keep_choice()?;
+        }
         Ok(prepared)
     }
 
@@ -167,6 +172,14 @@ impl Prepared {
         info!("resumed after {} paths", resumed.paths);
         (self.past, self.latest) = (resumed.past, resumed.latest);
         self.workers_before = self.past.effort.workers_seen;
+        Ok(())
+    }
+
+    /// Keeps what the pilot has chosen before the first walk, so that a run that is stopped early resumes without another pilot.
+    fn keep_choice(&mut self) -> Result<(), Fault> {
+        let nothing = Past::none(self.experiment.tally::<{ judge::MOMENTS }>());
+        self.output.begin(&self.identity.checkpoint(nothing), self.latest)?;
+        self.latest = Latest::Good;
         Ok(())
     }
 
@@ -291,7 +304,7 @@ impl Prepared {
             Ending::WallClock if checkpoint.tally.counts.walks == 0 => Ok(Outcome::TargetMissed),
             Ending::BudgetSpent | Ending::WallClock => {
                 let missed = self.settings.target_missed(&self.experiment, &checkpoint.tally);
-                Ok(if missed { Outcome::TargetMissed } else { Outcome::Done })
+                Ok(if missed && !self.job.is_default_target { Outcome::TargetMissed } else { Outcome::Done })
             }
         }
     }

@@ -7,14 +7,14 @@ use tracing::warn;
 use voice::{Phase, say};
 
 use crate::args::ExactArgs;
-use crate::choose::load_anew;
+use crate::choose::load_written;
 use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 
 /// Solves a job's scene and writes `exact.csv` and `exact.json`; in colour, a pair for each channel.
 pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
-    let read = load_anew(&args.job, &phase)?;
+    let read = load_written(&args.job, &phase)?;
     // The job's own error messages know the line of the file that is at fault.
     let scene = read.build_scene()?;
     let job = read.job;

@@ -35,7 +35,7 @@ fn cube() -> String {
 }
 
 const JOB: &str = "scene = \"cube.obj\"\nseed = 3\n[import]\nup = \"z\"\nsides = 1\ngroup_size = 0.5\n\
-    [budget]\npaths = 200_000\nstream_paths = 1024\n";
+    [method]\nwalk = \"shooting\"\n[budget]\npaths = 200_000\nstream_paths = 1024\n";
 
 fn written() -> (TempDir, PathBuf) {
     let folder = tempdir().unwrap();

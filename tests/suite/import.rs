@@ -49,7 +49,8 @@ fn a_mesh_has_the_bytes_of_its_scene_but_names() {
     let folder = written("bytes");
     let rows = |file: &str, more: &[&str]| {
         let out = folder.join(format!("out-{file}"));
-        let args = [&["--paths", "20000", "--workers", "2"], more].concat();
+        let given = ["--set", "method.walk=shooting", "--set", "scene.patches=given"];
+        let args = [&["--paths", "20000", "--workers", "2"], &given[..], more].concat();
         let summary = run_job(folder.join(file).to_str().unwrap(), &out, &args);
         (columns(&out.join("patches.csv")), summary)
     };

@@ -7,6 +7,7 @@ mod verdict;
 
 mod against_exact;
 mod chaos;
+mod choice;
 mod chosen;
 mod coincident;
 mod colour;

@@ -24,7 +24,7 @@ fn cube_with(folder: &TempDir, sensors: &str) -> PathBuf {
     let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
     let scene = std::fs::read_to_string(configs.join("scenes/cube54.toml")).unwrap();
     std::fs::write(folder.path().join("scene.toml"), scene + sensors).unwrap();
-    let job = "scene = \"scene.toml\"\nseed = 42\n[budget]\npaths = 300_000\nstream_paths = 5000\n";
+    let job = "scene = \"scene.toml\"\nseed = 42\n[method]\nwalk = \"shooting\"\n[budget]\npaths = 300_000\nstream_paths = 5000\n";
     let path = folder.path().join("cube.toml");
     std::fs::write(&path, job).unwrap();
     path

@@ -26,7 +26,7 @@ materials = \"all\"
 fn room(folder: &TempDir, tables: &str) -> PathBuf {
     let scene = folder.path().join("scene.toml");
     std::fs::write(scene, ROOM).unwrap();
-    let job = "scene = \"scene.toml\"\nseed = 42\n[budget]\npaths = 200_000\nstream_paths = 5000\n";
+    let job = "scene = \"scene.toml\"\nseed = 42\n[method]\nwalk = \"shooting\"\n[budget]\npaths = 200_000\nstream_paths = 5000\n";
     let path = folder.path().join("room.toml");
     std::fs::write(&path, format!("{job}{tables}")).unwrap();
     path

@@ -30,14 +30,18 @@ pub struct Budget {
     pub checkpoint_seconds: f64,
 }
 
-/// Reads the table `[budget]` of a job.
-pub(crate) fn read_budget(mut table: Table<'_>) -> Result<Budget, Error> {
-    let paths = table.require(
-        "paths",
-        "it bounds the work, also where a target may end the job earlier",
-        "[budget] paths = 10_000_000, the number of walks",
-    )?;
-    let paths = paths.integer(1..=i64::MAX as u64, "without a walk there is no estimate")?;
+/// Reads the table `[budget]` of a job, which has so many `paths` if it does not say.
+pub(crate) fn read_budget(mut table: Table<'_>, paths: Option<u64>) -> Result<Budget, Error> {
+    let read = |value: Value<'_>| value.integer(1..=i64::MAX as u64, "without a walk there is no estimate");
+    let paths = match (table.take("paths"), paths) {
+        (Some(value), _) => read(value)?,
+        (None, Some(paths)) => paths,
+        (None, None) => read(table.require(
+            "paths",
+            "it bounds the work, also where a target may end the job earlier",
+            "[budget] paths = 10_000_000, the number of walks",
+        )?)?,
+    };
     let first_path = table.take("first_path").map(|value| read_first_path(&value, paths)).transpose()?;
     let stream_paths = table.take("stream_paths").map(|value| read_stream_paths(&value)).transpose()?;
     let checkpoint_seconds =

@@ -111,6 +111,19 @@ impl<'a> Table<'a> {
         matches!(self.entries.get(key).map(Spanned::get_ref), Some(DeValue::String(found)) if found == word)
     }
 
+    /// Whether a key's value is a table with another key.
+    pub(crate) fn holds(&self, key: &str, inner: &str) -> bool {
+        let value = self.entries.get(key).map(Spanned::get_ref);
+        matches!(value, Some(DeValue::Table(table)) if table.contains_key(inner))
+    }
+
+    /// Whether a table of the list under a key has another key.
+    pub(crate) fn list_holds(&self, key: &str, inner: &str) -> bool {
+        let Some(DeValue::Array(tables)) = self.entries.get(key).map(Spanned::get_ref) else { return false };
+        let has = |table: &DeValue<'_>| matches!(table, DeValue::Table(table) if table.contains_key(inner));
+        tables.iter().any(|table| has(table.get_ref()))
+    }
+
     /// Whether a key is `true`.
     pub(crate) fn is_true(&self, key: &str) -> bool {
         matches!(self.entries.get(key).map(Spanned::get_ref), Some(DeValue::Boolean(true)))

@@ -14,7 +14,7 @@ use crate::target::{Target, TotalTarget, Unhit, read_relative_error};
 const DEFAULT_FRACTION: f64 = 0.99;
 
 /// The walks at the first look at a target: the spread of fewer walks is too uncertain.
-const DEFAULT_MIN_PATHS: u64 = 1 << 10;
+pub(crate) const DEFAULT_MIN_PATHS: u64 = 1 << 10;
 
 /// The least number of scores on a patch whose spread is trusted.
 const DEFAULT_MIN_HITS: u64 = 10;
@@ -72,10 +72,10 @@ impl<'a> Goals<'a> {
         Ok(Goals { patches, sensors, total_error, of_patches, min_paths, unhit })
     }
 
-    /// What is asked of patches, of sensors, and of noise and discretisation together.
+    /// What is asked of patches, of sensors, and of noise and discretisation together, where a pilot tells of them if it `is_told`.
     pub(crate) fn about(
         self,
-        patch_count: Option<u64>,
+        (patch_count, is_told): (Option<u64>, bool),
         method: &MethodTable,
         sensors: &[SensorSpec],
     ) -> Result<Asked, Error> {
@@ -84,10 +84,8 @@ impl<'a> Goals<'a> {
         let target = self.of_patches.map(|target| Target { patches, ..target });
         let errors = self.sensors.map(|value| read_sensor_errors(value, sensors)).transpose()?;
         let of_sensors = errors.map(|sensors| SensorTarget { sensors, min_paths, unhit });
-        let total_error = self
-            .total_error
-            .map(|value| read_total_error(&value, method, patch_count.is_none()))
-            .transpose()?;
+        let total_error =
+            self.total_error.map(|value| read_total_error(&value, method, is_told)).transpose()?;
         let total = total_error.map(|total_error| TotalTarget { total_error, min_paths });
         Ok(Asked { target, sensor_target: of_sensors, total_target: total })
     }
@@ -117,9 +115,9 @@ fn read_target_patches(
     }
 }
 
-/// `open`: whether the basis is yet to be chosen.
-fn read_total_error(value: &Value<'_>, method: &MethodTable, open: bool) -> Result<f64, Error> {
-    if !open && method.beside != Beside::Slopes {
+/// `is_told`: whether a pilot tells how light is spread over patches.
+fn read_total_error(value: &Value<'_>, method: &MethodTable, is_told: bool) -> Result<f64, Error> {
+    if !is_told && method.beside != Beside::Slopes {
         return Err(value.refuse(
             "the job does not find out how light is spread over patches".into(),
             "the total error is that of walks and of patches that are too coarse, and means do not tell the second",

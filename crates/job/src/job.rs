@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
 use crate::error::{Error, Place, Spot};
-use crate::goals::{Asked, Goals};
+use crate::goals::{Asked, DEFAULT_MIN_PATHS, Goals};
 use crate::imports::{IMPORT_KEYS, read_grouping, read_options};
 use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
 use crate::method::{Basis, Cutting, MethodTable, WalkKind, read_method};
@@ -25,8 +25,11 @@ use crate::word::Word;
 /// The seed of a job that names none: runs repeat unless asked not to.
 pub const DEFAULT_SEED: u64 = 0;
 
-/// Walks of a scene that stands in place of a job.
+/// The most walks of a scene that stands in place of a job.
 pub const DEFAULT_PATHS: u64 = 10_000_000;
+
+/// The total error at which such a scene is known well enough, where neither walks nor an accuracy are asked for.
+pub const DEFAULT_TOTAL_ERROR: f64 = 0.05;
 
 /// The level of every interval of a job that names none.
 pub const DEFAULT_CONFIDENCE: f64 = 0.95;
@@ -92,6 +95,10 @@ pub struct Job {
     pub sources: Vec<PatchGroup>,
     /// Materials whose influence is measured, each as the group of its patches.
     pub sensitivity: Vec<PatchGroup>,
+    /// Whether the accuracy that ends the run is the default: a run that does not reach it has not failed.
+    pub is_default_target: bool,
+    /// Whether the program chooses the method, since the job names none.
+    pub chooses_method: bool,
     /// What is left to the program before the job can be run; `None`: nothing.
     pub auto: Option<Auto>,
     /// What a pilot has foretold of the patches, where it has chosen them.
@@ -126,7 +133,16 @@ impl Job {
 /// # Errors
 /// A file that cannot be read, is not TOML, or says what is unknown, missing, not allowed or not built yet.
 pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
-    load_for(path, overrides, None)
+    load_for(path, overrides, (None, Unsaid::Chosen))
+}
+
+/// [`load`] for what is about given patches: a job that names no method, or no patches, leaves nothing to the program by that. Its method is the
+/// default of every key of `[method]`, its patches are those of the scene.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_as_written(path: &Path, overrides: &[String]) -> Result<Job, Error> {
+    load_for(path, overrides, (None, Unsaid::AsWritten))
 }
 
 /// [`load`] of a job whose patches are chosen: the partition takes the place of all that the files say of it.
@@ -134,16 +150,41 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
 /// # Errors
 /// As [`load`], and a partition of another scene.
 pub fn load_cut(path: &Path, overrides: &[String], partition: &Partition) -> Result<Job, Error> {
-    load_for(path, overrides, Some(partition))
+    load_for(path, overrides, (Some(partition), Unsaid::Chosen))
 }
 
-fn load_for(path: &Path, overrides: &[String], partition: Option<&Partition>) -> Result<Job, Error> {
+/// What a job is read from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    /// A job file.
+    Job,
+    /// A scene that stands in place of a job.
+    Scene,
+    /// A mesh in memory, whose faces are the patches, in their order, unless the overrides say otherwise.
+    Arrays,
+}
+
+/// What a job means that does not say how it is solved.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Unsaid {
+    /// The program chooses.
+    Chosen,
+    /// The default of every key of `[method]`, and the patches of the scene.
+    AsWritten,
+}
+
+fn load_for(
+    path: &Path,
+    overrides: &[String],
+    (partition, unsaid): (Option<&Partition>, Unsaid),
+) -> Result<Job, Error> {
     let bare = is_bare_scene(path);
-    let source = match bare {
-        true => default_job(path),
-        false => Source::read(path, "scene = \"…\" and a [budget]")?,
+    let (origin, source) = match bare {
+        true => (Origin::Scene, Source::of_scene(path, "")),
+        false => (Origin::Job, Source::read(path, "scene = \"…\" and a [budget]")?),
     };
-    read(path, &source.with_overrides(overrides)?, partition, |named, table, options| match named {
+    let source = source.with_overrides(overrides)?;
+    read((path, origin), &source, (partition, unsaid), |named, table, options| match named {
         None if bare => load_scene_with(path, options),
         named => read_scene(named, table, path, options),
     })
@@ -177,8 +218,8 @@ fn load_mesh_for(
     overrides: &[String],
     partition: Option<&Partition>,
 ) -> Result<Job, Error> {
-    let source = default_job(name).with_overrides(overrides)?;
-    read(name, &source, partition, |named, _, options| match named {
+    let source = Source::of_scene(name, "").with_overrides(overrides)?;
+    read((name, Origin::Arrays), &source, (partition, Unsaid::Chosen), |named, _, options| match named {
         None => SceneFile::of_mesh(name, mesh, options),
         Some(value) => Err(value.refuse(
             "the scene is given already".into(),
@@ -188,17 +229,12 @@ fn load_mesh_for(
     })
 }
 
-/// A job with the default of every key, for a scene that stands in place of it.
-fn default_job(scene: &Path) -> Source {
-    Source::of_scene(scene, &format!("[budget]\npaths = {DEFAULT_PATHS}\n"))
-}
-
 /// Reads a job, cut as a `partition` says if there is one; `read_scene` hears what the job names as its scene, and how meshes are
 /// read.
 fn read(
-    path: &Path,
+    (path, origin): (&Path, Origin),
     source: &Source,
-    partition: Option<&Partition>,
+    (partition, unsaid): (Option<&Partition>, Unsaid),
     read_scene: impl FnOnce(Option<Value<'_>>, &Table<'_>, &Options) -> Result<SceneFile, Error>,
 ) -> Result<Job, Error> {
     let mut table = Table::root(source, JOB_KEYS)?;
@@ -206,14 +242,19 @@ fn read(
     let mut import = table.table("import", IMPORT_KEYS)?;
     let repair = import.take("repair").map(|value| value.boolean()).transpose()?.unwrap_or(false);
     let grouping = read_grouping(&mut import)?;
-    let options = read_options(import)?;
+    let says_join = import.has_any(&["join"]);
+    let mut options = read_options(import)?;
+    let chooses_method = unsaid == Unsaid::Chosen && !table.has_any(&["method"]);
     let method = table.table("method", METHOD_KEYS)?;
     let budget = table.table("budget", BUDGET_KEYS)?;
     let target = table.take("target").map(|value| value.table(TARGET_KEYS)).transpose()?;
+    let asks_nothing =
+        origin == Origin::Scene && chooses_method && target.is_none() && !budget.has_any(&["paths"]);
+    let by_number = target.as_ref().is_some_and(|target| target.has_any(&["patches"]));
     let index = table.table("tracing", TRACING_KEYS)?.take("index");
     let files = read_output(table.table("output", OUTPUT_KEYS)?)?;
     let view = read_view(table.table("view", VIEW_KEYS)?)?;
-    let budget = read_budget(budget)?;
+    let budget = read_budget(budget, (origin != Origin::Job).then_some(DEFAULT_PATHS))?;
     let target = target.map(Goals::read).transpose()?.unwrap_or_default();
     let index = index.map(|value| value.word()).transpose()?.unwrap_or_default();
     let name = read_name(&mut table, path)?;
@@ -222,14 +263,37 @@ fn read(
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
     let light = table.take("light").map(|value| value.word()).transpose()?;
     let (named, patches) = read_scene_key(table.take("scene"), path)?;
+    // Where the program cuts a mesh, its rectangles are whole.
+    let says_faces = says_join || options.patch_size.is_some() || grouping.is_some() || by_number;
+    options.join |=
+        origin == Origin::Scene && chooses_method && !says_faces && !matches!(patches, Patches::AsWritten);
     let mut scene = read_scene(named, &table, &options)?;
     scene.prepare(repair, grouping.as_ref())?;
+    // Patches that the job names by number are those of the scene.
+    let chooses_patches = match origin {
+        Origin::Job => chooses_method,
+        Origin::Scene => unsaid == Unsaid::Chosen,
+        Origin::Arrays => false,
+    };
+    let patches = match patches {
+        Patches::Unsaid if chooses_patches && !by_number && !names_patches(&method, &table) => {
+            Patches::WhereUnsaid
+        }
+        patches => patches,
+    };
     let partition = cut(&mut scene, patches, partition)?;
     let light = light.unwrap_or_else(|| usual_light(&scene));
-    let (open, cutting) = left_open(&scene, partition.as_ref(), (&table, &method));
+    let (open, cutting) = left_open(&scene, partition.as_ref(), (&table, &method), chooses_method);
     let (method, note) = read_method(method, &cutting, &budget)?;
-    let Asked { target, sensor_target, total_target } =
-        target.about(cutting.patches, &method, scene.sensors())?;
+    let forecast = partition.and_then(|partition| partition.forecast);
+    // A pilot tells how light is spread over patches.
+    let is_told = open.is_some() || forecast.is_some();
+    let Asked { target, sensor_target, mut total_target } =
+        target.about((cutting.patches, is_told), &method, scene.sensors())?;
+    let is_default_target = asks_nothing && is_told;
+    if is_default_target {
+        total_target = Some(TotalTarget { total_error: DEFAULT_TOTAL_ERROR, min_paths: DEFAULT_MIN_PATHS });
+    }
     let [sources, sensitivity] = read_groups(&mut table, &scene)?;
     Ok(Job {
         path: path.into(),
@@ -250,8 +314,10 @@ fn read(
         view,
         sources,
         sensitivity,
+        is_default_target,
+        chooses_method,
         auto: open,
-        forecast: partition.and_then(|partition| partition.forecast),
+        forecast,
     })
 }
 
@@ -271,8 +337,10 @@ fn cut(
     partition: Option<&Partition>,
 ) -> Result<Option<Partition>, Error> {
     let file = scene.path().to_owned();
-    let is_cut = partition.is_some() || !matches!(patches, Patches::AsWritten) || !scene.auto().is_empty();
-    if is_cut && !scene.spec().patch_of_cell.is_empty() {
+    let is_grouped = !scene.spec().patch_of_cell.is_empty();
+    let patches = if is_grouped { patches.unless_unsaid() } else { patches };
+    let is_cut = partition.is_some() || !patches.are_written() || !scene.auto().is_empty();
+    if is_cut && is_grouped {
         return Err(Error::Refused {
             place: Place { file, spot: Spot::File, key: "patches".into() }.into(),
             problem: "faces of the scene are groups, and its cells are to be chosen".into(),
@@ -298,7 +366,11 @@ fn cut(
             scene.leave_cells();
             Ok(None)
         }
-        (None, Patches::AsWritten) => Ok(None),
+        (None, Patches::WhereUnsaid) => {
+            scene.leave_unsaid_cells();
+            Ok(None)
+        }
+        (None, Patches::Unsaid | Patches::AsWritten) => Ok(None),
     }
 }
 
@@ -307,6 +379,7 @@ fn left_open(
     scene: &SceneFile,
     partition: Option<&Partition>,
     (table, method): (&Table<'_>, &Table<'_>),
+    chooses_method: bool,
 ) -> (Option<Auto>, Cutting) {
     let open = Auto {
         surfaces: scene.auto().to_vec(),
@@ -316,8 +389,11 @@ fn left_open(
     };
     let cutting = Cutting {
         patches: scene.known_patch_count(),
-        linear: partition.is_some_and(|partition| partition.linear) && open.linear,
-        space: partition.map_or(Space::default(), |partition| partition.space),
+        linear: partition.map_or(chooses_method, |partition| partition.linear) && open.linear,
+        space: match chooses_method {
+            true => Space::Continuous,
+            false => partition.map_or(Space::default(), |partition| partition.space),
+        },
     };
     (Some(open).filter(|open| !open.surfaces.is_empty()), cutting)
 }
@@ -343,6 +419,13 @@ fn can_be_linear(table: &Table<'_>, method: &Table<'_>) -> bool {
         && !method.is_true("mix")
         && !method.says("basis", Basis::Constant.word())
         && !method.says("walk", WalkKind::Jacobi.word())
+}
+
+/// Whether a job names patches by number.
+fn names_patches(method: &Table<'_>, table: &Table<'_>) -> bool {
+    method.has_any(&["final_gather"])
+        || method.holds("birth", "patches")
+        || table.list_holds("source", "patches")
 }
 
 fn read_name(table: &mut Table<'_>, path: &Path) -> Result<String, Error> {

@@ -46,7 +46,8 @@ pub use finishes::Finishes;
 pub use groups::{Grouping, Groups};
 pub use import::Options as ImportOptions;
 pub use job::{
-    DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, Job, Light, load, load_cut, load_mesh, load_mesh_cut,
+    DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, DEFAULT_TOTAL_ERROR, Job, Light, load, load_as_written,
+    load_cut, load_mesh, load_mesh_cut,
 };
 pub use kind::{FileKind, file_kind};
 pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};

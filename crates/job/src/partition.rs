@@ -18,6 +18,9 @@ use crate::word::Word;
 /// The word by which a job or a surface leaves its cells to the program.
 pub(crate) const AUTO: &str = "auto";
 
+/// The word for the cells of the scene file.
+const GIVEN: &str = "given";
+
 /// The keys of a partition's file.
 const PARTITION_KEYS: &[&str] = &["basis", "space", "surfaces", "groups"];
 
@@ -82,12 +85,28 @@ pub struct Auto {
 
 /// What a job says of its patches beside the scene file.
 pub(crate) enum Patches {
-    /// The job leaves the cells of the scene file as they are.
+    /// The job does not say.
+    Unsaid,
+    /// The cells are those of the scene file.
     AsWritten,
+    /// The program cuts the surfaces that the scene file says no cells of.
+    WhereUnsaid,
     /// The program cuts every surface.
     Auto,
     /// A file says it.
     Given(PathBuf, Box<Place>),
+}
+
+impl Patches {
+    /// Whether the cells are those of the scene file.
+    pub(crate) fn are_written(&self) -> bool {
+        matches!(self, Patches::Unsaid | Patches::AsWritten)
+    }
+
+    /// These, where the job itself says them.
+    pub(crate) fn unless_unsaid(self) -> Self {
+        if matches!(self, Patches::WhereUnsaid) { Patches::Unsaid } else { self }
+    }
 }
 
 /// Reads the key `scene`: a file, or a table of a file and `patches`.
@@ -95,15 +114,16 @@ pub(crate) fn read_scene_key<'a>(
     value: Option<Value<'a>>,
     job: &Path,
 ) -> Result<(Option<Value<'a>>, Patches), Error> {
-    let Some(value) = value else { return Ok((None, Patches::AsWritten)) };
+    let Some(value) = value else { return Ok((None, Patches::Unsaid)) };
     if !value.is_table() {
-        return Ok((Some(value), Patches::AsWritten));
+        return Ok((Some(value), Patches::Unsaid));
     }
     let mut table = value.table(SCENE_TABLE_KEYS)?;
     let patches = match table.take("patches") {
-        None => Patches::AsWritten,
+        None => Patches::Unsaid,
         Some(value) => match value.string()? {
             AUTO => Patches::Auto,
+            GIVEN => Patches::AsWritten,
             file => Patches::Given(job.parent().unwrap_or(Path::new("")).join(file), value.place()),
         },
     };

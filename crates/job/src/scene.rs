@@ -51,6 +51,8 @@ struct MeshSite {
     spots: Spots,
     /// Object and material of each surface, by their numbers in the mesh.
     kinds: Vec<[u32; 2]>,
+    /// Whether the size of its patches is said.
+    is_cut: bool,
 }
 
 impl SceneFile {
@@ -120,6 +122,19 @@ impl SceneFile {
             Shape::Parallelogram { .. } | Shape::Divided { .. } => true,
         };
         self.auto.retain(is_cut);
+    }
+
+    /// Leaves to the program the cells of all surfaces but those of which the file says `patches`, `emit` or a size of patches, and but those of the sky.
+    pub(crate) fn leave_unsaid_cells(&mut self) {
+        let says = |site: &SurfaceSite| site.has("patches") || site.has("emit");
+        let unsaid =
+            self.sites.iter().enumerate().filter(|(_, site)| !says(site)).map(|(surface, _)| surface);
+        let of_meshes = self.meshes.iter().filter(|mesh| !mesh.is_cut);
+        let faces = of_meshes.flat_map(|mesh| mesh.first..mesh.first + mesh.kinds.len());
+        let mut open: Vec<usize> = self.auto.iter().copied().chain(unsaid).chain(faces).collect();
+        open.sort_unstable();
+        open.dedup();
+        self.auto = open;
     }
 
     /// Cuts every surface so, and groups the cells that have equal labels, unless there are no labels. Nothing is left to the program then.
@@ -254,13 +269,13 @@ impl SceneFile {
     pub(crate) fn of_mesh(name: &Path, mesh: Mesh, options: &Options) -> Result<Self, Error> {
         // Arrays say as little of an axis as PLY does: their vertices are taken as they are.
         let imported = mesh.into_scene(name, Format::Ply, options).map_err(Error::of_mesh)?;
-        Ok(SceneFile::of_import(name, imported))
+        Ok(SceneFile::of_import(name, imported, options))
     }
 
     /// The scene that is one mesh.
-    fn of_import(file: &Path, imported: Imported) -> Self {
+    fn of_import(file: &Path, imported: Imported, options: &Options) -> Self {
         let mut scene = SceneFile::empty(file);
-        scene.add(file, imported, None);
+        scene.add(file, imported, None, options);
         scene
     }
 
@@ -300,12 +315,14 @@ impl SceneFile {
     }
 
     /// Adds the surfaces of a mesh, whose materials are its own unless all have one `finish`.
-    fn add(&mut self, file: &Path, imported: Imported, finish: Option<&str>) {
+    fn add(&mut self, file: &Path, imported: Imported, finish: Option<&str>, options: &Options) {
         let Imported { spec, spots, notes, materials, names, parts } = imported;
         let kinds = parts.iter().zip(&materials).map(|(&part, &material)| [part, material]).collect();
         let name = |material: u32| finish.unwrap_or(&names[material as usize]);
         materials.into_iter().for_each(|material| self.finishes.push(name(material)));
-        self.meshes.push(MeshSite { file: file.into(), first: self.spec.surfaces.len(), spots, kinds });
+        let first = self.spec.surfaces.len();
+        let is_cut = options.patch_size.is_some() || options.max_patch_area.is_some();
+        self.meshes.push(MeshSite { file: file.into(), first, spots, kinds, is_cut });
         if self.spec.surfaces.is_empty() {
             self.spec = spec;
         } else {

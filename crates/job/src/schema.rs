@@ -41,7 +41,7 @@ fn scene_table_key(key: &str) -> Value {
         "file" => told(text(), "The scene file, relative to this file."),
         "patches" => told(
             text(),
-            "\"auto\": a pilot chooses the cells of every surface. Or the partition.toml of another run, relative to this file. Default: as the scene says.",
+            "\"auto\": a pilot chooses the cells of every surface. \"given\": cells are those of the scene. Or the partition.toml of another run, relative to this file. Default: with [method] as \"given\"; else, and where a scene stands in place of a job, a pilot chooses the cells that the scene does not say.",
         ),
         _ => json!({}),
     }
@@ -300,7 +300,10 @@ fn import_key(key: &str) -> Value {
             "Degenerate and doubled triangles: left out and told, or refused. Default: report.",
         ),
         "repair" => told(boolean(), "Whether flipped surfaces are turned round in memory. Default: false."),
-        "join" => told(boolean(), "Whether triangles that form a parallelogram become one. Default: false."),
+        "join" => told(
+            boolean(),
+            "Whether triangles that form a parallelogram become one. Default: false; true where a mesh stands in place of a job and the program cuts it.",
+        ),
         "reflectance_limit" => told(
             json!({"type": "number", "minimum": 0, "exclusiveMaximum": 1}),
             "Reflectances are clamped to it. Default: those of 1 and more are refused.",

@@ -15,6 +15,11 @@ pub(crate) struct SurfaceSite {
 pub(crate) const SITE_KEYS: [&str; 4] = ["quad", "triangle", "patches", "emit"];
 
 impl SurfaceSite {
+    /// Whether the surface has a key of [`SITE_KEYS`].
+    pub(crate) fn has(&self, key: &str) -> bool {
+        SITE_KEYS.iter().zip(self.keys).any(|(known, line)| *known == key && line > 0)
+    }
+
     /// The line of a key, or of the surface where the key is absent.
     pub(crate) fn of(&self, key: &str) -> usize {
         let known = SITE_KEYS.iter().position(|known| *known == key);

@@ -2,7 +2,7 @@
 
 mod common;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use common::Folder;
 use glam::{DVec3, dvec3};
@@ -161,12 +161,47 @@ fn defaults() {
     assert_eq!((job.name.as_str(), job.seed, job.confidence), ("a job", 0, 0.95));
     assert_eq!(job.method.walk, WalkKind::Shooting);
     assert_eq!(job.method.estimator, EstimatorKind::Collision);
-    assert_eq!(job.method.space, Space::Discrete);
+    // A job that says no method gets continuous walks, and linear fits.
+    assert_eq!((job.method.space, job.method.beside), (Space::Continuous, Beside::Slopes));
     assert_eq!(job.method.sampler, Sampler::Random);
     assert_eq!(job.method.infinite, InfiniteEnd::Roulette { threshold: 0.001 });
     assert_eq!((job.method.birth, job.method.batch_paths), (Birth::Area, None));
     assert_eq!(job.budget, budget(1));
     assert_eq!((job.target, job.index), (None, IndexChoice::Auto));
+    // All cells of its scene are written.
+    assert_eq!((job.auto, job.chooses_method, job.total_target), (None, true, None));
+}
+
+/// What is left to the program, by what a job and its scene say.
+#[test]
+fn what_nobody_says_is_left_to_the_program() {
+    let folder = Folder::new("unsaid");
+    let scene = "[material.w]\nreflectance = 0.5\nemittance = 1\n\
+        [[surface]]\nmaterial = \"w\"\nquad = [[0,0,0],[1,0,0],[0,1,0]]\npatches = [2, 2]\n\
+        [[surface]]\nmaterial = \"w\"\nquad = [[0,0,1],[0,1,1],[1,0,1]]\n";
+    let bare = folder.write("s.toml", scene);
+    let job = folder.write("j.toml", "scene = \"s.toml\"\n[budget]\npaths = 1000\n");
+    let by_hand = folder.write("h.toml", "scene = \"s.toml\"\n[budget]\npaths = 1000\n[method]\n");
+    let open = |path: &Path, set: &[&str]| {
+        let set: Vec<String> = set.iter().map(|&set| set.into()).collect();
+        let job = load(path, &set).unwrap();
+        let asked = job.total_target.map(|target| target.total_error);
+        (job.auto.map(|auto| auto.surfaces), job.method.space, asked)
+    };
+    let (unsaid, default) = (Some(vec![1]), Some(job::DEFAULT_TOTAL_ERROR));
+    assert_eq!(open(&bare, &[]), (unsaid.clone(), Space::Continuous, default));
+    assert_eq!(open(&bare, &["budget.paths=9"]), (unsaid.clone(), Space::Continuous, None));
+    assert_eq!(open(&bare, &["target.relative_error=0.1"]), (unsaid.clone(), Space::Continuous, None));
+    assert_eq!(open(&bare, &["scene.patches=given"]), (None, Space::Continuous, None));
+    assert_eq!(open(&bare, &["scene.patches=auto"]).0, Some(vec![0, 1]));
+    // A method by hand leaves a bare scene's patches to the program, and nothing of a job.
+    assert_eq!(open(&bare, &["method.walk=shooting"]), (unsaid.clone(), Space::Discrete, None));
+    assert_eq!(open(&bare, &["target={relative_error=0.1,patches=[0]}"]).0, None);
+    assert_eq!(open(&job, &[]), (unsaid, Space::Continuous, None));
+    assert_eq!(open(&by_hand, &[]), (None, Space::Discrete, None));
+    assert_eq!(open(&job, &["method.walk=shooting"]), (None, Space::Discrete, None));
+    let written = job::load_as_written(&bare, &[]).unwrap();
+    assert_eq!((written.auto, written.method, written.total_target), (None, MethodTable::default(), None));
 }
 
 #[test]

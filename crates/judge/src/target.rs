@@ -88,6 +88,8 @@ pub struct Observer {
     target: Option<Target>,
     sensors: Option<SensorGoal>,
     total: Option<TotalTarget>,
+    /// The discretisation of the answer that a pilot foretold.
+    foretold: Option<f64>,
     /// The sample of the previous look, or of the tally that the run was resumed from.
     before: Option<Sample>,
 }
@@ -95,7 +97,7 @@ pub struct Observer {
 impl Observer {
     /// An observer of a job whose intervals have this level each.
     pub fn new(experiment: Experiment, level: f64, target: Option<Target>) -> Self {
-        Observer { experiment, level, target, sensors: None, total: None, before: None }
+        Observer { experiment, level, target, sensors: None, total: None, foretold: None, before: None }
     }
 
     /// Adds the job's target on sensors.
@@ -103,9 +105,9 @@ impl Observer {
         Observer { sensors, ..self }
     }
 
-    /// Adds the job's target on noise and discretisation together.
-    pub fn with_total(self, total: Option<TotalTarget>) -> Self {
-        Observer { total, ..self }
+    /// Adds the job's target on noise and discretisation together, of which a pilot may have foretold the second.
+    pub fn with_total(self, total: Option<TotalTarget>, foretold: Option<f64>) -> Self {
+        Observer { total, foretold, ..self }
     }
 
     /// Sets the tally that a resumed job goes on from: the first look compares the walks since then with it.
@@ -130,7 +132,7 @@ impl Observer {
         });
         let of_total = self.total.as_ref().map(|target| {
             let early = walks * self.experiment.unit().paths() < target.min_paths;
-            if early { [false; 2] } else { total::meets(target, &estimates) }
+            if early { [false; 2] } else { total::meets(target, self.foretold, &estimates) }
         });
         let asked = of_patches
             .into_iter()

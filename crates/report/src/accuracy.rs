@@ -1,19 +1,19 @@
-//! Noise and discretisation, as `summary.json` shows them.
+//! The errors of the answer, as `summary.json` shows them before a run and after it.
 
-use radiosity::Accuracy;
+use radiosity::{Answer, AnswerError};
 use serde::Serialize;
 
-/// [`Accuracy`] as the summary shows it.
+/// The relative errors over the area of what tables and pictures show, foretold by a pilot or found by a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AccuracySummary {
-    /// What walks leave unknown of the means of patches.
+    /// `means` or `linear`: whether patches are told by the mean of their light or by a linear fit.
+    pub answer: &'static str,
+    /// What walks leave unknown.
     pub noise: f64,
-    /// What these means leave out of the light's spread over the patches.
+    /// What patches are too coarse for.
     pub discretisation: f64,
     /// The root of the sum of both squares.
     pub total: f64,
-    /// The noise of the linear fits.
-    pub linear_noise: f64,
     /// What is asked of the total; absent where nothing is.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub asked: Option<TotalSummary>,
@@ -29,8 +29,13 @@ pub struct TotalSummary {
 }
 
 impl AccuracySummary {
-    pub(crate) fn new(accuracy: Accuracy, asked: Option<TotalSummary>) -> Self {
-        let Accuracy { noise, discretisation, total, linear_noise } = accuracy;
-        AccuracySummary { noise, discretisation, total, linear_noise, asked }
+    /// The errors of an answer.
+    pub fn new(error: AnswerError, asked: Option<TotalSummary>) -> Self {
+        let AnswerError { answer, noise, discretisation, total } = error;
+        let answer = match answer {
+            Answer::Means => "means",
+            Answer::Linear => "linear",
+        };
+        AccuracySummary { answer, noise, discretisation, total, asked }
     }
 }

@@ -52,7 +52,7 @@ pub use factors::{
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
-pub use partition::PartitionSummary;
+pub use partition::{ChoiceSummary, PartitionSummary};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
 pub use precision::{ApartSummary, DiscretisedSummary, HeadlineSummary, PrecisionSummary};

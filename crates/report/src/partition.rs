@@ -2,6 +2,19 @@
 
 use serde::Serialize;
 
+/// How the program solves a job that does not say it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ChoiceSummary {
+    /// `shooting`, `gathering` or `jacobi`, the space and, of walks, the estimator.
+    pub method: String,
+    /// `constant` or `linear`.
+    pub basis: &'static str,
+    /// `random` or `sobol`.
+    pub sampler: String,
+    /// Why, and how to have the same again.
+    pub why: String,
+}
+
 /// What was chosen, and what was foretold of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PartitionSummary {

@@ -2,14 +2,14 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Accuracy, Counts, Course, Direction, Method, Precision, Quantity, Scene, Tally};
+use radiosity::{Counts, Course, Direction, Method, Precision, Quantity, Scene, Tally};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
-use crate::accuracy::{AccuracySummary, TotalSummary};
+use crate::accuracy::AccuracySummary;
 use crate::method::MethodWords;
 use crate::model::Model;
-use crate::partition::PartitionSummary;
+use crate::partition::{ChoiceSummary, PartitionSummary};
 use crate::picture::Shot;
 use crate::precision::{DiscretisedSummary, PrecisionSummary, quantity_word};
 use crate::sensitivities::SensitivitySummary;
@@ -75,9 +75,15 @@ pub struct Summary {
     /// the answer is the integral equation's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub discretised: Option<Option<DiscretisedSummary>>,
-    /// Noise and discretisation; absent where the method does not tell them apart.
+    /// The errors of the answer that the pilot foretold; absent without a pilot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub predicted: Option<AccuracySummary>,
+    /// The errors of the answer; absent where nothing tells how light is spread over patches.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracySummary>,
+    /// What the program chose where the job says no method; absent where it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub choice: Option<ChoiceSummary>,
     /// How the patches were chosen; absent where the job says them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub partition: Option<PartitionSummary>,
@@ -361,10 +367,12 @@ pub struct RunFacts {
     /// How far the discretised system's answer is from the integral equation's, if that was examined, and if the answer is of that
     /// system.
     pub discretised: Option<Option<DiscretisedSummary>>,
-    /// Noise and discretisation, if the method tells them apart.
-    pub accuracy: Option<Accuracy>,
-    /// What is asked of their total, if anything.
-    pub total: Option<TotalSummary>,
+    /// The errors of the answer that a pilot foretold.
+    pub predicted: Option<AccuracySummary>,
+    /// The errors of the answer, if anything tells how light is spread over patches.
+    pub accuracy: Option<AccuracySummary>,
+    /// What the program chose, if it chose the method.
+    pub choice: Option<ChoiceSummary>,
     /// How the patches were chosen, if a pilot chose them.
     pub partition: Option<PartitionSummary>,
     /// The sensors, if the scene has any.
@@ -421,7 +429,9 @@ impl Summary {
             simultaneous: facts.simultaneous,
             precision: PrecisionSummary::new(scene, &precision),
             discretised: facts.discretised,
-            accuracy: facts.accuracy.map(|accuracy| AccuracySummary::new(accuracy, facts.total)),
+            predicted: facts.predicted,
+            accuracy: facts.accuracy,
+            choice: facts.choice,
             partition: facts.partition,
             units: facts.units,
             energy,
@@ -499,8 +509,9 @@ mod tests {
             streams_reissued: 3,
             target: None,
             discretised: None,
+            predicted: None,
             accuracy: None,
-            total: None,
+            choice: None,
             partition: None,
             sensors: None,
             sources: Vec::new(),

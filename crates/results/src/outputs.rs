@@ -4,14 +4,15 @@ use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 
-use job::{Forecast, Light, OutputFile, Word};
+use job::{Beside, Forecast, Light, OutputFile, WalkKind, Word};
 use judge::{Control, bounces, checks_of_result, is_discretised, target};
 use protocol::{Book, Checkpoint, Contributor, Look, Part, Session};
 use radiosity::{Estimates, Experiment, Influences, Precision, Quantity, Readings};
+use report::words::{counted, percent, quantity};
 use report::{
-    DiscretisedSummary, Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, PartitionSummary,
-    Photo, Provenance, RunFacts, SessionSummary, Shot, Smooth, Summary, TotalSummary, Units, WorkerSummary,
-    on_all_cores,
+    AccuracySummary, ChoiceSummary, DiscretisedSummary, Draft, Live, Milestone, Model, OutputFolder, Page,
+    PartSummary, PartitionSummary, Photo, Provenance, RunFacts, SessionSummary, Shot, Smooth, Summary,
+    TotalSummary, Units, WorkerSummary, on_all_cores,
 };
 
 use crate::checkpoints::{
@@ -74,6 +75,14 @@ impl RunOutput {
         checkpoints::write(&self.folder, checkpoint, latest)?;
         self.place(drafts)?;
         Ok(summary)
+    }
+
+    /// Keeps the job of a run that begins, with the tally of no walk: what a pilot has chosen for it is there when it is resumed.
+    ///
+    /// # Errors
+    /// Where the file cannot be written.
+    pub fn begin(&self, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Error> {
+        checkpoints::write(&self.folder, checkpoint, latest)
     }
 
     /// Makes what follows from a tally again: all files but the tally.
@@ -354,11 +363,21 @@ fn facts(
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
         discretised: None,
-        accuracy: estimates.accuracy(),
-        total: settings.total_target.map(|target| TotalSummary {
-            target: target.total_error,
-            reached: target::total_is_met(&target, estimates, paths),
+        predicted: settings.forecast.map(|forecast| AccuracySummary {
+            answer: if forecast.linear { "linear" } else { "means" },
+            noise: forecast.noise,
+            discretisation: forecast.discretisation,
+            total: forecast.total(),
+            asked: None,
         }),
+        accuracy: estimates.answer_error(settings.foretold()).map(|error| {
+            let asked = settings.total_target.map(|target| TotalSummary {
+                target: target.total_error,
+                reached: target::total_is_met(&target, settings.foretold(), estimates, paths),
+            });
+            AccuracySummary::new(error, asked)
+        }),
+        choice: settings.chooses_method.then(|| chosen_method(settings, experiment)),
         partition: settings.forecast.map(|forecast| partition_summary(&forecast, estimates)),
         sensors: readings(settings, estimates).map(|readings| {
             let goal = settings.sensor_goal(experiment);
@@ -433,6 +452,30 @@ fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
         workers: book.workers.iter().map(worker).collect(),
         sessions: book.sessions.iter().map(session).collect(),
     }
+}
+
+/// What the program chose where the job says no method.
+fn chosen_method(settings: &Settings, experiment: &Experiment) -> ChoiceSummary {
+    let Settings { method, forecast, .. } = settings;
+    let basis = if method.beside == Beside::Slopes { "linear" } else { "constant" };
+    let patches = experiment.scene().faces().patch_count() as u64;
+    let why = match forecast {
+        None => "the job says no method and all patches: continuous walks carry light from where it arrived, so that only the fits depend on the patches".into(),
+        Some(forecast) => format!(
+            "of all patches and bases that were tried, a pilot of {} paths foretold the least error of {basis} fits on {}: {} after {} paths; \
+             partition.toml as [scene] patches, the seed and budget.paths make the same again",
+            quantity(forecast.paths as f64),
+            counted(patches, "patch"),
+            percent(forecast.total()),
+            quantity(forecast.for_paths as f64)
+        ),
+    };
+    let walk = match method.walk {
+        WalkKind::Auto => WalkKind::Shooting.word(),
+        walk => walk.word(),
+    };
+    let kind = format!("{} {walk} by {}", method.space.word(), method.estimator.word());
+    ChoiceSummary { method: kind, basis, sampler: method.sampler.word().into(), why }
 }
 
 /// Patches that a pilot has chosen.

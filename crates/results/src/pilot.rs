@@ -8,7 +8,9 @@ use std::thread;
 
 use job::{Auto, Cut, Forecast, Job, Partition, WalkKind};
 use judge::MOMENTS;
-use judge::partition::{Basis, Candidates, Choice, Grid, MeshLight, PilotTallies, SurfaceLight, doublings};
+use judge::partition::{
+    Basis, Candidates, Choice, Grid, MeshLight, PilotTallies, SurfaceLight, doublings, shared_noise,
+};
 use radiosity::{
     Birth, Direction, Estimator, Experiment, MergeError, Scene, Score, Sequence, Space, Tally, Walks,
 };
@@ -52,8 +54,18 @@ const LOOK_CELLS: f64 = 2048.0;
 /// The fewest cells of a pilot, and the most, all surfaces together.
 const CELLS: [u64; 2] = [1 << 8, 1 << 16];
 
-/// The walks of the first look of a job with a total error.
-const FIRST: u64 = 1 << 14;
+/// Groups are tried as they would be chosen for one of this many parts of the walks: what is expected of single cuts is too much where most of them
+/// gain little, which all of them together tell.
+const COARSENING: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+
+/// Walks that the first pilot is for, in a job with a total error.
+const FIRST_PLAN: u64 = 1 << 16;
+
+/// A pilot is large enough for this many times the walks that it was planned for.
+const ENOUGH: u64 = 2;
+
+/// A pilot is followed by one of this many times its walks at the most: what few walks tell of the walks that are needed is not exact.
+const GROWTH: u64 = 8;
 
 /// The part of a total error that the choice aims at: what is foretold is not exact.
 const AIM: f64 = 0.9;
@@ -84,66 +96,80 @@ impl Chosen {
 /// Where the scene or the method is refused, or a sum overflows.
 pub fn choose(job: &Job, threads: usize) -> Result<Option<Chosen>, Error> {
     let Some(auto) = &job.auto else { return Ok(None) };
-    match &job.total_target {
-        None if Meshes::are_many(auto, job.budget.paths) => in_groups(job, auto, threads).map(Some),
-        None => for_budget(job, auto, threads).map(Some),
-        Some(target) => for_error(job, auto, AIM * target.total_error, threads).map(Some),
+    let most = job.budget.paths;
+    let in_groups = Meshes::are_many(auto, most);
+    let of_pilot = |plan: Plan| match in_groups {
+        true => of_pilot_in_groups(job, auto, plan, threads),
+        false => of_pilot(job, auto, plan, threads),
+    };
+    let Some(target) = &job.total_target else {
+        return of_pilot(Plan { walks: most, most, aim: 0.0 }).map(Some);
+    };
+    // The pilot grows with the walks that it finds to be needed.
+    let (mut walks, mut before) = (FIRST_PLAN.min(most), [0, 0]);
+    loop {
+        let mut chosen = of_pilot(Plan { walks, most, aim: AIM * target.total_error })?;
+        let forecast = chosen.partition.forecast.as_mut().expect("a pilot foretells");
+        before = [before[0] + forecast.paths, before[1] + forecast.rays];
+        [forecast.paths, forecast.rays] = before;
+        if forecast.for_paths <= ENOUGH * walks || walks == most {
+            return Ok(Some(chosen));
+        }
+        walks = forecast.for_paths.min(GROWTH * walks);
     }
 }
 
+/// What a pilot is for.
+#[derive(Clone, Copy)]
+struct Plan {
+    /// The walks that it is large enough for.
+    walks: u64,
+    /// The walks of the job at the most.
+    most: u64,
+    /// The total error that is aimed at: the choice is for the fewest walks, of `walks` and its doubles, that are foretold to reach it. 0: for `walks`.
+    aim: f64,
+}
+
 /// The choice for the walks of a job.
-fn for_budget(job: &Job, auto: &Auto, threads: usize) -> Result<Chosen, Error> {
+fn of_pilot(
+    job: &Job,
+    auto: &Auto,
+    Plan { walks, most, aim }: Plan,
+    threads: usize,
+) -> Result<Chosen, Error> {
     let bases = open_bases(auto);
-    let budget = job.budget.paths;
-    let wanted = pilot_for(budget);
-    let first = (wanted / FIRST_PART).max(LEAST.min(budget));
+    let wanted = pilot_for(walks);
+    let first = (wanted / FIRST_PART).max(LEAST.min(walks));
     let look = |walks: u64, fewer: u64| -> Result<Pilot, Error> {
         let mut pilot = Pilot::linear(job, &auto.surfaces, walks / fewer)?;
         pilot.walk(walks, threads)?;
         Ok(pilot)
+    };
+    let choose = |candidates: &Candidates, energy: f64| match aim > 0.0 {
+        true => candidates.choose_for(aim * aim * energy.max(0.0), walks as f64, most as f64),
+        false => candidates.choose(walks as f64),
     };
     let mut before = [0, 0];
     if first * FEW <= wanted {
         // Where the light is even this is enough.
         let pilot = look(first, FIRST_CELLS)?;
         let (lights, energy) = pilot.see();
-        let candidates = Candidates::new(&lights, &bases);
+        let candidates = Candidates::new(&lights, shared_noise(&lights), &bases);
         before = pilot.counted(before);
         if candidates.are_even() {
-            return Ok(pilot.tell(&candidates.choose(budget as f64), energy, before));
+            return Ok(pilot.tell(&choose(&candidates, energy), energy, before));
         }
     }
     let pilot = look(wanted, 1)?;
     let (lights, energy) = pilot.see();
-    let choice = Candidates::new(&lights, &bases).choose(budget as f64);
-    Ok(pilot.tell(&choice, energy, pilot.counted(before)))
-}
-
-/// The choice for a total error, which is that of the means: the pilot grows with the walks that it finds to be needed.
-fn for_error(job: &Job, auto: &Auto, aim: f64, threads: usize) -> Result<Chosen, Error> {
-    let budget = job.budget.paths;
-    let mut pilot = Pilot::linear(job, &auto.surfaces, pilot_for(budget))?;
-    let mut walks = LEAST.min(pilot_for(budget));
-    loop {
-        pilot.walk(walks, threads)?;
-        let (lights, energy) = pilot.see();
-        let error = aim * aim * energy.max(0.0);
-        let choice =
-            Candidates::new(&lights, &[Basis::Constant]).choose_for(error, FIRST as f64, budget as f64);
-        let wanted = pilot_for(choice.walks as u64);
-        if wanted <= walks {
-            return Ok(pilot.tell(&choice, energy, pilot.counted([0, 0])));
-        }
-        // What is wanted follows from what is seen, the better the more walks there are.
-        walks = wanted.min(4 * walks);
-    }
+    let candidates = Candidates::new(&lights, shared_noise(&lights), &bases);
+    Ok(pilot.tell(&choose(&candidates, energy), energy, pilot.counted(before)))
 }
 
 /// The choice where faces of meshes are grouped: of the bases that the job leaves open the better one, for all surfaces.
-fn in_groups(job: &Job, auto: &Auto, threads: usize) -> Result<Chosen, Error> {
-    let budget = job.budget.paths;
-    let looked = (pilot_for(budget) / FIRST_PART).max(1);
-    let walks = (pilot_for(budget) - looked).max(1);
+fn of_pilot_in_groups(job: &Job, auto: &Auto, plan: Plan, threads: usize) -> Result<Chosen, Error> {
+    let looked = (pilot_for(plan.walks) / FIRST_PART).max(1);
+    let walks = (pilot_for(plan.walks) - looked).max(1);
     let (look, before) = first_look(job, auto, (looked, walks), threads)?;
     let (meshes, clusters) = Meshes::new(job.scene.spec(), auto, &look);
     let others: Vec<usize> = auto.surfaces.iter().copied().filter(|&surface| !meshes.has(surface)).collect();
@@ -161,15 +187,27 @@ fn in_groups(job: &Job, auto: &Auto, threads: usize) -> Result<Chosen, Error> {
     let lights = pilot.lights(&tallies, |surface| !meshes.has(surface));
     let mut on_meshes = MeshLight::new(&pilot.experiment, &tallies, clusters, &cells.patch_of_part);
     let energy = on_meshes.energy() + lights.iter().map(SurfaceLight::energy).sum::<f64>();
-    let choices = open_bases(auto).into_iter().map(|basis| {
-        let mut choice = Candidates::new(&lights, &[basis]).choose(budget as f64);
-        let grouped = on_meshes.choose(basis, budget as f64, meshes.cell_count());
-        choice.noise += grouped.noise;
-        choice.lost += grouped.lost;
-        (choice, grouped)
-    });
-    let best = choices.min_by(|(a, _), (b, _)| a.error().total_cmp(&b.error()));
-    let (mut choice, grouped) = best.expect("some basis may be chosen");
+    let shared = shared_noise(&lights) + on_meshes.shared();
+    let error = plan.aim * plan.aim * energy.max(0.0);
+    let mut for_walks = plan.walks;
+    let (mut choice, grouped) = loop {
+        let of_basis = |basis| COARSENING.map(|coarser| (basis, coarser));
+        let choices = open_bases(auto).into_iter().flat_map(of_basis).map(|(basis, coarser)| {
+            let mut choice = Candidates::new(&lights, shared, &[basis]).choose(for_walks as f64);
+            // As fine as pays among fewer walks; the noise is that of all.
+            let mut grouped = on_meshes.choose(basis, for_walks as f64 / coarser, meshes.cell_count());
+            grouped.noise /= coarser;
+            choice.noise += grouped.noise;
+            choice.lost += grouped.lost;
+            (choice, grouped)
+        });
+        let best = choices.min_by(|(a, _), (b, _)| a.error().total_cmp(&b.error()));
+        let (choice, grouped) = best.expect("some basis may be chosen");
+        if plan.aim == 0.0 || choice.error() <= error || for_walks >= plan.most {
+            break (choice, grouped);
+        }
+        for_walks = (2 * for_walks).min(plan.most);
+    };
     let mut of_others = std::mem::take(&mut choice.cuts).into_iter();
     let cut = |(surface, &(base, _)): (usize, &(Grid, Option<[u32; 2]>))| match meshes.has(surface) {
         true => base.cut(),
@@ -378,7 +416,7 @@ impl<'a> Pilot<'a> {
         let partition = Partition {
             cuts: choice.cuts.clone(),
             groups: Vec::new(),
-            linear: linear || self.job.total_target.is_some(),
+            linear,
             space: Space::Continuous,
             forecast: Some(forecast),
         };

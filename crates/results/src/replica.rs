@@ -21,13 +21,15 @@ struct Packed {
     patch_of_cell: Vec<u32>,
     /// The quantity of [`Settings::target`].
     quantity: Quantity,
+    /// [`Settings::chooses_method`].
+    chooses_method: bool,
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
-/// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, and the
-/// quantity that a target is about.
-const LATER_SETTINGS: usize = 18;
+/// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, the
+/// quantity that a target is about, and whether the program chose the method.
+const LATER_SETTINGS: usize = 19;
 
 /// The bytes of a job.
 ///
@@ -40,6 +42,7 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
         settings: settings.clone(),
         patch_of_cell: spec.patch_of_cell.clone(),
         quantity: quantity_of(settings),
+        chooses_method: settings.chooses_method,
     })
 }
 
@@ -70,6 +73,7 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
     if let Some(target) = &mut packed.settings.target {
         target.quantity = packed.quantity;
     }
+    packed.settings.chooses_method = packed.chooses_method;
     Ok(packed)
 }
 

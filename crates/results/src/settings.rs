@@ -56,6 +56,9 @@ pub struct Settings {
     pub total_target: Option<TotalTarget>,
     /// What a pilot has foretold of the patches, where it has chosen them.
     pub forecast: Option<Forecast>,
+    /// Whether the program chose the method. It travels behind the groups of cells.
+    #[serde(skip)]
+    pub chooses_method: bool,
 }
 
 impl Settings {
@@ -84,12 +87,19 @@ impl Settings {
             mixture: Vec::new(),
             total_target: job.total_target,
             forecast: job.forecast,
+            chooses_method: job.chooses_method,
         }
     }
 
     /// The digest of the job with another seed, in a scene.
     pub fn job_hash(&self, scene_hash: [u8; 32], seed: u64) -> [u8; 32] {
         job::job_hash(scene_hash, &self.method, &self.sensors, [&self.sources, &self.sensitivity], seed)
+    }
+
+    /// The discretisation of the answer that a pilot foretold, if it chose the patches for the fits of this method.
+    pub fn foretold(&self) -> Option<f64> {
+        let linear = self.method.beside == Beside::Slopes;
+        self.forecast.filter(|forecast| forecast.linear == linear).map(|forecast| forecast.discretisation)
     }
 
     /// The level of each single interval. Where all are to hold together, each of the m unknown irradiances may miss
@@ -161,7 +171,7 @@ impl Settings {
     pub fn observer(&self, experiment: &Experiment) -> Observer {
         Observer::new(experiment.clone(), self.level(experiment.scene()), self.target.clone())
             .with_sensors(self.sensor_goal(experiment))
-            .with_total(self.total_target)
+            .with_total(self.total_target, self.foretold())
     }
 
     /// Whether there is a target that these walks do not meet.
@@ -177,7 +187,8 @@ impl Settings {
         let walks = tally.counts.walks;
         let paths = walks * experiment.unit().paths();
         let estimates = Estimates::new(experiment, tally, self.level(experiment.scene()));
-        let total_missed = total_target.is_some_and(|total| !total_is_met(&total, &estimates, paths));
+        let total_missed =
+            total_target.is_some_and(|total| !total_is_met(&total, self.foretold(), &estimates, paths));
         walks == 0 || total_missed || target.as_ref().is_some_and(|t| !judge(t, &estimates, paths).reached)
     }
 

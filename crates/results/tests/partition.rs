@@ -71,7 +71,37 @@ fn even_light_is_told_by_few_numbers() {
     assert!(whole_pilots < 3, "{whole_pilots}");
 }
 
-/// A total error is that of means, and takes no more walks than it needs.
+/// Hits of one walk go together in evenly lit boxes of high reflectance: what is foretold is the true error nevertheless. Of 16 seeds with one mode of the
+/// noise that they all have in common the root mean square is off by 18 % (one standard error), what one pilot foretells by as much.
+#[test]
+fn what_is_foretold_of_even_light_is_true_at_high_reflectance() {
+    const PATHS: u64 = 1 << 14;
+    let folder = tempdir().unwrap();
+    for (reflectance, seeds) in [(0.9, 16), (0.99, 16)] {
+        let path = write(&folder, &scenes::furnace(3, reflectance), "");
+        let (mut true_energy, mut foretold) = (0.0, 0.0);
+        for seed in 0..seeds {
+            let partition = chosen(&load(&path, seed, PATHS), 2);
+            foretold += partition.forecast.unwrap().total();
+            let overrides = [format!("seed={seed}"), format!("budget.paths={PATHS}")];
+            let job = job::load_cut(&path, &overrides, &partition).unwrap();
+            let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
+            let tally = tally(&experiment, seed, PATHS);
+            let estimates = Estimates::new(&experiment, &tally, 0.95);
+            let (mut error, mut light) = (0.0, 0.0);
+            for (_, face, known) in estimates.known() {
+                let b = reflectance * face.emittance[0] / (1.0 - reflectance);
+                error += face.area * (known[0].radiosity - face.emittance[0] - b).powi(2);
+                light += face.area * b * b;
+            }
+            true_energy += error / light;
+        }
+        let ratio = (true_energy / f64::from(seeds)).sqrt() / (foretold / f64::from(seeds));
+        assert!((1.0 / 1.5..1.5).contains(&ratio), "R {reflectance}: true over foretold {ratio}");
+    }
+}
+
+/// A total error is that of the answer, and takes no more walks than it needs.
 #[test]
 fn a_total_error_takes_the_walks_that_it_needs() {
     let folder = tempdir().unwrap();
@@ -79,7 +109,7 @@ fn a_total_error_takes_the_walks_that_it_needs() {
     let job = load(&path, 1, 1_000_000_000);
     let partition = chosen(&job, 2);
     let forecast = partition.forecast.unwrap();
-    assert!(partition.linear && !forecast.linear, "{forecast:?}");
+    assert!(partition.linear && forecast.linear, "{forecast:?}");
     assert!(forecast.for_paths < 1_000_000 && forecast.paths < 1_000_000, "{forecast:?}");
     assert!(forecast.total() <= 0.09, "{forecast:?}");
 }

@@ -39,7 +39,7 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
         return load_toml(path, options);
     }
     let Some(format) = Format::of(path) else { return Err(unknown_format(path)) };
-    Ok(SceneFile::of_import(path, import_scene(path, format, options)?))
+    Ok(SceneFile::of_import(path, import_scene(path, format, options)?, options))
 }
 
 pub(crate) const MESH_KEYS: &[&str] = &["file", "material", "max_patch_area"];
@@ -153,8 +153,8 @@ impl<'a, 'o> Reader<'a, 'o> {
         let meshes =
             self.meshes.take().map(|meshes| meshes.tables(LISTS[1])).transpose()?.unwrap_or_default();
         for (number, value) in meshes.into_iter().enumerate() {
-            let (file, imported, finish) = self.mesh(value, number)?;
-            self.scene.add(&file, imported, finish.as_deref());
+            let (file, imported, finish, options) = self.mesh(value, number)?;
+            self.scene.add(&file, imported, finish.as_deref(), &options);
         }
         if let Some(emittance) = self.sky {
             self.scene.add_sky(emittance);
@@ -162,8 +162,12 @@ impl<'a, 'o> Reader<'a, 'o> {
         Ok(self.scene)
     }
 
-    /// The file of a mesh, its surfaces, and the material that all of them have, where the scene gives them one.
-    fn mesh(&self, value: Value<'_>, number: usize) -> Result<(PathBuf, Imported, Option<String>), Error> {
+    /// The file of a mesh, its surfaces, the material that all of them have, where the scene gives them one, and how it was read.
+    fn mesh(
+        &self,
+        value: Value<'_>,
+        number: usize,
+    ) -> Result<(PathBuf, Imported, Option<String>, Options), Error> {
         let mut table = value.table_called(format!("mesh {number}: "), MESH_KEYS)?;
         let file = table.require(
             "file",
@@ -204,7 +208,7 @@ impl<'a, 'o> Reader<'a, 'o> {
             });
         }
         let imported = mesh.into_scene(&path, format, &options).map_err(Error::of_mesh)?;
-        Ok((path, imported, finish))
+        Ok((path, imported, finish, options))
     }
 }
 

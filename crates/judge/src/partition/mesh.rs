@@ -28,6 +28,8 @@ pub struct MeshLight {
     measured: usize,
     /// All energy, without bias [W²/m²].
     energy: f64,
+    /// The noise that the parts of an object have in common after one walk, all objects together [W²/m²].
+    shared: f64,
     /// Walks of the pilot.
     walks: f64,
 }
@@ -56,7 +58,7 @@ impl MeshLight {
         let frames = is_linear.then(|| Frames::new(scene, &clusters, patch_of_part));
         let measured = clusters.parts.len();
         let (seen, walks) = (vec![Seen::default(); measured], tallies.all.counts.walks as f64);
-        let mut light = MeshLight { clusters, seen, measured, energy: 0.0, walks };
+        let mut light = MeshLight { clusters, seen, measured, energy: 0.0, shared: 0.0, walks };
         for is_back in [false, true] {
             if is_back && !scene.faces().two_sided() {
                 continue;
@@ -92,7 +94,7 @@ impl MeshLight {
         let cells = clusters.roots.iter().flat_map(|&root| clusters.cells_of(&clusters.parts[root as usize]));
         let energy = cells.map(|cell| b[cell as usize] * b[cell as usize]).sum();
         let measured = seen.len();
-        let mut light = MeshLight { clusters, seen, measured, energy, walks };
+        let mut light = MeshLight { clusters, seen, measured, energy, shared: 0.0, walks };
         light.compare_halves();
         light
     }
@@ -108,6 +110,8 @@ impl MeshLight {
         let mut pool = Pool::new(self.seen.len(), n);
         // By part, the integral of the light, and the variance of its estimate.
         let mut sums = vec![[0.0; 2]; self.seen.len()];
+        let mut is_root = vec![false; self.seen.len()];
+        self.clusters.roots.iter().for_each(|&root| is_root[root as usize] = true);
         for (number, part) in self.clusters.parts.iter().enumerate().rev() {
             let halves = part.halves.map(|halves| halves.map(|half| half as usize));
             if halves.is_none() {
@@ -142,6 +146,10 @@ impl MeshLight {
             let [integral, variance] = sums[number];
             seen.noise += self.walks * variance / part.area;
             seen.foretold = seen.noise;
+            if is_root[number] {
+                let of_groups = spread(pool.of(number)) / part.area;
+                self.shared += self.walks * (of_groups - variance / part.area);
+            }
             if variance > 0.0 {
                 seen.hits += integral * integral / variance;
             }
@@ -254,6 +262,11 @@ impl MeshLight {
         wholes
     }
 
+    /// The noise that the parts of an object have in common after one walk: what whole objects err by beyond the noise of their parts [W²/m²].
+    pub fn shared(&self) -> f64 {
+        self.shared
+    }
+
     /// All energy that the pilot has seen.
     pub fn energy(&self) -> f64 {
         self.energy
@@ -265,6 +278,13 @@ struct Wholes {
     of_part: Vec<bool>,
     /// By part, the energy that its fit leaves out, as far as the pilot has not seen it [W²/m²].
     unseen: Vec<f64>,
+}
+
+/// The variance of an integral, by the spread between groups of walks.
+fn spread(groups: &[Moments]) -> f64 {
+    let n = groups.len() as f64;
+    let [sum, squares] = groups.iter().fold([0.0; 2], |[sum, squares], [b, ..]| [sum + b, squares + b * b]);
+    (squares - sum * sum / n) / (n * (n - 1.0))
 }
 
 /// The energies of coefficients without bias: of each the mean product of two groups of walks' estimates, over all pairs.

@@ -101,17 +101,25 @@ impl Ladder<'_> {
     }
 }
 
+/// The noise that all cells of some surfaces have in common after one walk [W²/m²]. Hits of one walk go together, so that coarse cells, which walks
+/// hit more than once, err by more than the noise of as many fine ones. Where they do not, chance alone makes the sum differ from 0.
+pub fn shared_noise(surfaces: &[SurfaceLight]) -> f64 {
+    surfaces.iter().map(|light| light.shared).sum()
+}
+
 /// The cuts that some surfaces may get, under each basis that may be chosen.
 pub struct Candidates<'a> {
     /// What every surface may get, by basis.
     by_basis: Vec<(Basis, Vec<Ladder<'a>>)>,
     /// Whether nothing tells that the light varies: then every surface stays whole.
     even: bool,
+    /// The noise that cells have in common after one walk, whatever their cuts [W²/m²].
+    shared: f64,
 }
 
 impl<'a> Candidates<'a> {
-    /// The candidates of a pilot.
-    pub fn new(surfaces: &'a [SurfaceLight], bases: &[Basis]) -> Self {
+    /// The candidates of a pilot, whose cells have some noise in common after one walk [W²/m²].
+    pub fn new(surfaces: &'a [SurfaceLight], shared: f64, bases: &[Basis]) -> Self {
         let curves = |basis: Basis| {
             let code = code(surfaces, basis);
             surfaces.iter().map(|light| curve(light, (basis, &code))).collect::<Vec<Curve>>()
@@ -129,7 +137,7 @@ impl<'a> Candidates<'a> {
         if bases.contains(&Basis::Linear) {
             by_basis.push(of(Basis::Linear, curves(Basis::Linear)));
         }
-        Candidates { by_basis, even }
+        Candidates { by_basis, even, shared: shared.max(0.0) }
     }
 
     /// Whether nothing tells that the light varies.
@@ -140,7 +148,8 @@ impl<'a> Candidates<'a> {
     /// The choice of the least error after a number of walks; of two that err alike the one with constants, which come first.
     pub fn choose(&self, walks: f64) -> Choice {
         let choices = self.by_basis.iter().map(|(basis, surfaces)| {
-            let mut choice = Choice { cuts: Vec::new(), basis: *basis, walks, noise: 0.0, lost: 0.0 };
+            let noise = self.shared / walks;
+            let mut choice = Choice { cuts: Vec::new(), basis: *basis, walks, noise, lost: 0.0 };
             for ladder in surfaces {
                 let Foretold { cut, noise, lost } = match self.even {
                     true => ladder.whole(*basis, walks),

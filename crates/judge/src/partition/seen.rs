@@ -46,6 +46,9 @@ pub struct SurfaceLight {
     caught: [Vec<f64>; 2],
     /// The expected energy of the error of one cell after one walk, of means and of linear fits.
     pub(crate) noise: [f64; 2],
+    /// What cells of the coarsest grid err by beyond that because hits of one walk on different cells go together: the energy of the noise that the
+    /// surface's cells have in common, after one walk, whatever their number.
+    pub(crate) shared: f64,
     /// What linear fits catch cell by cell, where the surface may be cut into rectangles.
     pub(crate) images: Option<Images>,
     /// Walks of the pilot.
@@ -74,6 +77,7 @@ impl SurfaceLight {
             top,
             caught: [vec![0.0; levels_u * levels_v], vec![0.0; levels_u * levels_v]],
             noise: [0.0; 2],
+            shared: 0.0,
             images: (free && base == Grid::Quad([1, 1])).then(|| Images::new(top)),
             walks: tallies.all.counts.walks as f64,
             edges: [e_u.length(), e_v.length()],
@@ -85,6 +89,10 @@ impl SurfaceLight {
                 let faces = || pieces.clone().map(|piece| scene.faces().face_of(piece) as usize);
                 let all = faces().map(|face| experiment.fit(tallies.all, face, channel));
                 let Some(all) = all.collect::<Option<Vec<Fit>>>() else { continue };
+                // Of many surfaces only one side is lit.
+                if all.iter().all(|fit| fit.mean_variance == 0.0) {
+                    continue;
+                }
                 let mut integrals = Integrals::none(tallies.groups.len(), all.len());
                 for (cell, face) in faces().enumerate() {
                     let fits = experiment.fits_of_parts((tallies.all, tallies.groups), face, channel);
@@ -105,6 +113,7 @@ impl SurfaceLight {
         let of_means: f64 = all.iter().map(|fit| fit.mean_variance).sum();
         let of_slopes: f64 = all.iter().map(|fit| fit.slope_variance).sum();
         self.noise[0] += per_cell * of_means;
+        self.shared -= per_cell * of_means * self.base.cells() as f64;
         self.noise[1] += per_cell * (of_means + of_slopes);
         if let Some(images) = &mut self.images {
             let per_unknown = self.walks * area / fine.count() as f64 / Basis::Linear.unknowns();
@@ -122,6 +131,10 @@ impl SurfaceLight {
                     of_both = Some(cells([i, j + 1]).gather(&cells([i, j]), finer));
                 }
                 let caught = cells([i, j]).caught(of_both.as_ref().unwrap_or(&of_v), area);
+                if [i, j] == [0, 0] {
+                    let coarsest = of_both.as_ref().unwrap_or(&of_v);
+                    self.shared += self.walks * coarsest.noise(area / self.base.cells() as f64);
+                }
                 let place = self.place([i, j]);
                 for (basis, sum) in [0, 1]
                     .map(|basis| caught.iter().map(|cell| cell[basis]).sum::<f64>())
@@ -153,6 +166,7 @@ impl SurfaceLight {
             caught: [Basis::Constant, Basis::Linear]
                 .map(|basis| levels().map(|at| caught(basis, at)).collect()),
             noise,
+            shared: 0.0,
             images: None,
             walks,
             edges: [1.0, 1.0],
@@ -197,6 +211,17 @@ impl Integrals {
 
     fn cells(&self) -> impl Iterator<Item = &[f64]> {
         self.of_cells.chunks_exact(3 * self.groups)
+    }
+
+    /// The energy of the error of the means of cells of some area, by the spread between groups.
+    fn noise(&self, area: f64) -> f64 {
+        let n = self.groups as f64;
+        let of_cell = |cell: &[f64]| {
+            let b = &cell[..self.groups];
+            let [sum, squares] = [b.iter().sum::<f64>(), b.iter().map(|b| b * b).sum::<f64>()];
+            (squares - sum * sum / n) / (n * (n - 1.0))
+        };
+        self.cells().map(of_cell).sum::<f64>() / area
     }
 
     fn cell_mut(&mut self, cell: usize) -> &mut [f64] {

@@ -222,6 +222,29 @@ pub struct Accuracy {
     pub linear_noise: f64,
 }
 
+/// What tables and pictures show of the light on a patch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Its mean.
+    Means,
+    /// A linear fit.
+    Linear,
+}
+
+/// The errors of an answer, as parts of the root mean square of the reflected light: relative L2 norms over the area of all faces that walks tell of,
+/// all channels together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnswerError {
+    /// Whose errors they are.
+    pub answer: Answer,
+    /// What walks leave unknown.
+    pub noise: f64,
+    /// What patches are too coarse for.
+    pub discretisation: f64,
+    /// Both together: the root of the sum of their squares.
+    pub total: f64,
+}
+
 impl Estimates<'_> {
     /// How the light of face i is spread over it, channel by channel; `None` where no walk could tell, or the method does
     /// not ask for it.
@@ -239,21 +262,8 @@ impl Estimates<'_> {
     /// Noise and discretisation of the solution; `None` where the method asks for no slopes, or no reflected light stands out
     /// from the noise.
     pub fn accuracy(&self) -> Option<Accuracy> {
-        if !self.experiment().method().is_linear() {
-            return None;
-        }
-        let [mut noise, mut of_slopes, mut spread, mut light] = [0.0; 4];
-        for (i, face, known) in self.known() {
-            let slopes = self.slopes(i)?;
-            for (c, (estimate, slopes)) in known.iter().zip(slopes).enumerate() {
-                let reflected = estimate.radiosity - face.emittance[c];
-                let variance = estimate.std_error.unwrap_or(0.0).powi(2);
-                noise += face.area * variance;
-                of_slopes += face.area * slopes.noise;
-                spread += face.area * slopes.energy;
-                light += face.area * (reflected * reflected - variance);
-            }
-        }
+        let Energies { noise, of_slopes, spread, light } = self.energies()?;
+        self.experiment().method().is_linear().then_some(())?;
         let part = |energy: f64| (energy.max(0.0) / light).sqrt();
         (light > 0.0).then(|| Accuracy {
             noise: part(noise),
@@ -262,4 +272,53 @@ impl Estimates<'_> {
             linear_noise: part(noise + of_slopes),
         })
     }
+
+    /// The errors of what tables and pictures show. `foretold` is the discretisation that a pilot foretold of it; without it, linear fits do not tell
+    /// what they leave out, and the errors are those of the means. `None` where nothing tells how light is spread over patches, or no
+    /// reflected light stands out from the noise.
+    pub fn answer_error(&self, foretold: Option<f64>) -> Option<AnswerError> {
+        let linear = self.experiment().method().is_linear();
+        let Energies { noise, of_slopes, spread, light } = self.energies()?;
+        let (answer, noise, light) = match foretold {
+            Some(_) if linear => (Answer::Linear, noise + of_slopes, light + spread),
+            _ => (Answer::Means, noise, light),
+        };
+        let part = |energy: f64| (energy.max(0.0) / light).sqrt();
+        let discretisation = foretold.or_else(|| linear.then(|| part(spread)))?;
+        let noise = part(noise);
+        let total = (noise * noise + discretisation * discretisation).sqrt();
+        (light > 0.0).then_some(AnswerError { answer, noise, discretisation, total })
+    }
+
+    /// Sums over the area of all faces that walks tell of. `None` where walks do not tell of the slopes that the method asks for.
+    fn energies(&self) -> Option<Energies> {
+        let linear = self.experiment().method().is_linear();
+        let mut sums = Energies::default();
+        for (i, face, known) in self.known() {
+            for (c, estimate) in known.iter().enumerate() {
+                let reflected = estimate.radiosity - face.emittance[c];
+                let variance = estimate.std_error.unwrap_or(0.0).powi(2);
+                sums.noise += face.area * variance;
+                sums.light += face.area * (reflected * reflected - variance);
+            }
+            for slopes in if linear { self.slopes(i)? } else { Vec::new() } {
+                sums.of_slopes += face.area * slopes.noise;
+                sums.spread += face.area * slopes.energy;
+            }
+        }
+        Some(sums)
+    }
+}
+
+/// Energies of a solution: integrals over the area [W²/m²].
+#[derive(Default)]
+struct Energies {
+    /// Of the noise of the means.
+    noise: f64,
+    /// Of the noise of the slopes.
+    of_slopes: f64,
+    /// Of the light's spread over patches, without bias.
+    spread: f64,
+    /// Of the means, without bias.
+    light: f64,
 }

@@ -3,8 +3,8 @@
 use job::{OutputFile, Word};
 use report::words::{counted, duration, percent, quantity};
 use report::{
-    AccuracySummary, PartitionSummary, SensitivitySummary, SensorSummary, SensorsSummary, SourceSummary,
-    Summary, Target, TotalSummary, Verdict, WorstPatch,
+    AccuracySummary, ChoiceSummary, PartitionSummary, SensitivitySummary, SensorSummary, SensorsSummary,
+    SourceSummary, Summary, Target, TotalSummary, Verdict, WorstPatch,
 };
 
 use crate::outputs::RunOutput;
@@ -15,7 +15,8 @@ use crate::settings::Settings;
 pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>) -> Vec<String> {
     let mut lines = vec![of_walks(summary, settings, joined)];
     lines.push(summary.headline());
-    lines.extend(summary.partition.iter().map(of_partition));
+    lines.extend(summary.choice.iter().map(of_choice));
+    lines.extend(summary.partition.iter().filter(|_| summary.choice.is_none()).map(of_partition));
     lines.extend(summary.accuracy.iter().flat_map(of_accuracy));
     lines.extend(summary.model.lines().iter().map(|line| format!("model: {line}")));
     let found = |verdict: Verdict| summary.checks.iter().filter(move |check| check.verdict == verdict);
@@ -102,11 +103,18 @@ fn of_partition(partition: &PartitionSummary) -> String {
     )
 }
 
-/// How far the means of patches are from the light on them, and whether that is near enough.
+/// What the program chose, and why.
+fn of_choice(choice: &ChoiceSummary) -> String {
+    let ChoiceSummary { method, basis, why, .. } = choice;
+    format!("chosen: {method}, {basis} fits; {why}")
+}
+
+/// How far the answer is from the light on the patches, and whether that is near enough.
 fn of_accuracy(accuracy: &AccuracySummary) -> Vec<String> {
-    let AccuracySummary { noise, discretisation, total, asked, .. } = *accuracy;
+    let AccuracySummary { answer, noise, discretisation, total, asked } = *accuracy;
+    let answer = if answer == "linear" { "linear fits" } else { "means" };
     let errors = format!(
-        "relative errors of the means, over the area: noise {}, discretisation {}, total {}",
+        "relative errors of the {answer}, over the area: noise {}, discretisation {}, total {}",
         percent(noise),
         percent(discretisation),
         percent(total)

@@ -57,7 +57,7 @@ impl Trial {
             format!("budget.paths={paths}"),
             "budget.first_path=0".into(),
         ]);
-        let mut job = job::load(arena.path, &overrides).map_err(|error| error.to_string())?;
+        let mut job = job::load_as_written(arena.path, &overrides).map_err(|error| error.to_string())?;
         if let Some(note) = job.note {
             return Err(note);
         }
