@@ -96,7 +96,9 @@ fn the_doctor_draws_what_it_finds() {
     let file = folder.join("cube.obj");
     std::fs::write(&file, OBJ.replace("f 1 4 8 5", "f 5 8 4 1")).unwrap();
     let out = folder.join("found");
-    let args = ["--set", "import.up=z", "--set", "import.sides=1", "--fix-report", "--out"];
+    let keys = ["import.up=z", "import.sides=1", "import.join=false"];
+    let args = keys.iter().flat_map(|key| ["--set", key]).chain(["--fix-report", "--out"]);
+    let args: Vec<&str> = args.collect();
     let (code, said, _) =
         run(&[&["check", file.to_str().unwrap()], &args[..], &[out.to_str().unwrap()]].concat());
     assert_eq!(code, 0, "{said}");

@@ -29,7 +29,7 @@ fn a_chosen_partition_is_kept_and_given_on() {
     let number = |of: &serde_json::Value, key: &str| of[key].as_f64().unwrap();
     // One quantity before and after, and what was foretold of the noise holds.
     let [before, after] = [&told["predicted"], &told["accuracy"]];
-    assert_eq!([&before["answer"], &after["answer"]], [&"linear".into(), &"linear".into()]);
+    assert!(before["answer"] == "linear" && after["answer"] == "linear", "{told}");
     assert!((number(before, "noise") / number(after, "noise") - 1.0).abs() < 0.1, "{told}");
 
     // With more paths a pilot would choose finer patches; a resumed run has its own.
@@ -70,7 +70,7 @@ fn chosen_groups_are_kept_given_on_and_merged() {
     run_job(mesh, &five, &[&args[..], &["--paths", "40000", "--workers", "5"]].concat());
     assert!(answer(&one) == answer(&five));
     let partition = &told["partition"];
-    assert_eq!((&partition["grouped"], &partition["basis"]), (&true.into(), &"constant".into()));
+    assert_eq!((&partition["grouped"], &partition["basis"]), (&true.into(), &"linear".into()));
     assert!((4..600).contains(&partition["patches"].as_u64().unwrap()), "{partition}");
     run_job(mesh, &five, &[&args[..], &["--paths", "80000", "--resume"]].concat());
     let given = format!("scene.patches={}", text(&one.join("partition.toml")));

@@ -114,7 +114,7 @@ fn the_sky_is_a_source() {
         [sky]\nemittance = 100.0\n";
     std::fs::write(path(&folder, "scene.toml"), scene).unwrap();
     let job = "scene = \"scene.toml\"\nseed = 42\nconfidence = 0.9999\n[[source]]\nname = \"sky\"\nsurfaces = [\"sky\"]\n\
-        [budget]\npaths = 2_000_000\n";
+        [method]\nwalk = \"shooting\"\n[budget]\npaths = 2_000_000\n";
     std::fs::write(path(&folder, "job.toml"), job).unwrap();
     let out = path(&folder, "out");
     let summary = shot(&path(&folder, "job.toml"), &out, &[]);
@@ -242,7 +242,7 @@ fn what_cannot_be_told_apart_is_refused() {
     says(&job, &["method.walk=jacobi"], &["chains", "walk = \"shooting\""]);
     says(&job, &["method.sampler=sobol"], &["batches", "sampler = \"random\""]);
     let source = |body: &str| room(&folder, &format!("[[source]]\nname = \"s\"\n{body}\n"));
-    says(&source(""), &[], &["room.toml:6", "surfaces", "missing"]);
+    says(&source(""), &[], &["room.toml:8", "surfaces", "missing"]);
     says(&source("surfaces = [\"lamp-lefd\"]"), &[], &["room.toml:8", "did you mean \"lamp-left\""]);
     says(&source("materials = [\"lampe\"]"), &[], &["room.toml:8", "did you mean \"lamp\""]);
     says(&source("surfaces = [\"floor\"]"), &[], &["\"s\"", "no patch that emits"]);
@@ -252,13 +252,13 @@ fn what_cannot_be_told_apart_is_refused() {
     says(
         &room(&folder, "[[source]]\nname = \"rest\"\npatches = [1]"),
         &[],
-        &["room.toml:7", "rest", "another"],
+        &["room.toml:9", "rest", "another"],
     );
     says(&room(&folder, "[source]\nname = \"s\"\npatches = [1]"), &[], &["room.toml", "[[source]]"]);
     let cut = room(&folder, SENSITIVITY);
     let set = ["method.estimator=infinite", "method.infinite.end=cutoff"];
     says(&cut, &set, &["cut off", "roulette"]);
-    says(&room(&folder, "[sensitivity]\nmaterials = []"), &[], &["names no material", "room.toml:7"]);
+    says(&room(&folder, "[sensitivity]\nmaterials = []"), &[], &["names no material", "room.toml:9"]);
 }
 
 #[test]

@@ -265,8 +265,8 @@ fn read(
     let (named, patches) = read_scene_key(table.take("scene"), path)?;
     // Where the program cuts a mesh, its rectangles are whole.
     let says_faces = says_join || options.patch_size.is_some() || grouping.is_some() || by_number;
-    options.join |=
-        origin == Origin::Scene && chooses_method && !says_faces && !matches!(patches, Patches::AsWritten);
+    let is_mesh = origin == Origin::Scene && Format::of(path).is_some();
+    options.join |= is_mesh && chooses_method && !says_faces && !matches!(patches, Patches::AsWritten);
     let mut scene = read_scene(named, &table, &options)?;
     scene.prepare(repair, grouping.as_ref())?;
     // Patches that the job names by number are those of the scene.

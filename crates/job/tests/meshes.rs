@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 use common::Folder;
 use glam::DVec3;
-use job::{Job, Light, load};
+use job::{Job, Light, load, load_as_written};
 use radiosity::{Estimates, Experiment, IndexChoice, SceneSpec, Sequence, Sides};
 
 /// A triangle of a material.
@@ -139,7 +139,7 @@ fn to_ply(faces: &[Face]) -> String {
 
 fn loaded(folder: &Folder, file: &str, overrides: &[&str]) -> Job {
     let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
-    load(&folder.path().join(file), &overrides).unwrap()
+    load_as_written(&folder.path().join(file), &overrides).unwrap()
 }
 
 fn nameless(spec: &SceneSpec) -> SceneSpec {
@@ -276,6 +276,15 @@ fn a_scene_in_place_of_a_job_has_every_default() {
     assert_eq!(job.scene.spec().surfaces[0].sides, Sides::Front, "glTF says what is double-sided");
     assert_eq!(loaded(&folder, "room.obj", &[]).scene.spec().surfaces[0].sides, Sides::Both);
     assert_eq!(loaded(&folder, "room.toml", &[]).budget.paths, job::DEFAULT_PATHS);
+    // Rectangles are whole where the program cuts the mesh.
+    let faces = |set: &[&str]| {
+        let set: Vec<String> = set.iter().map(|&set| set.into()).collect();
+        let job = load(&folder.path().join("room.obj"), &set).unwrap();
+        (job.scene.spec().surfaces.len(), job.auto.map_or(0, |auto| auto.surfaces.len()))
+    };
+    assert_eq!((faces(&[]), faces(&["import.join=false"])), ((8, 8), (16, 16)));
+    assert_eq!((faces(&["scene.patches=given"]), faces(&["import.patch_size=0.5"])), ((16, 0), (16, 0)));
+    assert_eq!(faces(&["method.walk=shooting"]), (16, 16));
 }
 
 #[test]
