@@ -15,7 +15,11 @@ use crate::fault::{Fault, Outcome};
 /// Checks a file and describes it.
 pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("checking the scene");
-    let job = job::load(&args.file, &args.set)?;
+    // Of a scene the faces are checked as they are written.
+    let job = match job::file_kind(&args.file)? {
+        FileKind::Job => job::load(&args.file, &args.set)?,
+        FileKind::Scene => job::load_as_written(&args.file, &args.set)?,
+    };
     results::check_memory(&job, 1)?;
     describe_import(&job.scene);
     let faults = match (job::file_kind(&args.file)?, &job.auto) {

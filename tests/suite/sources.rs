@@ -243,10 +243,10 @@ fn what_cannot_be_told_apart_is_refused() {
     says(&job, &["method.sampler=sobol"], &["batches", "sampler = \"random\""]);
     let source = |body: &str| room(&folder, &format!("[[source]]\nname = \"s\"\n{body}\n"));
     says(&source(""), &[], &["room.toml:8", "surfaces", "missing"]);
-    says(&source("surfaces = [\"lamp-lefd\"]"), &[], &["room.toml:8", "did you mean \"lamp-left\""]);
-    says(&source("materials = [\"lampe\"]"), &[], &["room.toml:8", "did you mean \"lamp\""]);
+    says(&source("surfaces = [\"lamp-lefd\"]"), &[], &["room.toml:10", "did you mean \"lamp-left\""]);
+    says(&source("materials = [\"lampe\"]"), &[], &["room.toml:10", "did you mean \"lamp\""]);
     says(&source("surfaces = [\"floor\"]"), &[], &["\"s\"", "no patch that emits"]);
-    says(&source("surfaces = [99]"), &[], &["room.toml:8", "out of range"]);
+    says(&source("surfaces = [99]"), &[], &["room.toml:10", "out of range"]);
     let twice = "materials = [\"lamp\"]\n[[source]]\nname = \"t\"\nsurfaces = [\"lamp-right\"]";
     says(&source(twice), &[], &["patch 17", "\"s\"", "\"t\"", "take it out of one"]);
     says(

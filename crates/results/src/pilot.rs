@@ -54,6 +54,9 @@ const LOOK_CELLS: f64 = 2048.0;
 /// The fewest cells of a pilot, and the most, all surfaces together.
 const CELLS: [u64; 2] = [1 << 8, 1 << 16];
 
+/// A face of more than one of this many parts of the area is in no group.
+const LARGE: f64 = 512.0;
+
 /// Groups are tried as they would be chosen for one of this many parts of the walks: what is expected of single cuts is too much where most of them
 /// gain little, which all of them together tell.
 const COARSENING: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
@@ -168,6 +171,10 @@ fn of_pilot(
 
 /// The choice where faces of meshes are grouped: of the bases that the job leaves open the better one, for all surfaces.
 fn of_pilot_in_groups(job: &Job, auto: &Auto, plan: Plan, threads: usize) -> Result<Chosen, Error> {
+    let auto = &without_large_kinds(job, auto);
+    if auto.kinds.iter().all(Option::is_none) {
+        return of_pilot(job, auto, plan, threads);
+    }
     let looked = (pilot_for(plan.walks) / FIRST_PART).max(1);
     let walks = (pilot_for(plan.walks) - looked).max(1);
     let (look, before) = first_look(job, auto, (looked, walks), threads)?;
@@ -221,6 +228,16 @@ fn of_pilot_in_groups(job: &Job, auto: &Auto, plan: Plan, threads: usize) -> Res
     let forecast = chosen.partition.forecast.iter_mut();
     forecast.for_each(|forecast| forecast.surfaces = auto.surfaces.len() as u64);
     Ok(chosen)
+}
+
+/// What a job leaves open, but for groups with large faces: these are cut as surfaces by themselves, into cells with straight edges.
+fn without_large_kinds(job: &Job, auto: &Auto) -> Auto {
+    let surfaces = &job.scene.spec().surfaces;
+    let area: f64 = auto.surfaces.iter().map(|&surface| surfaces[surface].shape.area()).sum();
+    let is_small = |surface: usize| surfaces[surface].shape.area() * LARGE < area;
+    let kinds = auto.kinds.iter().enumerate();
+    let kinds = kinds.map(|(surface, kind)| kind.filter(|_| is_small(surface))).collect();
+    Auto { kinds, ..auto.clone() }
 }
 
 /// What a look of few walks tells of the light on meshes, for a pilot of more walks, and the pilot that looked: on cells that are no smaller than

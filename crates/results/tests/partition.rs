@@ -96,7 +96,7 @@ fn what_is_foretold_of_even_light_is_true_at_high_reflectance() {
             }
             true_energy += error / light;
         }
-        let ratio = (true_energy / f64::from(seeds)).sqrt() / (foretold / f64::from(seeds));
+        let ratio = (true_energy / seeds as f64).sqrt() / (foretold / seeds as f64);
         assert!((1.0 / 1.5..1.5).contains(&ratio), "R {reflectance}: true over foretold {ratio}");
     }
 }
