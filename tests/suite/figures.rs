@@ -115,11 +115,9 @@ fn the_discretised_system_is_told_with_its_distance_from_the_truth() {
         let scene = path(&folder, &format!("{name}.toml"));
         fs::write(&scene, scenes::to_toml(spec)).unwrap();
         let space = format!("method.space={space}");
-        ends(
-            scene.to_str().unwrap(),
-            &["--paths", "400000", "--seed", "1", "--set", "method.walk=shooting", "--set", &space],
-            0,
-        )
+        let sets = ["method.walk=shooting", "scene.patches=given", &space];
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        ends(scene.to_str().unwrap(), &[&["--paths", "400000", "--seed", "1"], &sets[..]].concat(), 0)
     };
     let (walls, told) = of("walls", &five_walls(), "discrete");
     assert!(told.contains("by area, of the discretised system: median"), "{told}");
