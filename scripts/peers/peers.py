@@ -77,7 +77,7 @@ def run(radwalk, folder, scene, method, paths):
     channels = [end for end in COLUMNS if f"radiosity{end}" in rows[0]]
     column = lambda name: np.array([[float(row[name + end] or "nan") for row in rows] for end in channels])
     core_seconds = json.loads((out / "summary.json").read_text())["cpu_seconds"]
-    return np.nan_to_num(column("radiosity")), column("std_error") ** 2, core_seconds
+    return np.nan_to_num(column("radiosity")), np.nan_to_num(column("std_error")) ** 2, core_seconds
 
 
 if __name__ == "__main__":

@@ -9,8 +9,9 @@ const CUBE: &str = "configs/cube54.toml";
 /// The half-width over the estimate for every patch in a table.
 fn relative_errors(out: &std::path::Path) -> Vec<f64> {
     let table = columns(&out.join("patches.csv"));
-    let [low, high, b] = ["ci_low", "ci_high", "radiosity"].map(|name| numbers(&table[name]));
-    (0..b.len()).map(|i| 0.5 * (high[i] - low[i]) / b[i]).collect()
+    let [low, high, h] =
+        ["irradiance_low", "irradiance_high", "irradiance"].map(|name| numbers(&table[name]));
+    (0..h.len()).map(|i| 0.5 * (high[i] - low[i]) / h[i]).collect()
 }
 
 #[test]

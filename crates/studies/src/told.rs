@@ -40,10 +40,14 @@ pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option
 }
 
 impl Run {
-    /// The checks that did not pass, in the words of summaries.
+    /// The checks that did not pass, and the one that tells of sealed area, in the words of summaries.
     pub(crate) fn told(&self) -> Vec<String> {
-        let failed = self.checks.iter().filter(|check| check.verdict == Verdict::Failed);
-        failed.map(|check| format!("check `{}`: {}", check.name, check.message)).collect()
+        let tells = |check: &&Check| check.verdict == Verdict::Failed || check.message.contains("is sealed");
+        self.checks
+            .iter()
+            .filter(tells)
+            .map(|check| format!("check `{}`: {}", check.name, check.message))
+            .collect()
     }
 
     /// Whether a check failed.

@@ -10,7 +10,7 @@ use super::bound::Bound;
 use super::cut::{Cut, cuts};
 use super::pilot::Pilot;
 use super::resources::{Costs, Demand};
-use crate::target::{SensorGoal, asked_of_sensors};
+use crate::target::{SensorGoal, asked_of_sensors, judge};
 
 /// Workers that a forecast is made for, unless it is asked for a number of them.
 const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
@@ -18,6 +18,8 @@ const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
 /// What a job will take, by a pilot and by theory.
 pub struct Forecast<'a> {
     target: Option<&'a Target>,
+    /// Whether the pilot can tell of no patch that the target is about.
+    nothing: bool,
     /// What is asked of sensors, in words.
     of_sensors: Option<String>,
     /// The budget of the whole job.
@@ -64,6 +66,7 @@ impl<'a> Forecast<'a> {
             memory: experiment.scene().memory(),
             tally_bytes: size_of_val(pilot.tally.sums()),
             target,
+            nothing: target.is_some_and(|target| judge(target, &estimates, 0).achieved.is_nan()),
             of_sensors,
             budget,
             paths_per_walk,
@@ -168,6 +171,9 @@ impl<'a> Forecast<'a> {
             return vec!["no target: the whole budget will be spent".into()];
         }
         let what = asked.join("; ");
+        if self.nothing {
+            return vec![format!("{what}: there is nothing to judge; the whole budget will be spent")];
+        }
         let Some(ending) = self.pilot.ending else {
             return vec![format!("{what}: this pilot cannot predict when; the plan is for the whole budget")];
         };
