@@ -13,6 +13,8 @@ pub(crate) enum Outcome {
     Done,
     /// The budget or the wall clock ended the job before its target was reached.
     TargetMissed,
+    /// A check names faults.
+    Faulty,
     /// A signal ended it; what was merged is written.
     Interrupted,
 }
@@ -170,7 +172,7 @@ impl Outcome {
     pub(crate) fn exit_code(self) -> u8 {
         match self {
             Outcome::Done => 0,
-            Outcome::TargetMissed => 1,
+            Outcome::TargetMissed | Outcome::Faulty => 1,
             Outcome::Interrupted => 130,
         }
     }

@@ -13,7 +13,7 @@ Examples:
 
 Exit codes:
   0    done, and the target, if any, is reached; comparisons and audits agree
-  1    the budget or the wall clock ended the job before its target was reached
+  1    the budget or the wall clock ended the job before its target was reached; a check names faults
   2    bad input or usage, or results that cannot be written
   3    the cluster failed, or an audit, a difference or a page of results did not hold
   130  interrupted; what was walked is written, `--resume` goes on from it
@@ -31,7 +31,9 @@ Examples:
   radwalk run box.toml                                       all cores, to the budget or the target of the job
   radwalk run box.toml --paths 1e9 --set target.relative_error=0.01
   radwalk run box.toml --resume --paths 2e9                  goes on from the checkpoint, or from the end, to more walks
-  radwalk run room.glb --set method.walk=auto                a mesh with every default of a job";
+  radwalk run room.glb                                       a mesh as it is
+  radwalk run room.glb --light Lamp.001=1000lm               a material or a part of it as a lamp
+  radwalk run house.obj --sky=10000                          under an overcast sky";
 
 /// Under the help of `radwalk coordinate`.
 pub(super) const COORDINATE: &str = "\
@@ -55,6 +57,7 @@ Examples:
 pub(super) const CHECK: &str = "\
 Examples:
   radwalk check box.toml
+  radwalk check room.glb                                     what was assumed, a table of materials, faults by number
   radwalk check room.glb --fix-report                        flipped, doubled, buried and leaking surfaces, dark lamps
   radwalk check room.glb --repair                            writes room.repaired.toml";
 

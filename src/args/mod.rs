@@ -108,9 +108,8 @@ impl Command {
             Command::Combine(args) => Voice::new(false, args.made.quiet, false),
             Command::Audit(args) => Voice::new(false, args.quiet, false),
             Command::Report(args) => Voice::new(false, args.quiet, false),
-            Command::Replay(_) | Command::New(_) | Command::Check(_) | Command::Help(_) => {
-                Voice::new(false, false, false)
-            }
+            Command::Check(args) => Voice::new(args.json, args.quiet, false),
+            Command::Replay(_) | Command::New(_) | Command::Help(_) => Voice::new(false, false, false),
         }
     }
 }

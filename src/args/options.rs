@@ -6,7 +6,37 @@ use clap::{Args, ValueEnum};
 use job::OutputFile;
 use studies::compare::Team;
 
-use super::values::{count, factor, output_file, rays, threads, tolerance, workers};
+use super::values::{Lamp, count, factor, illuminance, lamp, output_file, rays, threads, tolerance, workers};
+
+/// How a mesh is lit, and read.
+#[derive(Args)]
+pub(crate) struct MeshArgs {
+    /// Make a material or a part of a mesh shine: --light Lamp=1000lm, or =60W; repeatable
+    #[arg(long, value_name = "NAME=POWER", value_parser = lamp)]
+    pub light: Vec<Lamp>,
+    /// Put a mesh under a uniform sky, by its light on a horizontal plane [lx] [default: 10000]
+    #[arg(long, value_name = "LX", num_args = 0..=1, require_equals = true, default_missing_value = "10000", value_parser = illuminance)]
+    pub sky: Option<f64>,
+    /// Refuse a mesh where something has to be assumed: reflectances of 1 and more, and light
+    #[arg(long)]
+    pub strict: bool,
+}
+
+impl MeshArgs {
+    /// Every change as KEY=VALUE.
+    pub(crate) fn overrides(&self) -> Vec<String> {
+        let mut typed = Vec::new();
+        let lumens = self.sky.is_some() || self.light.iter().any(|lamp| lamp.lumens);
+        typed.extend(lumens.then(|| "light=luminous".to_owned()));
+        typed.extend(self.light.iter().map(|Lamp { name, power, .. }| {
+            let name = name.replace('\\', "\\\\").replace('"', "\\\"");
+            format!("import.material.\"{name}\".power={power}")
+        }));
+        typed.extend(self.sky.map(|sky| format!("import.sky={sky}")));
+        typed.extend(self.strict.then(|| "import.strict=true".to_owned()));
+        typed
+    }
+}
 
 /// A job and what to change in it.
 #[derive(Args)]
@@ -22,9 +52,11 @@ pub(crate) struct JobArgs {
     /// Where the picture is taken from (view.from): inside or outside
     #[arg(long, value_name = "NAME", value_parser = ["inside", "outside"])]
     pub view: Option<String>,
-    /// Set any key of the job, e.g. --set method.space=continuous
+    /// Set any key of the job, e.g. --set method.space=continuous; parts may be in quotes: --set 'import.material."Red.003".sides=2'
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub mesh: MeshArgs,
 }
 
 impl JobArgs {
@@ -33,7 +65,8 @@ impl JobArgs {
         let paths = self.paths.map(|paths| format!("budget.paths={paths}"));
         let seed = self.seed.map(|seed| format!("seed={seed}"));
         let view = self.view.as_ref().map(|view| format!("view.from={view}"));
-        self.set.iter().cloned().chain(paths).chain(seed).chain(view).collect()
+        let mesh = self.mesh.overrides().into_iter();
+        mesh.chain(self.set.iter().cloned()).chain(paths).chain(seed).chain(view).collect()
     }
 }
 
@@ -438,6 +471,14 @@ pub(crate) struct CheckArgs {
     /// Set any key of the job
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub mesh: MeshArgs,
+    /// All of it as JSON on stdout
+    #[arg(long, conflicts_with_all = ["fix_report", "repair"])]
+    pub json: bool,
+    /// Say nothing but errors; the exit code tells
+    #[arg(long, short)]
+    pub quiet: bool,
     /// Look for faults of the geometry: flipped, doubled, buried and leaking surfaces, dark lamps
     #[arg(long)]
     pub fix_report: bool,

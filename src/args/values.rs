@@ -20,6 +20,40 @@ pub(super) fn factor(typed: &str) -> Result<(String, f64), String> {
     Ok((name.trim().into(), factor))
 }
 
+/// A lamp by the name of a material or a part.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Lamp {
+    pub name: String,
+    /// The flux [lm] or the power [W].
+    pub power: f64,
+    /// Whether the power is a flux.
+    pub lumens: bool,
+}
+
+/// A lamp: `Lamp=1000lm` or `Lamp=60W`.
+pub(super) fn lamp(typed: &str) -> Result<Lamp, String> {
+    let wrong = || "write NAME=1000lm or NAME=60W, with the name of a material or a part".to_owned();
+    let (name, power) = typed.rsplit_once('=').ok_or_else(wrong)?;
+    let power = power.trim();
+    let (number, lumens) = match (power.strip_suffix("lm"), power.strip_suffix('W')) {
+        (Some(number), _) => (number, true),
+        (None, Some(number)) => (number, false),
+        (None, None) => return Err(wrong()),
+    };
+    let power = number.trim().parse().ok().filter(|power: &f64| *power > 0.0 && power.is_finite());
+    let name = Some(name.trim().to_owned()).filter(|name| !name.is_empty());
+    let (name, power) = name.zip(power).ok_or_else(wrong)?;
+    Ok(Lamp { name, power, lumens })
+}
+
+/// An illuminance above 0 [lx].
+pub(super) fn illuminance(typed: &str) -> Result<f64, String> {
+    let number: Option<f64> = typed.strip_suffix("lx").unwrap_or(typed).trim().parse().ok();
+    number
+        .filter(|number| *number > 0.0 && number.is_finite())
+        .ok_or_else(|| "write a number of lx above 0, such as --sky=10000".into())
+}
+
 /// A number of worker processes.
 pub(super) fn workers(typed: &str) -> Result<u32, String> {
     within(typed, 4096)
@@ -73,6 +107,18 @@ mod tests {
         assert_eq!(factor("a = b = 1e2"), Ok(("a = b".into(), 100.0)));
         assert!(factor("lamp").unwrap_err().contains("NAME=FACTOR"));
         assert!(factor("lamp=bright").unwrap_err().contains("not a number"));
+    }
+
+    #[test]
+    fn lamps_have_a_name_and_a_unit() {
+        let read = |typed| lamp(typed).map(|Lamp { name, power, lumens }| (name, power, lumens));
+        assert_eq!(read("Lamp.001=1000lm"), Ok(("Lamp.001".into(), 1000.0, true)));
+        assert_eq!(read("a=b = 6.5e1 W"), Ok(("a=b".into(), 65.0, false)));
+        for typed in ["Lamp", "Lamp=", "Lamp=10", "=10lm", "Lamp=-1W", "Lamp=brightW"] {
+            assert!(read(typed).unwrap_err().contains("NAME=1000lm"), "{typed}");
+        }
+        assert_eq!((illuminance("500"), illuminance("5e3lx")), (Ok(500.0), Ok(5000.0)));
+        assert!(illuminance("0").is_err() && illuminance("dusk").is_err());
     }
 
     #[test]

@@ -66,9 +66,15 @@ pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     done
 }
 
-/// Says what was left out, changed or assumed of meshes.
+/// Says what was left out, changed or assumed of meshes, in ten lines at most.
 fn tell_notes(job: &Job) {
-    job.scene.notes().iter().for_each(|note| info!("note: {note}"));
+    const MOST: usize = 10;
+    let notes = job.scene.notes();
+    let shown = if notes.len() > MOST { MOST - 1 } else { notes.len() };
+    notes[..shown].iter().for_each(|note| info!("note: {note}"));
+    if shown < notes.len() {
+        info!("note: and {} more, which `radwalk check` tells", notes.len() - shown);
+    }
 }
 
 /// Where worker processes of this machine come in.

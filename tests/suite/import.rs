@@ -57,7 +57,7 @@ fn a_mesh_has_the_bytes_of_its_scene_but_names() {
     let (mut toml, summary) = rows("cube.toml", &[]);
     assert!(summary.get("import").is_none());
     let (mut obj, summary) = rows("cube.obj", &["--set", "import.up=z", "--set", "import.sides=1"]);
-    assert!(summary["import"].to_string().contains("specular reflectance 0.25"));
+    assert!(summary["import"].to_string().contains("mirror-like in part"));
     assert_eq!((summary["escaped"].as_u64(), summary["absorbed_back"].as_u64()), (Some(0), Some(0)));
     assert_eq!(obj.remove("surface").unwrap()[2], "Cube:1");
     toml.remove("surface");
@@ -75,9 +75,9 @@ fn the_doctor_finds_turns_and_names() {
     let out = ["--out", out.to_str().unwrap()];
     let check = |more: &[&str]| run(&[&["check", file], &sides[..], &out[..], more].concat());
     let (code, said, _) = check(&["--fix-report"]);
-    assert!(code == 0 && said.contains("flipped: Cube:3 is turned round"), "{said}");
+    assert!(code == 1 && said.contains("fault 2: flipped: Cube:3 is turned round"), "{said}");
     let (code, said, _) = check(&["--repair"]);
-    assert!(code == 0 && said.contains("cube.repaired.toml"), "{said}");
+    assert!(code == 1 && said.contains("cube.repaired.toml"), "{said}");
     let repaired = folder.join("cube.repaired.toml");
     let (code, said, _) = run(&["check", repaired.to_str().unwrap(), "--fix-report"]);
     assert!(code == 0 && said.contains("the doctor finds nothing wrong"), "{said}");
@@ -101,7 +101,7 @@ fn the_doctor_draws_what_it_finds() {
     let args: Vec<&str> = args.collect();
     let (code, said, _) =
         run(&[&["check", file.to_str().unwrap()], &args[..], &[out.to_str().unwrap()]].concat());
-    assert_eq!(code, 0, "{said}");
+    assert_eq!(code, 1, "{said}");
     let text = std::fs::read_to_string(out.join("doctor.txt")).unwrap();
     assert!(
         text.starts_with("1. flipped: Cube:3 is turned round") && text.contains("1 more of Cube like it"),
@@ -193,4 +193,72 @@ fn new_scenes_run_and_are_sound() {
             assert!(said.contains("the doctor finds nothing wrong"), "{kind}: {said}");
         }
     }
+}
+
+/// A box without lamps and with a white material: it runs as it is, its notes are few, and each remedy that they offer runs, too.
+#[test]
+fn a_mesh_runs_as_it_is_and_each_remedy_does() {
+    let folder = folder("as-it-is");
+    let file = folder.join("cube.obj");
+    std::fs::write(&file, OBJ.replace("usemtl lamp", "usemtl Red.003")).unwrap();
+    std::fs::write(
+        folder.join("cube.mtl"),
+        "newmtl wall\nKd 1 1 1\nKs 1 1 1\nd 0.5\nnewmtl Red.003\nKd 0 0 0\n",
+    )
+    .unwrap();
+    let (file, out) = (file.to_str().unwrap(), folder.join("out"));
+    let out = ["--paths", "2000", "--workers", "1", "--force", "--out", out.to_str().unwrap()];
+    let go = |more: &[String]| {
+        let more: Vec<&str> = more.iter().map(String::as_str).collect();
+        run(&[&["run", file, "--set", "import.up=z"], &out[..], &more].concat())
+    };
+    let (code, _, stderr) = go(&[]);
+    assert_eq!(code, 0, "{stderr}");
+    let notes: Vec<&str> =
+        stderr.lines().filter_map(|line| line.split_once("note: ")).map(|(_, note)| note).collect();
+    assert!((4..=10).contains(&notes.len()), "{stderr}");
+    assert!(notes[0].starts_with("cube.obj: nothing in the file emits"), "{stderr}");
+    let mut tried = 0;
+    for note in notes {
+        // What a shell makes of the arguments that the note offers.
+        for (at, flag) in note.match_indices("--") {
+            let typed = &note[at..];
+            let (words, rest) = match typed.split_once(" '") {
+                Some((flag, quoted)) if flag == "--set" => (flag, quoted.split_once('\'').unwrap().0),
+                _ => typed.split_once([' ', '=', ';', ',']).unwrap_or((typed, "")),
+            };
+            let value = rest.split([' ', ';', ',']).next().unwrap();
+            let remedy = match (words, flag) {
+                ("--set", _) if typed.starts_with("--set '") => vec!["--set".to_owned(), rest.to_owned()],
+                ("--sky", _) => vec![format!("--sky={value}")],
+                (words, _) => vec![words.to_owned(), value.to_owned()],
+            };
+            let (code, _, stderr) = go(&remedy);
+            assert_eq!(code, 0, "{remedy:?}: {stderr}");
+            tried += 1;
+        }
+    }
+    assert!(tried >= 5, "{tried} remedies");
+    let (code, _, stderr) = go(&["--strict".into()]);
+    assert!(code == 2 && stderr.contains("reflectance_limit = 0.95"), "{stderr}");
+    let (code, said, _) =
+        run(&["check", file, "--json", "--set", "import.material.\"Red.003\".emittance=10"]);
+    let told: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let row = told["materials"].as_array().unwrap().iter().find(|row| row["name"] == "Red.003").unwrap();
+    assert_eq!((code, &row["emittance"][0], &row["area"]), (0, &10.0.into(), &1.0.into()), "{said}");
+    assert_eq!(
+        (&told["scene"]["extent"][2], told["faults"].as_array().unwrap().len()),
+        (&1.0.into(), 0),
+        "{said}"
+    );
+    // What cannot be run is shown all the same, with its fault.
+    let strict = ["--strict", "--set", "import.reflectance_limit=0.9"];
+    let (code, said, _) = run(&[&["check", file], &strict[..]].concat());
+    assert!(
+        code == 1
+            && said.contains("fault 1: ")
+            && said.contains("no emitter")
+            && said.contains("\"Red.003\""),
+        "{said}"
+    );
 }

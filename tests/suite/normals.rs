@@ -30,9 +30,9 @@ fn a_room_turned_inside_out_is_found_said_first_and_mended() {
     let scene = inside_out(folder.path());
     let (scene, out) = (scene.to_str().unwrap(), path(&folder, "out"));
     let (code, stdout, _) = run(&["check", scene]);
-    assert_eq!(code, 0);
+    assert_eq!(code, 1);
     assert!(
-        stdout.contains("fault: 100.0 % of the power vanishes at once") && !stdout.contains("no fault"),
+        stdout.contains("fault 1: 100.0 % of the power vanishes at once") && !stdout.contains("no fault"),
         "{stdout}"
     );
     assert!(stdout.contains("By power: z0 (100.0 %)") && stdout.contains("sides = 2"), "{stdout}");
@@ -57,7 +57,7 @@ fn a_room_turned_inside_out_is_found_said_first_and_mended() {
     let (_, stdout, _) = run(&["check", scene, "--fix-report"]);
     assert!(stdout.contains("flipped:"), "{stdout}");
     let (code, stdout, stderr) = run(&["check", scene, "--repair"]);
-    assert_eq!(code, 0, "{stderr}");
+    assert_eq!(code, 1, "{stderr}");
     assert!(stdout.contains("turned round"), "{stdout}");
     let repaired = path(&folder, "flipped.repaired.toml");
     let (_, stdout, _) = run(&["check", repaired.to_str().unwrap()]);
@@ -76,7 +76,7 @@ fn a_flipped_wall_is_named_before_the_run() {
     let file = path(&folder, "one.toml");
     fs::write(&file, format!("{}{}", &sound[..split(&sound)], &scene[split(&scene)..])).unwrap();
     let out = path(&folder, "out");
-    let args = ["run", file.to_str().unwrap(), "--quiet", "--paths", "10000", "--out", out.to_str().unwrap()];
+    let args = ["run", file.to_str().unwrap(), "--paths", "10000", "--out", out.to_str().unwrap()];
     let (code, _, stderr) = run(&args);
     assert_eq!(code, 0, "{stderr}");
     assert!(stderr.contains("of the power ends on the backs of one-sided surfaces"), "{stderr}");

@@ -190,7 +190,7 @@ normal = [0, 0, -1]
     let job = cube_with(&folder, &format!("{SENSORS}{bad}"));
     let job = job.to_str().unwrap();
     let (code, stdout, stderr) = run(&["check", job, "--set", "target.sensors.desk=0.05"]);
-    assert_eq!(code, 0, "{stderr}");
+    assert_eq!(code, 1, "{stderr}");
     assert!(
         stdout.contains("sensor \"desk\": 6 patches\n") && stdout.contains("sensor \"eye\": a point\n"),
         "{stdout}"
@@ -200,12 +200,12 @@ normal = [0, 0, -1]
         "{stdout}"
     );
     assert!(
-        stdout.contains("fault: sensor \"under the floor\": 100.000 % of the surfaces that it faces"),
+        stdout.contains("fault 1: sensor \"under the floor\": 100.000 % of the surfaces that it faces"),
         "{stdout}"
     );
     assert!(stdout.contains("behind a wall or inside one"), "{stdout}");
-    assert!(stdout.contains("fault: sensor \"outwards\": it faces away from the scene"), "{stdout}");
-    assert!(!stdout.contains("fault: sensor \"desk\"") && !stdout.contains("no fault found"), "{stdout}");
+    assert!(stdout.contains("fault 2: sensor \"outwards\": it faces away from the scene"), "{stdout}");
+    assert!(!stdout.contains(": sensor \"desk\": ") && !stdout.contains("no fault found"), "{stdout}");
     let few = ["check", job, "--set", "method={walk=\"gathering\",birth={patches=[3]}}"];
     let (code, _, stderr) = run(&few);
     assert!(code == 2 && stderr.contains("born on chosen patches"), "{code} {stderr}");

@@ -5,10 +5,12 @@
 //! side belongs inwards. Covers ([`cover`]) are the surfaces that the scene itself takes as layers of one plane. Contacts
 //! ([`contact`]) are distances between surfaces: edges that miss their neighbour by a gap. [`repair`] turns flipped
 //! surfaces round, with those that are connected to them ([`sheets`]), and takes doubled ones out. [`warnings`] tells in a
-//! sentence or two, before a run, how much of the light is lost; [`lines`] tells the findings.
+//! sentence or two, before a run, how much of the light is lost; [`lines`] tells the findings. [`Around`] tells of a scene without
+//! light whether it has rooms or lies under a sky.
 
 #![warn(unreachable_pub, unnameable_types)]
 
+mod around;
 mod contact;
 mod cover;
 mod faults;
@@ -24,6 +26,7 @@ mod votes;
 
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 
+pub use around::{Around, Lightless, Room, Shine};
 pub use finding::{Finding, Kind};
 pub use repair::{Repair, repair, turn_flipped};
 pub use told::{lines, warnings};

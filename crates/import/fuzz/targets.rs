@@ -11,7 +11,9 @@ use radiosity::{IndexChoice, Scene};
 /// the first part names.
 fn mesh(content: &[u8], format: Format) {
     let (content, named) = match content.iter().position(|&byte| byte == 0) {
-        Some(end) if matches!(format, Format::Obj | Format::Mgf) => (&content[..end], &content[end + 1..]),
+        Some(end) if matches!(format, Format::Obj | Format::Mgf | Format::Mitsuba) => {
+            (&content[..end], &content[end + 1..])
+        }
         _ => (content, &[][..]),
     };
     let mut open = |_: &Path| match named {
@@ -46,4 +48,8 @@ pub fn ply(content: &[u8]) {
 
 pub fn mgf(content: &[u8]) {
     mesh(content, Format::Mgf);
+}
+
+pub fn mitsuba(content: &[u8]) {
+    mesh(content, Format::Mitsuba);
 }

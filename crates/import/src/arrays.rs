@@ -52,6 +52,7 @@ pub fn from_arrays(
         parts: vec![stem(name)],
         materials,
         notes: Vec::new(),
+        luminous: false,
     })
 }
 

@@ -1,4 +1,4 @@
-//! Scenes from mesh files: OBJ with MTL, glTF 2.0 and GLB, STL, PLY, MGF.
+//! Scenes from mesh files: OBJ with MTL, glTF 2.0 and GLB, STL, PLY, MGF, Mitsuba's XML.
 //!
 //! [`read`] makes a [`Mesh`] of any of them, and [`from_arrays`] of arrays in memory; [`Mesh::into_scene`] turns it into the surfaces of a
 //! [`radiosity::SceneSpec`] as [`Options`] ask for. This crate opens no files: the caller passes content in, and
@@ -15,18 +15,23 @@ mod error;
 mod files;
 mod gltf;
 mod groups;
+mod lamps;
 mod mesh;
 mod mgf;
+mod mitsuba;
 mod mtl;
+mod notes;
 mod obj;
 mod options;
 mod ply;
 mod polygon;
 mod room;
+mod scale;
 mod scene;
 mod stl;
 mod tally;
 mod text;
+mod texture;
 
 use std::path::Path;
 
@@ -36,7 +41,8 @@ pub use arrays::from_arrays;
 pub use error::{Error, Spot};
 pub use files::Files;
 pub use groups::{GROUP_ANGLE, Grouping, groups};
-pub use mesh::{DEFAULT_REFLECTANCE, MAX_TRIANGLES, Material, Mesh, Triangle};
+pub use mesh::{DEFAULT_REFLECTANCE, Lost, MAX_TRIANGLES, Material, Mesh, Triangle};
+pub use notes::setting;
 pub use options::{Axis, Faults, MaterialOverride, Options, SidesChoice, matches};
 pub use scene::{Imported, Spots};
 
@@ -53,6 +59,8 @@ pub enum Format {
     Ply,
     /// The Materials and Geometry Format, MGF.
     Mgf,
+    /// The XML of Mitsuba, as far as it is diffuse.
+    Mitsuba,
 }
 
 impl Format {
@@ -64,6 +72,7 @@ impl Format {
             "stl" => Some(Format::Stl),
             "ply" => Some(Format::Ply),
             "mgf" => Some(Format::Mgf),
+            "xml" => Some(Format::Mitsuba),
             _ => None,
         }
     }
@@ -88,6 +97,7 @@ pub fn read(
         Format::Stl => stl::read(path, content),
         Format::Ply => ply::read(path, content),
         Format::Mgf => mgf::read(path, content, curve_error, files),
+        Format::Mitsuba => mitsuba::read(path, content, files),
     }?;
     if mesh.triangles.is_empty() {
         let fault = error::Fault::new(

@@ -25,6 +25,21 @@ pub struct Mesh {
     pub materials: Vec<Material>,
     /// The parts of the file that were left out or changed, a sentence each.
     pub notes: Vec<String>,
+    /// Whether the light of the file is in lumens.
+    pub luminous: bool,
+}
+
+impl Mesh {
+    /// The corners of a triangle.
+    pub(crate) fn corners(&self, triangle: &Triangle) -> [DVec3; 3] {
+        triangle.corners.map(|corner| self.positions[corner as usize])
+    }
+
+    /// The area of a triangle, in squares of the unit that positions have.
+    pub(crate) fn area(&self, triangle: &Triangle) -> f64 {
+        let [a, b, c] = self.corners(triangle);
+        0.5 * (b - a).cross(c - a).length()
+    }
 }
 
 /// One triangle; its front is where its corners run counter-clockwise.
@@ -51,10 +66,31 @@ pub struct Material {
     pub reflectance: Spectrum,
     /// Emittance [W/m²] of each active side.
     pub emittance: Spectrum,
+    /// The power [W] of all faces together, in place of the emittance; `None` where the emittance holds.
+    pub power: Option<Spectrum>,
     /// The active sides; `None` if the file does not say.
     pub sides: Option<Sides>,
-    /// The parts of the material that were dropped, a clause each: `specular reflectance 0.04`.
-    pub dropped: Vec<String>,
+    /// The file or the name of the texture whose mean is in the reflectance; `None` without one.
+    pub texture: Option<String>,
+    /// The parts of the material that its diffuse part leaves out.
+    pub lost: Vec<Lost>,
+}
+
+/// A part of a material that is not modelled as the file has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Lost {
+    /// Nothing defines the material: its reflectance is [`DEFAULT_REFLECTANCE`].
+    Definition,
+    /// A colour texture cannot be read: the colour stands alone.
+    Texture,
+    /// Light passes the material.
+    Transparency,
+    /// Light is reflected as by a mirror: by gloss or by metal.
+    Mirror,
+    /// The emission varies over the faces: its mean is taken.
+    EmissionTexture,
+    /// No red, green and blue make the colour.
+    Saturation,
 }
 
 /// The reflectance of faces whose file gives none.
@@ -67,10 +103,52 @@ impl Material {
             name: name.into(),
             reflectance: DEFAULT_REFLECTANCE.into(),
             emittance: Spectrum::BLACK,
+            power: None,
             sides: None,
-            dropped: Vec::new(),
+            texture: None,
+            lost: Vec::new(),
         }
     }
+
+    /// [`Material::unknown`] of a file that should define it.
+    pub(crate) fn undefined(name: impl Into<String>) -> Self {
+        Material { lost: vec![Lost::Definition], ..Material::unknown(name) }
+    }
+
+    /// Multiplies the reflectance by the mean of a texture. A black one stands for the texture alone, as exporters mean it. Without a
+    /// mean, the texture could not be read.
+    pub(crate) fn show(&mut self, texture: String, mean: Option<Spectrum>) {
+        self.texture = Some(texture);
+        let black = !self.reflectance.is_lit();
+        self.reflectance = match mean {
+            Some(mean) if black => mean,
+            Some(mean) => product(self.reflectance, mean),
+            None if black => DEFAULT_REFLECTANCE.into(),
+            None => self.reflectance,
+        };
+        if mean.is_none() {
+            self.loses(Lost::Texture);
+        }
+    }
+
+    /// Multiplies the emittance by the mean of a texture; a black one stands for the texture alone. Without a mean the emittance stays.
+    pub(crate) fn shine(&mut self, mean: Option<Spectrum>) {
+        if let Some(mean) = mean {
+            self.emittance = if self.emittance.is_lit() { product(self.emittance, mean) } else { mean };
+        }
+        self.loses(Lost::EmissionTexture);
+    }
+
+    /// Notes a part that is left out, once.
+    pub(crate) fn loses(&mut self, what: Lost) {
+        if !self.lost.contains(&what) {
+            self.lost.push(what);
+        }
+    }
+}
+
+fn product(a: Spectrum, b: Spectrum) -> Spectrum {
+    Spectrum::rgb([0, 1, 2].map(|channel| a[channel] * b[channel]))
 }
 
 /// Numbers names in the order of their first use.

@@ -5,21 +5,31 @@ use std::path::Path;
 use radiosity::Spectrum;
 
 use crate::error::{Error, Fault, Spot};
-use crate::mesh::Material;
+use crate::mesh::{Lost, Material};
 use crate::text::{Lines, name, number, rest, words};
 
-/// Reads a material library.
-pub(crate) fn read(path: &Path, text: &[u8]) -> Result<Vec<Material>, Error> {
-    let mut materials: Vec<Material> = Vec::new();
-    let mut lines = Lines::new(text);
-    while let Some((number, line)) = lines.next() {
-        let done = statement(line, &mut materials);
-        done.map_err(|fault| fault.at(path, Spot::Line(number)))?;
-    }
-    Ok(materials)
+/// A material of a library, with the images that it names.
+#[derive(Debug)]
+pub(crate) struct Entry {
+    pub(crate) material: Material,
+    /// The image of `map_Kd`, which the colour is multiplied by.
+    pub(crate) colour: Option<String>,
+    /// The image of `map_Ke`.
+    pub(crate) emission: Option<String>,
 }
 
-fn statement(line: &[u8], materials: &mut Vec<Material>) -> Result<(), Fault> {
+/// Reads a material library.
+pub(crate) fn read(path: &Path, text: &[u8]) -> Result<Vec<Entry>, Error> {
+    let mut entries: Vec<Entry> = Vec::new();
+    let mut lines = Lines::new(text);
+    while let Some((number, line)) = lines.next() {
+        let done = statement(line, &mut entries);
+        done.map_err(|fault| fault.at(path, Spot::Line(number)))?;
+    }
+    Ok(entries)
+}
+
+fn statement(line: &[u8], entries: &mut Vec<Entry>) -> Result<(), Fault> {
     let mut arguments = words(line);
     let keyword = arguments.next().unwrap_or_default().to_ascii_lowercase();
     if keyword == b"newmtl" {
@@ -28,20 +38,21 @@ fn statement(line: &[u8], materials: &mut Vec<Material>) -> Result<(), Fault> {
             name => name,
         };
         // The format's default of a material without Kd is black.
-        materials.push(Material { reflectance: Spectrum::BLACK, ..Material::unknown(name) });
+        let material = Material { reflectance: Spectrum::BLACK, ..Material::unknown(name) };
+        entries.push(Entry { material, colour: None, emission: None });
         return Ok(());
     }
     // Lines before the first material belong to none.
-    let Some(material) = materials.last_mut() else { return Ok(()) };
+    let Some(Entry { material, colour: image, emission }) = entries.last_mut() else { return Ok(()) };
     match keyword.as_slice() {
         b"kd" => material.reflectance = colour(&mut arguments)?,
         b"ke" => material.emittance = colour(&mut arguments)?,
-        b"ks" => drop_if_lit(material, "specular reflectance", colour(&mut arguments)?),
-        b"d" => drop_if_lit(material, "transparency", (1.0 - opacity(&mut arguments)?).into()),
-        b"tr" => drop_if_lit(material, "transparency", opacity(&mut arguments)?.into()),
-        b"map_kd" => drop_map(material, "its diffuse texture (Kd is taken as written)", line),
-        b"map_ke" => drop_map(material, "its emission texture (Ke is taken as written)", line),
-        b"map_d" => drop_map(material, "its transparency texture", line),
+        b"ks" if colour(&mut arguments)?.is_lit() => material.loses(Lost::Mirror),
+        b"d" if opacity(&mut arguments)? < 1.0 => material.loses(Lost::Transparency),
+        b"tr" if opacity(&mut arguments)? > 0.0 => material.loses(Lost::Transparency),
+        b"map_kd" => *image = image_name(line),
+        b"map_ke" => *emission = image_name(line),
+        b"map_d" => material.loses(Lost::Transparency),
         _ => {}
     }
     Ok(())
@@ -69,12 +80,45 @@ fn opacity<'a>(words: &mut impl Iterator<Item = &'a [u8]>) -> Result<f64, Fault>
     number(if first == Some(b"-halo") { words.next() } else { first })
 }
 
-fn drop_if_lit(material: &mut Material, what: &str, amount: Spectrum) {
-    if amount.is_lit() {
-        material.dropped.push(format!("{what} {}", crate::in_words(amount)));
+/// The name of an image behind a keyword and its options, which begin with `-`; names may hold spaces.
+fn image_name(line: &[u8]) -> Option<String> {
+    let mut left = rest(line);
+    while let Some(option) = left.strip_prefix('-') {
+        let (option, mut behind) = option.split_once(char::is_whitespace)?;
+        let most = match option {
+            "o" | "s" | "t" => 3,
+            "mm" => 2,
+            _ => 1,
+        };
+        for count in 0..most {
+            let trimmed = behind.trim_start();
+            let (word, more) = trimmed.split_once(char::is_whitespace).unwrap_or((trimmed, ""));
+            // Of a place, the second and third number may be left out.
+            if count > 0 && word.parse::<f64>().is_err() {
+                break;
+            }
+            behind = more;
+        }
+        left = behind.trim_start().to_owned();
     }
+    Some(left).filter(|name| !name.is_empty())
 }
 
-fn drop_map(material: &mut Material, what: &str, line: &[u8]) {
-    material.dropped.push(format!("{what} {}", rest(line)));
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_are_named_behind_their_options() {
+        for (line, name) in [
+            ("map_Kd wood.png", "wood.png"),
+            ("map_Kd  my wood floor.png", "my wood floor.png"),
+            ("map_Kd -s 2 2 1 -clamp on wood.png", "wood.png"),
+            ("map_Kd -o 0.5 wood.png", "wood.png"),
+            ("map_Kd -mm 0 1 -bm 2 tex/wood.png", "tex/wood.png"),
+        ] {
+            assert_eq!(image_name(line.as_bytes()).as_deref(), Some(name), "{line}");
+        }
+        assert_eq!(image_name(b"map_Kd"), None);
+    }
 }

@@ -2,7 +2,8 @@
 //!
 //! This reader is written here rather than taken from a crate, since refusals name the line.
 
-use std::path::Path;
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
@@ -11,7 +12,8 @@ use crate::files::Files;
 use crate::mesh::{Material, Mesh, Names, Parts, Triangle};
 use crate::mtl;
 use crate::tally::Tally;
-use crate::text::{Lines, name, numbers, rest, words};
+use crate::text::{Lines, name, number, numbers, rest, words};
+use crate::texture::{self, Placing, Shown};
 
 /// Reads an OBJ file and the MTL files that it names.
 pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Mesh, Error> {
@@ -22,7 +24,7 @@ pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Me
         let done = reader.statement(path, line, files);
         done.map_err(|trouble| trouble.at(path, number))?;
     }
-    Ok(reader.finish())
+    Ok(reader.finish(files))
 }
 
 /// A fault of this file, or an error of one that it names.
@@ -58,7 +60,25 @@ struct Reader {
     material: Option<u32>,
     /// The corners of the current face, kept for its allocation.
     corners: Vec<u32>,
+    /// Places in images, and those of the current face's corners.
+    places: Vec<[f32; 2]>,
+    places_of_face: Vec<u32>,
+    /// The places of each triangle's corners, as far as faces have some; of a triangle without, [`NOWHERE`].
+    placed: Vec<[u32; 3]>,
+    /// The images that materials name: the number of the material, the library, colour and emission.
+    images: Vec<Images>,
     tally: Tally,
+}
+
+/// The corner of a face that names no place in an image.
+const NOWHERE: u32 = u32::MAX;
+
+/// The images of a material.
+struct Images {
+    material: u32,
+    library: PathBuf,
+    colour: Option<String>,
+    emission: Option<String>,
 }
 
 impl Reader {
@@ -71,7 +91,12 @@ impl Reader {
             b"g" => self.enter(None, Some(rest(line))),
             b"usemtl" => self.material = Some(self.material_number(&rest(line))),
             b"mtllib" => self.library(path, &rest(line), files).map_err(Trouble::There)?,
-            b"vn" | b"vt" | b"vp" | b"s" => {}
+            b"vt" => {
+                let u = number(arguments.next())? as f32;
+                let v = arguments.next().map_or(Ok(0.0), |v| number(Some(v)))? as f32;
+                self.places.push([u, v]);
+            }
+            b"vn" | b"vp" | b"s" => {}
             b"p" | b"l" => self.tally.count("points or lines (they have no area) were left out"),
             b"curv" | b"curv2" | b"surf" => {
                 self.tally.count("free-form curves or surfaces were left out: export them as polygons");
@@ -101,9 +126,22 @@ impl Reader {
 
     fn face<'a>(&mut self, vertices: impl Iterator<Item = &'a [u8]>) -> Result<(), Fault> {
         self.corners.clear();
+        self.places_of_face.clear();
         for vertex in vertices {
-            let corner = vertex_number(vertex, self.mesh.positions.len())?;
+            let mut numbers = vertex.split(|&byte| byte == b'/');
+            let corner = index(numbers.next(), self.mesh.positions.len()).ok_or_else(|| {
+                Fault::new(
+                    format!("there is no vertex {:?}", name(vertex)),
+                    format!(
+                        "{} are defined above; they count from 1, or back from −1",
+                        self.mesh.positions.len()
+                    ),
+                    "correct the number",
+                )
+            })?;
             self.corners.push(corner);
+            // Places only weigh images: a number that leads nowhere costs its face that weight.
+            self.places_of_face.push(index(numbers.next(), self.places.len()).unwrap_or(NOWHERE));
         }
         if self.corners.len() < 3 {
             return Err(Fault::new(
@@ -117,13 +155,23 @@ impl Reader {
             Some(material) => material,
             None => self.material_number("default"),
         };
+        let first = self.mesh.triangles.len();
         self.tally.polygon(&mut self.mesh, &self.corners, &[], |corners| Triangle {
             corners,
             part,
             face,
             material,
             line: self.line,
-        })
+        })?;
+        if !self.places.is_empty() {
+            self.placed.resize(first, [NOWHERE; 3]);
+            let place = |corner: u32| {
+                let at = self.corners.iter().position(|&known| known == corner);
+                at.map_or(NOWHERE, |at| self.places_of_face[at])
+            };
+            self.placed.extend(self.mesh.triangles[first..].iter().map(|ear| ear.corners.map(place)));
+        }
+        Ok(())
     }
 
     /// The number of a material by its name, also of one that no MTL file has defined yet.
@@ -161,39 +209,89 @@ impl Reader {
             return Ok(());
         };
         for (file, text) in found {
-            for material in mtl::read(&file, &text)? {
+            for mtl::Entry { material, colour, emission } in mtl::read(&file, &text)? {
                 let (number, new) = self.materials.number(&material.name);
                 self.tally.undefined.remove(&number);
                 match new {
                     true => self.mesh.materials.push(material),
                     false => self.mesh.materials[number as usize] = material,
                 }
+                self.images.retain(|images| images.material != number);
+                if colour.is_some() || emission.is_some() {
+                    self.images.push(Images { material: number, library: file.clone(), colour, emission });
+                }
             }
         }
         Ok(())
     }
 
-    fn finish(self) -> Mesh {
+    fn finish(mut self, files: &mut Files<'_>) -> Mesh {
+        self.look_up_images(files);
         let Reader { mut mesh, tally, .. } = self;
         tally.report(&mut mesh);
         mesh
     }
+
+    /// Multiplies the colours of materials by the means of their images, of which each is read once.
+    fn look_up_images(&mut self, files: &mut Files<'_>) {
+        let mut shown = self.shown();
+        self.images.retain(|images| shown.contains_key(&images.material));
+        let points = texture::points(self.images.len());
+        let named = |images: &Images| {
+            let path =
+                |name: &Option<String>| name.as_ref().map(|name| (images.library.clone(), name.clone()));
+            [path(&images.colour), path(&images.emission)]
+        };
+        let mut users: BTreeMap<(PathBuf, String), Vec<(u32, bool)>> = BTreeMap::new();
+        for images in &self.images {
+            for (name, emission) in named(images).into_iter().zip([false, true]) {
+                users.entry(name.unwrap_or_default()).or_default().push((images.material, emission));
+            }
+        }
+        users.remove(&Default::default());
+        for ((library, name), users) in users {
+            let file = name.rsplit(['/', '\\']).next().unwrap_or(&name);
+            let found = [&name, file].into_iter().find_map(|name| files.beside(&library, name).ok());
+            let image = found.and_then(|(_, content)| texture::decode(&content));
+            for (number, emission) in users {
+                let faces = shown.entry(number).or_default();
+                let mean = image
+                    .as_ref()
+                    .map(|image| texture::mean(image, faces, Placing::FROM_BELOW, (points, false)).colour);
+                let material = &mut self.mesh.materials[number as usize];
+                match emission {
+                    false => material.show(name.clone(), mean),
+                    true => material.shine(mean),
+                }
+            }
+        }
+    }
+
+    /// The faces of each used material with images, and the places of their corners, as far as they have some.
+    fn shown(&self) -> HashMap<u32, Vec<Shown>> {
+        let asked: HashSet<u32> = self.images.iter().map(|images| images.material).collect();
+        let mut shown: HashMap<u32, Vec<Shown>> = HashMap::new();
+        for (number, face) in self.mesh.triangles.iter().enumerate() {
+            if !asked.contains(&face.material) {
+                continue;
+            }
+            let faces = shown.entry(face.material).or_default();
+            let places = self.placed.get(number).copied().unwrap_or([NOWHERE; 3]);
+            if let [Some(a), Some(b), Some(c)] = places.map(|place| self.places.get(place as usize).copied())
+            {
+                faces.push(Shown { area: self.mesh.area(face) as f32, corners: [a, b, c] });
+            }
+        }
+        shown
+    }
 }
 
-/// The index of a face's corner `v`, `v/vt`, `v//vn` or `v/vt/vn`: from 1, or from −1 backwards.
-fn vertex_number(word: &[u8], count: usize) -> Result<u32, Fault> {
-    let digits = word.split(|&byte| byte == b'/').next().unwrap_or_default();
-    let written = std::str::from_utf8(digits).ok().and_then(|digits| digits.parse::<i64>().ok());
-    let index = match written {
-        Some(number) if number > 0 => Some(number - 1),
-        Some(number) if number < 0 => Some(number + count as i64),
-        _ => None,
+/// The index that a number of a corner means, from 1, or from −1 backwards.
+fn index(digits: Option<&[u8]>, count: usize) -> Option<u32> {
+    let index = match std::str::from_utf8(digits?).ok()?.parse::<i64>().ok()? {
+        number if number > 0 => number - 1,
+        number if number < 0 => number + count as i64,
+        _ => return None,
     };
-    index.filter(|index| (0..count as i64).contains(index)).map(|index| index as u32).ok_or_else(|| {
-        Fault::new(
-            format!("there is no vertex {:?}", name(word)),
-            format!("{count} are defined above; they count from 1, or back from −1"),
-            "correct the number",
-        )
-    })
+    (0..count as i64).contains(&index).then_some(index as u32)
 }

@@ -20,8 +20,12 @@ pub struct Options {
     pub faults: Faults,
     /// Whether neighbouring triangles that form a parallelogram become one.
     pub join: bool,
-    /// The limit that reflectances are clamped to; with `None` those of 1 and more are refused.
+    /// The limit that reflectances are clamped to; with `None` 0.95 where some are 1 and more.
     pub reflectance_limit: Option<f64>,
+    /// Whether a file is refused where something would have to be assumed: reflectances of 1 and more, and light.
+    pub strict: bool,
+    /// The emittance of a uniform sky around the mesh; `None` leaves a mesh without light to what is most likely meant.
+    pub sky: Option<Spectrum>,
     /// The most distance of facets within a curved surface, in parts of its radius.
     pub curve_error: f64,
     /// Changes of materials, in the order in which they apply.
@@ -42,6 +46,8 @@ impl Default for Options {
             faults: Faults::Report,
             join: false,
             reflectance_limit: None,
+            strict: false,
+            sky: None,
             curve_error: CURVE_ERROR,
             materials: Vec::new(),
         }
@@ -93,7 +99,7 @@ pub enum Faults {
 /// The changes of one table `[import.material."PATTERN"]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialOverride {
-    /// Names of materials; `*` stands for any text.
+    /// Names of materials or, if none has such a name, of parts; `*` stands for any text.
     pub pattern: String,
     /// The reflectance that replaces the material's.
     pub reflectance: Option<Spectrum>,
@@ -103,6 +109,22 @@ pub struct MaterialOverride {
     pub power: Option<Spectrum>,
     /// The sides that replace the material's.
     pub sides: Option<SidesChoice>,
+    /// Whether faces of the material are left out.
+    pub leave_out: Option<bool>,
+}
+
+impl MaterialOverride {
+    /// An entry that changes nothing yet.
+    pub fn of(pattern: impl Into<String>) -> Self {
+        MaterialOverride {
+            pattern: pattern.into(),
+            reflectance: None,
+            emittance: None,
+            power: None,
+            sides: None,
+            leave_out: None,
+        }
+    }
 }
 
 /// Whether a name matches a pattern in which `*` stands for any text.

@@ -6,12 +6,14 @@
 use std::path::Path;
 
 use glam::DVec3;
+use radiosity::Spectrum;
 
 use crate::bytes::Bytes;
 use crate::error::{Error, Fault, Spot};
 use crate::mesh::{Material, Mesh, Triangle};
 use crate::tally::Tally;
 use crate::text::{name, number, words};
+use crate::texture;
 
 /// The encoding of numbers in the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +34,13 @@ enum Scalar {
     U32,
     F32,
     F64,
+}
+
+impl Scalar {
+    /// A colour's value as a part of 1: integers have 255 levels.
+    fn part(self, value: f64) -> f64 {
+        if matches!(self, Scalar::F32 | Scalar::F64) { value } else { value / 255.0 }
+    }
 }
 
 #[derive(Debug)]
@@ -225,11 +234,15 @@ struct Body {
     tally: Tally,
     /// The corners of the current face.
     corners: Vec<u32>,
+    /// The sum of the colours of vertices, or of faces, in linear light, and how many there are.
+    tint: [f64; 3],
+    tinted: f64,
 }
 
 impl Body {
     fn item(&mut self, element: &Element, item: u32, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
         let mut position = DVec3::ZERO;
+        let mut colour = [None; 3];
         self.corners.clear();
         for property in &element.properties {
             if let Some(length) = property.length {
@@ -241,8 +254,16 @@ impl Body {
                 b"x" => position.x = value,
                 b"y" => position.y = value,
                 b"z" => position.z = value,
+                b"red" | b"diffuse_red" => colour[0] = Some(property.scalar.part(value)),
+                b"green" | b"diffuse_green" => colour[1] = Some(property.scalar.part(value)),
+                b"blue" | b"diffuse_blue" => colour[2] = Some(property.scalar.part(value)),
                 _ => {}
             }
+        }
+        if let [Some(red), Some(green), Some(blue)] = colour {
+            self.tinted += 1.0;
+            let linear = [red, green, blue].map(texture::linear);
+            self.tint.iter_mut().zip(linear).for_each(|(sum, channel)| *sum += channel);
         }
         match element.name.as_slice() {
             b"vertex" => self.vertex(position),
@@ -300,7 +321,7 @@ impl Body {
     }
 
     fn finish(self, header: &Header) -> Result<Mesh, Fault> {
-        let Body { mut mesh, tally, .. } = self;
+        let Body { mut mesh, tally, tint, tinted, .. } = self;
         if header.elements.iter().any(|element| element.name == b"tristrips") {
             return Err(Fault::new(
                 "the file has triangle strips",
@@ -309,8 +330,12 @@ impl Body {
             ));
         }
         tally.report(&mut mesh);
-        let mut material = Material::unknown("default");
-        material.dropped.push("PLY has no materials: reflectance 0.5 is assumed".into());
+        let mut material = Material::undefined("default");
+        if tinted > 0.0 {
+            let mean = Spectrum::rgb(tint.map(|sum| sum / tinted));
+            let texture = Some("colours of vertices".into());
+            material = Material { reflectance: mean, texture, ..Material::unknown("default") };
+        }
         mesh.materials.push(material);
         Ok(mesh)
     }

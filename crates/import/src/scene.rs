@@ -1,15 +1,19 @@
 //! The conversion of a mesh to the surfaces of a scene.
 
+use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 use glam::DVec3;
 use radiosity::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
+use crate::Format;
 use crate::clean::Faulty;
 use crate::error::{Error, Fault, Spot};
-use crate::mesh::{Mesh, Triangle};
+use crate::lamps::names_a_lamp;
+use crate::mesh::{Material, Mesh, Triangle};
+use crate::notes::{beyond, note_losses};
 use crate::options::{Axis, Faults, MaterialOverride, Options, SidesChoice, matches};
-use crate::{Format, in_words};
+use crate::scale::{Part, likely_unit};
 
 /// A scene that was made from a mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +30,15 @@ pub struct Imported {
     pub names: Vec<String>,
     /// The object, group or node of each surface, by its number.
     pub parts: Vec<u32>,
+    /// The textures of the materials, whose means are in their reflectances.
+    pub textures: Vec<Option<String>>,
+    /// Of each material: the factor by which its emittance grows where one of its sides is found to be the only one that shines;
+    /// `None` where the file or the options say which sides are active.
+    pub open_sides: Vec<Option<f64>>,
+    /// Whether the light of the file is in lumens.
+    pub luminous: bool,
+    /// The unit that the file is likely to be written in, and its length [m], where that is not the one taken.
+    pub likely_unit: Option<(&'static str, f64)>,
 }
 
 /// The spots of surfaces in a file.
@@ -47,38 +60,102 @@ impl Spots {
 }
 
 /// The most faults that a note lists one by one; a refusal lists all.
-const LISTED: usize = 20;
+const LISTED: usize = 3;
+
+/// The most names of materials in a message.
+const NAMED: usize = 8;
+
+/// The limit of reflectances where the options name none and the file has some of 1 and more.
+const LIMIT: f64 = 0.95;
 
 /// The most letters of a name in a message.
 const LONGEST_NAME: usize = 60;
-
-/// The extent above which a note asks whether the mesh's unit is a metre [m].
-const VAST: f64 = 1000.0;
 
 /// The most cells along an edge of a triangle.
 const MAX_CELLS: u32 = u16::MAX as u32;
 
 impl Mesh {
-    /// Whether a pattern of `[import.material]` matches a material.
+    /// Whether a pattern of `[import.material]` matches a material or, failing that, a part.
     pub fn has_material(&self, pattern: &str) -> bool {
         self.materials.iter().any(|material| matches(pattern, &material.name))
+            || self.parts.iter().any(|part| matches(pattern, part))
+    }
+
+    /// Whether a material that some face has emits light after the overrides.
+    pub fn is_lit(&self, options: &Options) -> bool {
+        let mut used = vec![false; self.materials.len()];
+        self.triangles.iter().for_each(|triangle| used[triangle.material as usize] = true);
+        let by_part = |entry: &MaterialOverride| {
+            let emits = entry.emittance.or(entry.power).is_some_and(Spectrum::is_lit);
+            emits && !self.materials.iter().any(|material| matches(&entry.pattern, &material.name))
+        };
+        let emits = |material: &Material| {
+            let finish = Finish::of(material, options);
+            !finish.leave_out && (finish.emittance.is_lit() || finish.power.is_some())
+        };
+        self.materials.iter().zip(used).any(|(material, used)| used && emits(material))
+            || options.materials.iter().any(by_part)
+    }
+
+    /// The names of materials that mean lamps, and the area of their faces in squares of the file's unit; of parts, if none of
+    /// materials does. Where they are a large part of the mesh, the name is taken to mean something else.
+    pub fn lamps_by_name(&self) -> (Vec<String>, f64) {
+        const LARGE: f64 = 0.2;
+        let mut areas = [vec![0.0; self.materials.len()], vec![0.0; self.parts.len()]];
+        for triangle in &self.triangles {
+            areas[0][triangle.material as usize] += self.area(triangle);
+            areas[1][triangle.part as usize] += self.area(triangle);
+        }
+        let total: f64 = areas[0].iter().sum();
+        let materials: Vec<&str> = self.materials.iter().map(|material| material.name.as_str()).collect();
+        let parts: Vec<&str> = self.parts.iter().map(String::as_str).collect();
+        for (names, areas) in [materials, parts].iter().zip(areas) {
+            let named =
+                |(name, area): &(&&str, f64)| *area > 0.0 && *area < LARGE * total && names_a_lamp(name);
+            let lamps: Vec<(&&str, f64)> = names.iter().zip(areas).filter(named).collect();
+            let area = lamps.iter().map(|(_, area)| area).sum();
+            if !lamps.is_empty() && area < LARGE * total {
+                return (lamps.iter().map(|(name, _)| (**name).to_owned()).collect(), area);
+            }
+        }
+        (Vec::new(), 0.0)
+    }
+
+    /// The area that the mesh covers seen from above, in squares of the file's unit.
+    pub fn footprint(&self, format: Format, options: &Options) -> f64 {
+        let up = options.up.unwrap_or(usual_up(format));
+        let (low, high) = self.bounds(|position| up.turn(position));
+        (high.x - low.x) * (high.y - low.y)
+    }
+
+    fn bounds(&self, place: impl Fn(DVec3) -> DVec3) -> (DVec3, DVec3) {
+        let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
+        let places = corners.map(|corner| place(self.positions[corner as usize]));
+        places.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), place| {
+            (low.min(place), high.max(place))
+        })
     }
 
     /// Turns the mesh into a scene.
     ///
     /// # Errors
-    /// Reflectances of 1 and more, faulty faces where those are to be refused, overrides that match nothing, and patch
-    /// sizes that would cut a face into too many.
+    /// Faulty faces where those are to be refused, reflectances of 1 and more in strict reading, overrides that match nothing, and
+    /// patch sizes that would cut a face into too many.
     pub fn into_scene(mut self, path: &Path, format: Format, options: &Options) -> Result<Imported, Error> {
         let at = |fault: Fault| fault.at(path, Spot::File);
         self.place(format, options);
-        let mut notes = std::mem::take(&mut self.notes);
-        notes.extend(self.note_size());
+        self.split_parts(options);
+        let mut notes = Vec::new();
         let mut finish = Finishes::new(&self, options).map_err(at)?;
+        self.leave_out(&finish).map_err(at)?;
+        let likely_unit = self.likely_unit(format, options, &mut notes);
         self.drop_faults(&finish, options, &mut notes).map_err(at)?;
         finish.spread_power(&self, options).map_err(at)?;
-        finish.limit(&self, options, &mut notes).map_err(at)?;
-        finish.note_dropped(&self, &mut notes);
+        let mut areas = vec![0.0; self.materials.len()];
+        self.triangles.iter().for_each(|triangle| areas[triangle.material as usize] += self.area(triangle));
+        finish.limit(&self, &areas, options, &mut notes).map_err(at)?;
+        note_losses(&self, &finish.of, &areas, &mut notes);
+        notes.append(&mut self.notes);
         let faces = if options.join { self.join() } else { self.single() };
         let mut imported = Imported {
             spec: SceneSpec::new(Vec::with_capacity(faces.len())),
@@ -87,6 +164,10 @@ impl Mesh {
             materials: Vec::with_capacity(faces.len()),
             names: self.materials.iter().map(|material| material.name.clone()).collect(),
             parts: Vec::with_capacity(faces.len()),
+            textures: self.materials.iter().map(|material| material.texture.clone()).collect(),
+            open_sides: finish.of.iter().map(Finish::open_sides).collect(),
+            luminous: self.luminous || format == Format::Mgf,
+            likely_unit,
         };
         for face in &faces {
             let shape = face.cut(options).map_err(at)?;
@@ -98,28 +179,78 @@ impl Mesh {
         Ok(imported)
     }
 
+    /// Gives parts that an entry names, where it names no material, materials of their own, called as the part is.
+    fn split_parts(&mut self, options: &Options) {
+        let mut number_of = HashMap::new();
+        for entry in &options.materials {
+            if self.materials.iter().any(|material| matches(&entry.pattern, &material.name)) {
+                continue;
+            }
+            let meant: Vec<bool> = self.parts.iter().map(|part| matches(&entry.pattern, part)).collect();
+            for triangle in self.triangles.iter_mut().filter(|triangle| meant[triangle.part as usize]) {
+                triangle.material =
+                    *number_of.entry((triangle.part, triangle.material)).or_insert_with(|| {
+                        let material = self.materials[triangle.material as usize].clone();
+                        let name = self.parts[triangle.part as usize].clone();
+                        self.materials.push(Material { name, ..material });
+                        self.materials.len() as u32 - 1
+                    });
+            }
+        }
+    }
+
+    /// Takes out the faces of materials that are to be left out.
+    fn leave_out(&mut self, finishes: &Finishes) -> Result<(), Fault> {
+        self.triangles.retain(|triangle| !finishes.of[triangle.material as usize].leave_out);
+        match self.triangles.is_empty() {
+            true => {
+                Err(Fault::new("every face is left out", "light needs surfaces to meet", "leave fewer out"))
+            }
+            false => Ok(()),
+        }
+    }
+
     /// Converts vertices to metres, with z up.
     fn place(&mut self, format: Format, options: &Options) {
-        let default = if matches!(format, Format::Gltf | Format::Obj) { Axis::Y } else { Axis::Z };
-        let up = options.up.unwrap_or(default);
+        let up = options.up.unwrap_or(usual_up(format));
         for position in &mut self.positions {
             // Adding 0 turns −0 into 0.
             *position = up.turn(*position) * options.unit + DVec3::ZERO;
         }
     }
 
-    /// The note about a mesh so large that it was hardly meant in metres.
-    fn note_size(&self) -> Option<String> {
-        let corners = || {
-            let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
-            corners.map(|corner| self.positions[corner as usize])
-        };
-        let extent =
-            corners().fold(DVec3::NEG_INFINITY, DVec3::max) - corners().fold(DVec3::INFINITY, DVec3::min);
-        let extent = extent.max_element();
-        (extent > VAST).then(|| {
-            format!("the mesh extends over {extent} m: where a unit of the file is no metre, set import.unit (millimetres: 0.001)")
-        })
+    /// The unit that the file is more likely to be written in than the one taken, where none is asked for, with a note.
+    fn likely_unit(
+        &self,
+        format: Format,
+        options: &Options,
+        notes: &mut Vec<String>,
+    ) -> Option<(&'static str, f64)> {
+        if options.unit != 1.0 {
+            return None;
+        }
+        let mut bounds = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); self.parts.len()];
+        for triangle in &self.triangles {
+            let (low, high) = &mut bounds[triangle.part as usize];
+            for corner in self.corners(triangle) {
+                (*low, *high) = (low.min(corner), high.max(corner));
+            }
+        }
+        let parts: Vec<Part<'_>> = self
+            .parts
+            .iter()
+            .zip(bounds)
+            .map(|(name, (low, high))| Part { name, extent: high - low })
+            .collect();
+        let (low, high) = self.bounds(|position| position);
+        let extent = high - low;
+        let (name, length) = likely_unit(extent, &parts, format == Format::Stl)?;
+        let [x, y, z] = extent.to_array().map(|extent| format!("{extent:.3}"));
+        notes.push(format!(
+            "the mesh measures {x} × {y} × {z} m if its unit is 1 m; {name} is more likely, which makes it {:.2} m high; --set import.unit={length}",
+            extent.z * length
+        ));
+        Some((name, length))
     }
 
     fn drop_faults(
@@ -147,7 +278,9 @@ impl Mesh {
                 "remove them, or set import.faults = \"report\"",
             ));
         }
-        notes.extend(told.into_iter().map(|told| format!("left out: {told}")));
+        if !told.is_empty() {
+            notes.push(format!("left out: {}; --set import.faults=refuse lists them all", told.join("; ")));
+        }
         faulty.remove_from(self);
         match self.triangles.is_empty() {
             true => {
@@ -167,6 +300,21 @@ impl Mesh {
         names.join(", ")
     }
 
+    /// The names of some used materials, and how many more there are.
+    fn material_names(&self) -> String {
+        let mut used = vec![false; self.materials.len()];
+        self.triangles.iter().for_each(|triangle| used[triangle.material as usize] = true);
+        let names =
+            self.materials.iter().zip(used).filter(|(_, used)| *used).map(|(material, _)| &material.name);
+        let names: BTreeSet<&String> = names.collect();
+        let mut told: Vec<String> =
+            names.iter().take(NAMED).map(|name| format!("{:?}", shortened((*name).clone()))).collect();
+        if names.len() > NAMED {
+            told.push(format!("and {} more, which `radwalk check` lists", names.len() - NAMED));
+        }
+        told.join(", ")
+    }
+
     /// The name of a triangle's face in outputs.
     fn name(&self, triangle: &Triangle) -> String {
         format!("{}:{}", self.parts[triangle.part as usize], triangle.face)
@@ -183,10 +331,6 @@ impl Mesh {
             emittance: finish.emittance,
             cell_emittance: Vec::new(),
         }
-    }
-
-    fn corners(&self, triangle: &Triangle) -> [DVec3; 3] {
-        triangle.corners.map(|corner| self.positions[corner as usize])
     }
 
     /// Makes a face of every triangle.
@@ -288,12 +432,26 @@ fn count(ratio: f64, key: &str) -> Result<u32, Fault> {
 
 /// A material after the overrides.
 #[derive(Clone, Copy, Debug)]
-struct Finish {
-    reflectance: Spectrum,
-    emittance: Spectrum,
+pub(crate) struct Finish {
+    pub(crate) reflectance: Spectrum,
+    pub(crate) emittance: Spectrum,
     sides: Sides,
-    /// The number of the override that gives its power.
-    power: Option<usize>,
+    /// Where its power is given, if it is.
+    power: Option<Power>,
+    leave_out: bool,
+    /// Whether the reflectance is the file's.
+    pub(crate) own_reflectance: bool,
+    /// Whether neither the file nor an option says which sides are active.
+    open_sides: bool,
+}
+
+/// Where the power of a material is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Power {
+    /// In the file.
+    Own,
+    /// In the override with this number.
+    Entry(usize),
 }
 
 /// The finishes of all materials.
@@ -305,40 +463,28 @@ impl Finishes {
     fn new(mesh: &Mesh, options: &Options) -> Result<Self, Fault> {
         for entry in &options.materials {
             if !mesh.has_material(&entry.pattern) {
-                let names: Vec<&str> = mesh.materials.iter().map(|material| material.name.as_str()).collect();
                 return Err(Fault::new(
-                    format!("import.material.{:?} matches no material", entry.pattern),
+                    format!("import.material.{:?} matches no material and no part", entry.pattern),
                     "it would change nothing",
-                    format!("the file has {}", names.join(", ")),
+                    format!("the file has {}", mesh.material_names()),
                 ));
             }
         }
-        let finish = |material: &crate::Material| {
-            let mut finish = Finish {
-                reflectance: material.reflectance,
-                emittance: material.emittance,
-                sides: sides(options.sides, material.sides),
-                power: None,
-            };
-            let entries = options.materials.iter().enumerate();
-            entries
-                .filter(|(_, entry)| matches(&entry.pattern, &material.name))
-                .for_each(|(number, entry)| finish.follow(number, entry, material.sides));
-            finish
-        };
-        Ok(Finishes { of: mesh.materials.iter().map(finish).collect() })
+        Ok(Finishes { of: mesh.materials.iter().map(|material| Finish::of(material, options)).collect() })
     }
 
     /// Gives materials with a power the emittance that makes it over their faces.
     fn spread_power(&mut self, mesh: &Mesh, options: &Options) -> Result<(), Fault> {
+        let mut areas = vec![0.0; self.of.len()];
+        for triangle in &mesh.triangles {
+            let number = triangle.material as usize;
+            areas[number] += mesh.area(triangle) * self.of[number].sides.count();
+        }
         for (number, entry) in options.materials.iter().enumerate() {
             let Some(power) = entry.power else { continue };
-            let powered = |triangle: &&Triangle| self.of[triangle.material as usize].power == Some(number);
-            let area = |triangle: &Triangle| {
-                let [a, b, c] = mesh.corners(triangle);
-                0.5 * (b - a).cross(c - a).length() * self.of[triangle.material as usize].sides.count()
-            };
-            let area: f64 = mesh.triangles.iter().filter(powered).map(area).sum();
+            let powered = |finish: &Finish| finish.power == Some(Power::Entry(number));
+            let area: f64 =
+                self.of.iter().zip(&areas).filter(|(of, _)| powered(of)).map(|(_, area)| area).sum();
             if area <= 0.0 {
                 return Err(Fault::new(
                     format!("import.material.{:?}.power has no face to leave from", entry.pattern),
@@ -347,64 +493,92 @@ impl Finishes {
                 ));
             }
             let emittance = Spectrum::rgb(power.channels().map(|power| power / area));
-            self.of.iter_mut().filter(|f| f.power == Some(number)).for_each(|f| f.emittance = emittance);
+            self.of.iter_mut().filter(|of| powered(of)).for_each(|of| of.emittance = emittance);
+        }
+        for ((finish, material), area) in self.of.iter_mut().zip(&mesh.materials).zip(areas) {
+            if let Some(power) = material.power.filter(|_| finish.power == Some(Power::Own) && area > 0.0) {
+                finish.emittance = Spectrum::rgb(power.channels().map(|power| power / area));
+            }
         }
         Ok(())
     }
 
-    /// Clamps reflectances to the limit, or refuses those of 1 and more, all in one message.
-    fn limit(&mut self, mesh: &Mesh, options: &Options, notes: &mut Vec<String>) -> Result<(), Fault> {
-        let mut used = vec![false; self.of.len()];
-        mesh.triangles.iter().for_each(|triangle| used[triangle.material as usize] = true);
-        let limit = options.reflectance_limit;
-        let beyond = |finish: &Finish| finish.reflectance.max() > limit.unwrap_or(1.0_f64.next_down());
-        let told: Vec<String> = (0..self.of.len())
-            .filter(|&i| used[i] && beyond(&self.of[i]))
-            .map(|i| format!("{:?} has {}", mesh.materials[i].name, in_words(self.of[i].reflectance)))
-            .collect();
-        if told.is_empty() {
-            return Ok(());
-        }
-        let Some(limit) = limit else {
+    /// Clamps reflectances to the limit that is asked for, or to [`LIMIT`] where some are 1 and more. Strict reading refuses these.
+    fn limit(
+        &mut self,
+        mesh: &Mesh,
+        areas: &[f64],
+        options: &Options,
+        notes: &mut Vec<String>,
+    ) -> Result<(), Fault> {
+        let asked = options.reflectance_limit;
+        let bright = |reflectance: Spectrum| reflectance.max() > asked.unwrap_or(1.0_f64.next_down());
+        let Some(told) = beyond(mesh, &self.of, areas, bright) else { return Ok(()) };
+        if asked.is_none() && options.strict {
             return Err(Fault::new(
-                format!("reflectances of 1 and more: {}", told.join(", ")),
+                told,
                 "walks would never end",
-                "set import.reflectance_limit = 0.95 to clamp them, or correct them in [import.material.\"NAME\"]",
+                format!("set import.reflectance_limit = {LIMIT} to clamp them, or read without --strict"),
             ));
-        };
-        notes.push(format!("reflectances were clamped to {limit}: {}", told.join(", ")));
+        }
+        let limit = asked.unwrap_or(LIMIT);
+        notes.push(format!(
+            "clamped to {limit}, as all are: {told}; --set import.reflectance_limit={limit} sets the limit"
+        ));
         for finish in &mut self.of {
             finish.reflectance =
                 Spectrum::rgb(finish.reflectance.channels().map(|channel| channel.min(limit)));
         }
         Ok(())
     }
-
-    /// Adds a note for each used material that lost a part of it.
-    fn note_dropped(&self, mesh: &Mesh, notes: &mut Vec<String>) {
-        let mut used = vec![false; self.of.len()];
-        mesh.triangles.iter().for_each(|triangle| used[triangle.material as usize] = true);
-        let dropped =
-            mesh.materials.iter().zip(used).filter(|(material, used)| *used && !material.dropped.is_empty());
-        notes.extend(dropped.map(|(material, _)| {
-            format!("material {:?}: not modelled: {}", material.name, material.dropped.join("; "))
-        }));
-    }
 }
 
 impl Finish {
+    /// A material after the overrides that match it.
+    fn of(material: &Material, options: &Options) -> Self {
+        let mut finish = Finish {
+            reflectance: material.reflectance,
+            emittance: material.emittance,
+            sides: sides(options.sides, material.sides),
+            power: material.power.map(|_| Power::Own),
+            leave_out: false,
+            own_reflectance: true,
+            open_sides: options.sides == SidesChoice::File && material.sides.is_none(),
+        };
+        let entries = options.materials.iter().enumerate();
+        entries
+            .filter(|(_, entry)| matches(&entry.pattern, &material.name))
+            .for_each(|(number, entry)| finish.follow(number, entry, material.sides));
+        finish
+    }
+
     fn follow(&mut self, number: usize, entry: &MaterialOverride, written: Option<Sides>) {
+        self.own_reflectance &= entry.reflectance.is_none();
         self.reflectance = entry.reflectance.unwrap_or(self.reflectance);
+        self.leave_out = entry.leave_out.unwrap_or(self.leave_out);
         if let Some(emittance) = entry.emittance {
             (self.emittance, self.power) = (emittance, None);
         }
         if entry.power.is_some() {
-            self.power = Some(number);
+            self.power = Some(Power::Entry(number));
         }
         if let Some(choice) = entry.sides {
             self.sides = sides(choice, written);
+            self.open_sides = choice == SidesChoice::File && written.is_none();
         }
     }
+
+    /// The factor by which its emittance grows where one side is found to be the only one that shines; `None` where its sides are
+    /// given.
+    fn open_sides(&self) -> Option<f64> {
+        let factor = if self.power.is_some() { self.sides.count() } else { 1.0 };
+        self.open_sides.then_some(factor)
+    }
+}
+
+/// The axis that is up in files of a format: exporters write glTF, OBJ and Mitsuba's scenes with y up.
+fn usual_up(format: Format) -> Axis {
+    if matches!(format, Format::Gltf | Format::Obj | Format::Mitsuba) { Axis::Y } else { Axis::Z }
 }
 
 fn sides(choice: SidesChoice, written: Option<Sides>) -> Sides {

@@ -23,9 +23,7 @@ pub(crate) fn read(path: &Path, content: &[u8]) -> Result<Mesh, Error> {
         true => binary(content, &stem).map_err(|fault| fault.at(path, Spot::File))?,
         false => ascii(content, &stem).map_err(|(line, fault)| fault.at(path, Spot::Line(line)))?,
     };
-    let mut material = Material::unknown("default");
-    material.dropped.push("STL has no materials: reflectance 0.5 is assumed".into());
-    mesh.materials.push(material);
+    mesh.materials.push(Material::undefined("default"));
     Ok(mesh)
 }
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec3;
 
 use crate::error::Fault;
-use crate::mesh::{Mesh, Triangle};
+use crate::mesh::{Lost, Mesh, Triangle};
 use crate::polygon;
 use crate::room::room;
 
@@ -65,8 +65,7 @@ impl Tally {
             mesh.notes.push(format!("{count} {what}"));
         }
         for number in self.undefined {
-            let material = &mut mesh.materials[number as usize];
-            material.dropped.push("no file defines it: reflectance 0.5 is assumed".into());
+            mesh.materials[number as usize].loses(Lost::Definition);
         }
     }
 }

@@ -97,12 +97,13 @@ fn changed(corpus: &[Vec<u8>], number: u64) -> Vec<u8> {
 /// A reader's target by the name of its corpus.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 5] = [
+const TARGETS: [Target; 6] = [
     ("obj", targets::obj),
     ("gltf", targets::gltf),
     ("stl", targets::stl),
     ("ply", targets::ply),
     ("mgf", targets::mgf),
+    ("mitsuba", targets::mitsuba),
 ];
 
 #[test]

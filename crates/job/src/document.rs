@@ -101,6 +101,12 @@ impl<'a> Table<'a> {
         }
     }
 
+    /// The place of the first key that is left; `None` where none is.
+    pub(crate) fn first(&self) -> Option<Box<Place>> {
+        let key = self.entries.keys().min_by_key(|key| key.span().start)?;
+        Some(self.source.place(key.span().start, format!("{}{}", self.prefix, key.as_ref())))
+    }
+
     /// Whether the table has any of these keys.
     pub(crate) fn has_any(&self, keys: &[&str]) -> bool {
         keys.iter().any(|&key| self.entries.contains_key(key))

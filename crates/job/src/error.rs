@@ -163,7 +163,7 @@ pub enum Error {
 }
 
 /// The formats of meshes, for messages.
-pub(crate) const MESH_FORMATS: &str = ".obj, .gltf, .glb, .stl, .ply or .mgf";
+pub(crate) const MESH_FORMATS: &str = ".obj, .gltf, .glb, .stl, .ply, .mgf or .xml (Mitsuba)";
 
 impl Error {
     pub(crate) fn of_mesh(error: import::Error) -> Self {

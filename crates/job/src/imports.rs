@@ -5,14 +5,14 @@ use std::io;
 use std::path::Path;
 
 use import::{
-    Axis, Faults, Files, Format, GROUP_ANGLE, Grouping, Imported, MaterialOverride, Mesh, Options,
-    SidesChoice,
+    Axis, Faults, Files, Format, GROUP_ANGLE, Grouping, MaterialOverride, Mesh, Options, SidesChoice,
 };
 
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::material::read_spectrum;
 use crate::near;
+use crate::sky::read_emittance;
 use crate::word::Word;
 
 pub(crate) const IMPORT_KEYS: &[&str] = &[
@@ -26,6 +26,8 @@ pub(crate) const IMPORT_KEYS: &[&str] = &[
     "repair",
     "join",
     "reflectance_limit",
+    "strict",
+    "sky",
     "curve_error",
     "material",
 ];
@@ -66,6 +68,8 @@ pub(crate) fn read_options(mut table: Table<'_>) -> Result<Options, Error> {
         faults: table.take("faults").map(|value| value.word()).transpose()?.unwrap_or(default.faults),
         join: table.take("join").map(|value| value.boolean()).transpose()?.unwrap_or(default.join),
         reflectance_limit: table.take("reflectance_limit").map(|value| read_limit(&value)).transpose()?,
+        strict: table.take("strict").map(|value| value.boolean()).transpose()?.unwrap_or(default.strict),
+        sky: table.take("sky").map(read_emittance).transpose()?,
         curve_error: table
             .take("curve_error")
             .map(|value| read_curve_error(&value))
@@ -155,7 +159,7 @@ fn read_overrides(value: Value<'_>) -> Result<Vec<MaterialOverride>, Error> {
     values.into_iter().map(|(pattern, value)| read_override(pattern, value)).collect()
 }
 
-pub(crate) const OVERRIDE_KEYS: &[&str] = &["reflectance", "emittance", "power", "sides"];
+pub(crate) const OVERRIDE_KEYS: &[&str] = &["reflectance", "emittance", "power", "sides", "leave_out"];
 
 fn read_override(pattern: String, value: Value<'_>) -> Result<MaterialOverride, Error> {
     let mut table = value.table(OVERRIDE_KEYS)?;
@@ -175,6 +179,7 @@ fn read_override(pattern: String, value: Value<'_>) -> Result<MaterialOverride, 
         emittance,
         power: power.map(read_spectrum).transpose()?,
         sides: table.take("sides").map(|value| read_sides(&value)).transpose()?,
+        leave_out: table.take("leave_out").map(|value| value.boolean()).transpose()?,
     })
 }
 
@@ -187,12 +192,11 @@ pub(crate) fn read_mesh(path: &Path, format: Format, options: &Options) -> Resul
         io::ErrorKind::NotFound => Error::Missing { file: path.into() },
         _ => Error::Unreadable { file: path.into(), source },
     })?;
-    let mut open = |path: &Path| fs::read(path);
+    // Devices and pipes may never end.
+    let mut open = |path: &Path| match fs::metadata(path)?.is_file() {
+        true => fs::read(path),
+        false => Err(io::Error::from(io::ErrorKind::InvalidInput)),
+    };
     import::read(path, &content, format, options.curve_error, &mut Files::new(&mut open))
         .map_err(Error::of_mesh)
-}
-
-/// Reads a mesh file as a scene of its own.
-pub(crate) fn import_scene(path: &Path, format: Format, options: &Options) -> Result<Imported, Error> {
-    read_mesh(path, format, options)?.into_scene(path, format, options).map_err(Error::of_mesh)
 }

@@ -85,7 +85,8 @@ pub struct Job {
     pub total_target: Option<TotalTarget>,
     /// How rays look for surfaces; the answer is the same with each.
     pub index: IndexChoice,
-    /// What the numbers measure. Default: luminous for a scene in MGF, whose format gives lm/m², else radiant.
+    /// What the numbers measure. Default: luminous for a mesh whose format gives lumens, as MGF does, or whose light was assumed, else
+    /// radiant.
     pub light: Light,
     /// The files that are written beside the tally; `None`: the program chooses.
     pub files: Option<Vec<OutputFile>>,
@@ -241,6 +242,7 @@ fn read(
     // Every table is opened, and its keys known, before the scene is read: that may take long.
     let mut import = table.table("import", IMPORT_KEYS)?;
     let repair = import.take("repair").map(|value| value.boolean()).transpose()?.unwrap_or(false);
+    let about_meshes = import.first();
     let grouping = read_grouping(&mut import)?;
     let says_join = import.has_any(&["join"]);
     let mut options = read_options(import)?;
@@ -268,6 +270,14 @@ fn read(
     let is_mesh = origin == Origin::Scene && Format::of(path).is_some();
     options.join |= is_mesh && chooses_method && !says_faces && !matches!(patches, Patches::AsWritten);
     let mut scene = read_scene(named, &table, &options)?;
+    if let Some(place) = about_meshes.filter(|_| !scene.has_mesh()) {
+        return Err(Error::Refused {
+            place,
+            problem: "the scene has no mesh".into(),
+            why: "this key is about files of meshes, and would change nothing",
+            remedy: "remove it, and change the scene file itself".into(),
+        });
+    }
     scene.prepare(repair, grouping.as_ref())?;
     // Patches that the job names by number are those of the scene.
     let chooses_patches = match origin {
@@ -323,10 +333,7 @@ fn read(
 
 /// What the numbers of a scene measure, where its job does not say it.
 fn usual_light(scene: &SceneFile) -> Light {
-    match Format::of(scene.path()) {
-        Some(Format::Mgf) => Light::Luminous,
-        _ => Light::Radiant,
-    }
+    if scene.is_luminous() { Light::Luminous } else { Light::Radiant }
 }
 
 /// Cuts a scene by the partition at hand, or as the job says, after its repair: what is turned round has its u and v changed. Returns

@@ -20,6 +20,7 @@ mod imports;
 mod job;
 mod keys;
 mod kind;
+mod lighting;
 mod material;
 mod method;
 mod near;
@@ -44,7 +45,7 @@ pub use document::whole_number;
 pub use error::{Error, Place, Spot};
 pub use finishes::Finishes;
 pub use groups::{Grouping, Groups};
-pub use import::Options as ImportOptions;
+pub use import::{Options as ImportOptions, setting};
 pub use job::{
     DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, DEFAULT_TOTAL_ERROR, Job, Light, load, load_as_written,
     load_cut, load_mesh, load_mesh_cut,
@@ -54,7 +55,7 @@ pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};
 pub use output::{OutputFile, Stand, Vantage, View};
 pub use partition::{Auto, Forecast, Partition};
 pub use radiosity::Sampler;
-pub use scene::{SceneFile, load_scene, load_scene_with};
+pub use scene::{MaterialRow, SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};
 pub use sensors::SensorTarget;
 pub use target::{Target, TotalTarget, Unhit};

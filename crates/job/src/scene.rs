@@ -15,6 +15,7 @@ use radiosity::{
 use crate::cut::Cut;
 use crate::error::{Error, Place, Spot};
 use crate::finishes::Finishes;
+use crate::lighting::bounds;
 use crate::partition::misfit;
 use crate::site::{Lines, SurfaceSite};
 use crate::sky::{SKY, sky_box};
@@ -40,6 +41,31 @@ pub struct SceneFile {
     /// The number of the first surface of the sky, behind all others; `None` without one.
     sky: Option<usize>,
     notes: Vec<String>,
+    /// The textures of imported materials, by the names of these.
+    textures: HashMap<String, String>,
+    /// Whether the light of an imported scene is in lumens.
+    luminous: bool,
+    /// The unit that an imported file is likely to be written in [m], where that is not the one taken.
+    likely_unit: Option<f64>,
+}
+
+/// What one material of a scene covers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialRow {
+    /// Its name; `sky` for that.
+    pub name: String,
+    /// How many surfaces have it.
+    pub surfaces: u64,
+    /// The area of its surfaces [m²].
+    pub area: f64,
+    /// Its reflectance.
+    pub reflectance: Spectrum,
+    /// The emittance of each active side [W/m²].
+    pub emittance: Spectrum,
+    /// How many sides are active.
+    pub sides: u8,
+    /// The texture whose mean is in the reflectance.
+    pub texture: Option<String>,
 }
 
 /// Where a mesh's surfaces come from.
@@ -79,6 +105,53 @@ impl SceneFile {
     /// What was left out, changed or assumed of meshes, a sentence each.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// The materials of its surfaces, the largest area first. Equal names with other values have rows of their own.
+    pub fn materials(&self) -> Vec<MaterialRow> {
+        let mut rows: Vec<MaterialRow> = Vec::new();
+        let mut numbers = HashMap::new();
+        for (surface, name) in self.spec.surfaces.iter().zip(self.finishes.of_surfaces()) {
+            let light = [surface.reflectance, surface.emittance].map(|of| of.channels().map(f64::to_bits));
+            let number = *numbers.entry((name, light, surface.sides as u8)).or_insert_with(|| {
+                let name = self.finishes.names()[name as usize].clone();
+                rows.push(MaterialRow {
+                    texture: self.textures.get(&name).cloned(),
+                    name,
+                    surfaces: 0,
+                    area: 0.0,
+                    reflectance: surface.reflectance,
+                    emittance: surface.emittance,
+                    sides: surface.sides.count() as u8,
+                });
+                rows.len() - 1
+            });
+            rows[number].surfaces += 1;
+            rows[number].area += surface.shape.area();
+        }
+        rows.sort_by(|a, b| b.area.total_cmp(&a.area));
+        rows
+    }
+
+    /// The least and the greatest coordinates of its surfaces, a sky aside [m].
+    pub fn bounds(&self) -> [[f64; 3]; 2] {
+        let (low, high) = bounds(&self.spec.surfaces[..self.sky.unwrap_or(self.spec.surfaces.len())]);
+        [low.to_array(), high.to_array()]
+    }
+
+    /// The unit that an imported file is likely to be written in [m], where that is not the one taken.
+    pub fn likely_unit(&self) -> Option<f64> {
+        self.likely_unit
+    }
+
+    /// Whether the light of the scene is in lumens.
+    pub(crate) fn is_luminous(&self) -> bool {
+        self.luminous
+    }
+
+    /// Whether any of its surfaces are those of meshes.
+    pub fn has_mesh(&self) -> bool {
+        !self.meshes.is_empty()
     }
 
     /// The kind of each surface that may be grouped with others, a number: surfaces of one object and one material of a mesh are of one kind.
@@ -292,6 +365,9 @@ impl SceneFile {
             sensors: Vec::new(),
             sky: None,
             notes: Vec::new(),
+            textures: HashMap::new(),
+            luminous: false,
+            likely_unit: None,
         }
     }
 
@@ -316,7 +392,10 @@ impl SceneFile {
 
     /// Adds the surfaces of a mesh, whose materials are its own unless all have one `finish`.
     fn add(&mut self, file: &Path, imported: Imported, finish: Option<&str>, options: &Options) {
-        let Imported { spec, spots, notes, materials, names, parts } = imported;
+        let Imported { spec, spots, notes, materials, names, parts, textures, likely_unit, .. } = imported;
+        let named = names.iter().zip(textures).filter_map(|(name, texture)| Some((name.clone(), texture?)));
+        self.textures.extend(named);
+        self.likely_unit = self.likely_unit.or(likely_unit.map(|(_, length)| length));
         let kinds = parts.iter().zip(&materials).map(|(&part, &material)| [part, material]).collect();
         let name = |material: u32| finish.unwrap_or(&names[material as usize]);
         materials.into_iter().for_each(|material| self.finishes.push(name(material)));

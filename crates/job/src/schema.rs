@@ -62,7 +62,7 @@ fn job_key(key: &str) -> Value {
         "simultaneous" => told(boolean(), "Whether all intervals hold together. Default: false."),
         "light" => told(
             word::<Light>(),
-            "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf, else radiant.",
+            "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf and where light is assumed, else radiant.",
         ),
         "import" => told(table(IMPORT_KEYS, &[], import_key), "How meshes are read."),
         "method" => told(table(METHOD_KEYS, &[], method_key), "How the scene is solved."),
@@ -306,7 +306,15 @@ fn import_key(key: &str) -> Value {
         ),
         "reflectance_limit" => told(
             json!({"type": "number", "minimum": 0, "exclusiveMaximum": 1}),
-            "Reflectances are clamped to it. Default: those of 1 and more are refused.",
+            "Reflectances are clamped to it. Default: 0.95 where some are 1 and more, else none.",
+        ),
+        "strict" => told(
+            boolean(),
+            "Whether a mesh is refused where something has to be assumed: reflectances of 1 and more, and light. Default: false.",
+        ),
+        "sky" => told(
+            light(),
+            "The emittance of a uniform sky around the mesh, per area. Default: one only where no light is found.",
         ),
         "curve_error" => told(
             json!({"type": "number", "minimum": 1e-6, "maximum": 0.3}),
@@ -314,7 +322,7 @@ fn import_key(key: &str) -> Value {
         ),
         "material" => told(
             json!({"type": "object", "additionalProperties": table(OVERRIDE_KEYS, &[], override_key)}),
-            "Changes of materials by name; * stands for any text, later entries win.",
+            "Changes of materials by name or, where no material has it, of parts; * stands for any text, later entries win.",
         ),
         _ => json!({}),
     }
@@ -328,6 +336,7 @@ fn override_key(key: &str) -> Value {
             told(light(), "Replaces the emittance by a power over the active sides of all matching faces.")
         }
         "sides" => told(sides(), "Replaces the file's sides."),
+        "leave_out" => told(boolean(), "Whether its faces are left out, as those of window panes."),
         _ => json!({}),
     }
 }

@@ -28,6 +28,11 @@ pub(crate) fn read_sky(value: Value<'_>) -> Result<Spectrum, Error> {
         "a sky is an environment that emits",
         "emittance = 1.0, in W/m²: what a horizontal plane receives from all of it",
     )?;
+    read_emittance(value)
+}
+
+/// The emittance that is written for a sky.
+pub(crate) fn read_emittance(value: Value<'_>) -> Result<Spectrum, Error> {
     let place = value.place();
     let emittance = read_spectrum(value)?;
     if (0..3).all(|c| emittance[c] >= 0.0) && emittance.is_lit() {

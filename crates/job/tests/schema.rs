@@ -79,7 +79,7 @@ fn every_key_of_the_readers_has_a_schema() {
 const SCENE: &str = "[material.m]\nreflectance = [0.5, 0.4, 0.3]\nemittance = 1\n[[surface]]\nmaterial = \"m\"\n\
     sides = 2\ntriangle = [[0,0,0],[1,0,0],[0,1,0]]\npatches = 4\nemit = [{ cell = [0, 0], emittance = 2 }]\n\
     [[sensor]]\nname = \"desk\"\nquad = [[0,0,1],[1,0,1],[0,1,1]]\npatches = [3, 2]\n\
-    [[sensor]]\npoint = [0,0,1]\nnormal = [0,0,-1]\n";
+    [[sensor]]\npoint = [0,0,1]\nnormal = [0,0,-1]\n[[mesh]]\nfile = \"chair.obj\"\n";
 
 const JOB: &str = "name = \"a\"\nscene = \"s.toml\"\nseed = 3\nconfidence = 0.9\nsimultaneous = true\n\
     light = \"luminous\"\n\
@@ -89,7 +89,7 @@ const JOB: &str = "name = \"a\"\nscene = \"s.toml\"\nseed = 3\nconfidence = 0.9\
     [target]\nrelative_error = 0.1\nfraction = 0.5\nmin_paths = 1\nmin_hits = 0\nunhit = \"ignore\"\npatches = [2]\n\
     sensors = { desk = 0.2 }\n[tracing]\nindex = \"tree\"\n\
     [import]\nup = \"x\"\nunit = 0.5\nsides = \"file\"\npatch_size = 2\nfaults = \"refuse\"\nrepair = true\njoin = true\n\
-    reflectance_limit = 0.9\ncurve_error = 0.1\n\
+    reflectance_limit = 0.9\nstrict = true\nsky = [1, 2, 3]\ncurve_error = 0.1\n\
     [output]\nfiles = [\"csv\", \"exr\"]\n\
     [view]\neye = [0, 0, 3]\nlook_at = [0.1, 0.1, 0]\nup = [0, 1, 0]\nfov = 50\nsize = [640, 480]\nexposure = 0.5\n";
 
@@ -130,6 +130,8 @@ const CHANGES: &[(&str, &str, bool)] = &[
     ("faults = \"refuse\"", "faults = \"ignore\"", false),
     ("reflectance_limit = 0.9", "reflectance_limit = 1", false),
     ("curve_error = 0.1", "curve_error = 0.5", false),
+    ("strict = true", "strict = 1", false),
+    ("sky = [1, 2, 3]", "sky = -1", false),
     ("files = [\"csv\", \"exr\"]", "files = []", true),
     ("files = [\"csv\", \"exr\"]", "files = [\"png\"]", false),
     ("files = [\"csv\", \"exr\"]", "files = [\"csv\", \"csv\"]", false),
@@ -159,6 +161,7 @@ const CHANGES: &[(&str, &str, bool)] = &[
 fn schema_and_readers_take_and_refuse_the_same_values() {
     let [job_schema, scene_schema] = validators();
     let folder = Folder::new("schema");
+    folder.write("chair.obj", "v 5 0 0\nv 6 0 0\nv 5 1 0\nf 1 2 3\n");
     for &(from, to, good) in CHANGES {
         let [job, scene] = [JOB, SCENE].map(|text| text.replacen(from, to, 1));
         assert!(from == to || job != JOB || scene != SCENE, "{from:?} is in neither file");

@@ -57,7 +57,7 @@ fn material((name, reflectance, emittance, sides): PyMaterial) -> PyResult<Mater
         false => Spectrum::rgb([r, g, b]),
     };
     let (reflectance, emittance) = (spectrum(reflectance), spectrum(emittance));
-    Ok(Material { name, reflectance, emittance, sides, dropped: Vec::new() })
+    Ok(Material { reflectance, emittance, sides, ..Material::unknown(name) })
 }
 
 fn numbers<T>(bytes: &[u8], read: fn([u8; 8]) -> T) -> PyResult<Vec<T>> {

@@ -98,13 +98,7 @@ fn read(file: &Path) -> io::Result<()> {
 
 /// The material of all faces in STL and PLY, which have none: all faces emit.
 fn lamp() -> import::MaterialOverride {
-    import::MaterialOverride {
-        pattern: "*".into(),
-        reflectance: None,
-        emittance: Some(1.0.into()),
-        power: None,
-        sides: None,
-    }
+    import::MaterialOverride { emittance: Some(1.0.into()), ..import::MaterialOverride::of("*") }
 }
 
 /// The most memory that this process has held, in bytes; 0 if the system does not tell.

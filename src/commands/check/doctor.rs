@@ -2,29 +2,45 @@
 
 use std::path::{Path, PathBuf};
 
-use doctor::Repair;
+use doctor::{Kind, Repair};
 use job::Job;
 use results::{FINDINGS, units, write_findings};
 use voice::say;
 
 use crate::fault::Fault;
 
-/// Says what is wrong with the geometry of a job's scene, most power first, and writes it to a folder with pictures of the
-/// worst. Nothing is written where nothing is wrong.
+/// What the doctor finds, in words.
+pub(crate) struct Examined {
+    /// What is wrong, most power first.
+    pub(crate) faults: Vec<String>,
+    /// Openings, which may be meant, how many findings there are, and where they are written.
+    pub(crate) remarks: Vec<String>,
+}
+
+/// Examines the geometry of a job's scene, and writes what is wrong to a folder with pictures of the worst. Nothing is written where
+/// nothing is wrong.
 ///
 /// # Errors
 /// A scene that cannot be built, and a folder that cannot be written.
-pub(crate) fn report(job: &Job, out: Option<&Path>) -> Result<(), Fault> {
+pub(crate) fn examine(job: &Job, out: Option<&Path>) -> Result<Examined, Fault> {
     let findings = doctor::examine(job.scene.spec()).map_err(|error| job.scene.locate(error))?;
-    doctor::lines(&findings, units(job.light).power).iter().for_each(|line| say(line));
-    if findings.is_empty() {
-        return Ok(());
+    let (mut faults, mut remarks) = (Vec::new(), Vec::new());
+    let kinds = findings.iter().map(|finding| Some(finding.kind)).chain(std::iter::repeat(None));
+    for (line, kind) in doctor::lines(&findings, units(job.light).power).into_iter().zip(kinds) {
+        match kind {
+            None | Some(Kind::Open) => remarks.push(line),
+            Some(_) => faults.push(line),
+        }
     }
-    let default = || PathBuf::from("out").join(format!("{}-doctor", job.name));
-    let folder = out.map_or_else(default, Path::to_path_buf);
-    write_findings(job, &findings, &folder)?;
-    say(&format!("{FINDINGS} and a picture of each of the worst findings are in {}", folder.display()));
-    Ok(())
+    if !findings.is_empty() {
+        let default = || PathBuf::from("out").join(format!("{}-doctor", job.name));
+        let folder = out.map_or_else(default, Path::to_path_buf);
+        write_findings(job, &findings, &folder)?;
+        let told =
+            format!("{FINDINGS} and a picture of each of the worst findings are in {}", folder.display());
+        remarks.push(told);
+    }
+    Ok(Examined { faults, remarks })
 }
 
 /// Writes a copy of a job's scene in which flipped surfaces are turned round and doubled ones left out, and says so.

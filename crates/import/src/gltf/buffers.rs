@@ -103,7 +103,7 @@ fn missing(uri: &str, error: &std::io::Error) -> Fault {
 }
 
 /// What follows `;base64,` in a data URI.
-fn decode_data(data: &str) -> Option<Vec<u8>> {
+pub(super) fn decode_data(data: &str) -> Option<Vec<u8>> {
     let (_, encoded) = data.split_once(";base64,")?;
     let mut decoded = Vec::with_capacity(encoded.len() / 4 * 3);
     let (mut bits, mut count) = (0_u32, 0);
@@ -127,7 +127,7 @@ fn decode_data(data: &str) -> Option<Vec<u8>> {
 }
 
 /// Decodes percent-encoded characters, such as `%20`.
-fn decode_percent(uri: &str) -> String {
+pub(super) fn decode_percent(uri: &str) -> String {
     let mut decoded = Vec::new();
     let mut rest = uri.as_bytes();
     while let Some((&byte, after)) = rest.split_first() {
@@ -154,7 +154,7 @@ impl Data<'_> {
     }
 
     fn read<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f64; N]>, Fault> {
-        let expected = if N == 1 { "SCALAR" } else { "VEC3" };
+        let expected = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
         if accessor.kind != expected {
             return Err(Fault::new(
                 format!("the accessor's type is {:?}", accessor.kind),
@@ -213,7 +213,8 @@ impl Data<'_> {
         Ok(Part { bytes, stride, component })
     }
 
-    fn view(&self, number: usize) -> Option<&[u8]> {
+    /// The bytes of a view.
+    pub(super) fn view(&self, number: usize) -> Option<&[u8]> {
         let BufferView { buffer, byte_offset, byte_length, .. } = *self.document.buffer_views.get(number)?;
         self.buffers.get(buffer)?.get(byte_offset..byte_offset.checked_add(byte_length)?)
     }

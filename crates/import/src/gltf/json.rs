@@ -3,6 +3,8 @@
 //! Numbers are read in f64, as they are written; the crate `gltf` rounds them to f32, which would change
 //! reflectances.
 
+use std::collections::HashMap;
+
 use serde::Deserialize;
 
 use crate::error::Fault;
@@ -31,8 +33,80 @@ pub(super) struct Document {
     pub(super) accessors: Vec<Accessor>,
     pub(super) buffer_views: Vec<BufferView>,
     pub(super) buffers: Vec<Buffer>,
+    pub(super) textures: Vec<TextureJson>,
+    pub(super) images: Vec<ImageJson>,
+    pub(super) extensions: DocumentExtensions,
     pub(super) extensions_required: Vec<String>,
-    pub(super) extensions_used: Vec<String>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct DocumentExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub(super) lights: Lights,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Lights {
+    pub(super) lights: Vec<LightJson>,
+}
+
+/// A light without area.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct LightJson {
+    pub(super) name: Option<String>,
+    #[serde(rename = "type")]
+    pub(super) kind: String,
+    pub(super) color: Option<[f64; 3]>,
+    pub(super) intensity: Option<f64>,
+    pub(super) spot: Spot,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Spot {
+    pub(super) outer_cone_angle: Option<f64>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureJson {
+    pub(super) source: Option<usize>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct ImageJson {
+    pub(super) name: Option<String>,
+    pub(super) uri: Option<String>,
+    pub(super) buffer_view: Option<usize>,
+}
+
+/// The use of a texture by a material.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct TextureUse {
+    pub(super) index: usize,
+    pub(super) tex_coord: usize,
+    pub(super) extensions: TextureExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub(super) transform: Option<TextureTransform>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct TextureTransform {
+    pub(super) offset: [f64; 2],
+    pub(super) rotation: f64,
+    pub(super) scale: Option<[f64; 2]>,
+    pub(super) tex_coord: Option<usize>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -59,9 +133,22 @@ pub(super) struct Node {
 #[serde(default)]
 pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
-    pub(super) light: Option<serde_json::Value>,
+    pub(super) light: Option<LightUse>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub(super) instancing: Option<serde_json::Value>,
+    pub(super) instancing: Option<Instancing>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct LightUse {
+    pub(super) light: usize,
+}
+
+/// The accessors of `TRANSLATION`, `ROTATION` and `SCALE` of copies.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Instancing {
+    pub(super) attributes: HashMap<String, usize>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -74,19 +161,12 @@ pub(super) struct MeshJson {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Primitive {
-    pub(super) attributes: Attributes,
+    pub(super) attributes: HashMap<String, usize>,
     pub(super) indices: Option<usize>,
     pub(super) material: Option<usize>,
     pub(super) mode: Option<u32>,
     pub(super) targets: Vec<serde_json::Value>,
     pub(super) extensions: PrimitiveExtensions,
-}
-
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Attributes {
-    #[serde(rename = "POSITION")]
-    pub(super) position: Option<usize>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -102,7 +182,7 @@ pub(super) struct MaterialJson {
     pub(super) name: Option<String>,
     pub(super) pbr_metallic_roughness: Pbr,
     pub(super) emissive_factor: [f64; 3],
-    pub(super) emissive_texture: Option<serde_json::Value>,
+    pub(super) emissive_texture: Option<TextureUse>,
     pub(super) alpha_mode: Option<String>,
     pub(super) double_sided: bool,
     pub(super) extensions: MaterialExtensions,
@@ -112,7 +192,7 @@ pub(super) struct MaterialJson {
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Pbr {
     pub(super) base_color_factor: Option<[f64; 4]>,
-    pub(super) base_color_texture: Option<serde_json::Value>,
+    pub(super) base_color_texture: Option<TextureUse>,
     pub(super) metallic_factor: Option<f64>,
     pub(super) metallic_roughness_texture: Option<serde_json::Value>,
 }
@@ -144,7 +224,7 @@ pub(super) struct Transmission {
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct SpecularGlossiness {
     pub(super) diffuse_factor: Option<[f64; 4]>,
-    pub(super) diffuse_texture: Option<serde_json::Value>,
+    pub(super) diffuse_texture: Option<TextureUse>,
     pub(super) specular_factor: Option<[f64; 3]>,
 }
 

@@ -1,10 +1,11 @@
 //! The diffuse part of glTF's materials.
 
+use glam::{DMat2, DVec2};
 use radiosity::{Sides, Spectrum};
 
-use super::json::{Document, MaterialJson};
-use crate::in_words;
-use crate::mesh::Material;
+use super::json::{Document, MaterialJson, TextureUse};
+use crate::mesh::{Lost, Material};
+use crate::texture::Placing;
 
 /// The materials in the order of the file.
 pub(super) fn materials(document: &Document) -> Vec<Material> {
@@ -14,64 +15,71 @@ pub(super) fn materials(document: &Document) -> Vec<Material> {
 /// Reads a material. Its reflectance is the part of the base colour that is no metal; its emittance [W/m²] is
 /// emissiveFactor × emissiveStrength.
 fn material(number: usize, json: &MaterialJson) -> Material {
-    let mut dropped = Vec::new();
-    let reflectance = reflectance(json, &mut dropped);
     let strength = json.extensions.emissive.as_ref().and_then(|emissive| emissive.emissive_strength);
     let emittance = json.emissive_factor.map(|factor| factor * strength.unwrap_or(1.0));
-    if json.emissive_texture.is_some() {
-        dropped.push("its emission texture (emissiveFactor is taken as written)".into());
-    }
-    if let Some(transmission) = &json.extensions.transmission {
-        dropped.push(format!("transmission {}", transmission.transmission_factor));
-    }
-    Material {
-        name: json
-            .name
-            .clone()
-            .filter(|name| !name.is_empty())
-            .unwrap_or_else(|| format!("material {number}")),
-        reflectance,
+    let name = json.name.clone().filter(|name| !name.is_empty());
+    let mut material = Material {
         emittance: Spectrum::rgb(emittance),
         sides: Some(if json.double_sided { Sides::Both } else { Sides::Front }),
-        dropped,
+        ..Material::unknown(name.unwrap_or_else(|| format!("material {number}")))
+    };
+    let [red, green, blue, alpha] = base(json).unwrap_or([1.0; 4]);
+    let kept = 1.0 - metal(json);
+    material.reflectance = Spectrum::rgb([red, green, blue].map(|channel| channel * kept));
+    let transmits = json.extensions.transmission.as_ref().is_some_and(|some| some.transmission_factor > 0.0);
+    if transmits || (has_alpha(json) && alpha < 1.0) {
+        material.loses(Lost::Transparency);
+    }
+    if kept < 1.0 || json.extensions.specular.is_some() {
+        material.loses(Lost::Mirror);
+    }
+    material
+}
+
+/// The colour and alpha of a material without its texture.
+fn base(json: &MaterialJson) -> Option<[f64; 4]> {
+    match &json.extensions.specular {
+        Some(specular) => specular.diffuse_factor,
+        None => json.pbr_metallic_roughness.base_color_factor,
     }
 }
 
-fn reflectance(json: &MaterialJson, dropped: &mut Vec<String>) -> Spectrum {
-    let pbr = &json.pbr_metallic_roughness;
-    let (base, texture, kept) = match &json.extensions.specular {
-        Some(specular) => {
-            let amount = specular.specular_factor.unwrap_or([1.0; 3]);
-            dropped.push(format!("specular reflectance {}", in_words(Spectrum::rgb(amount))));
-            (specular.diffuse_factor, &specular.diffuse_texture, 1.0)
-        }
-        None => (pbr.base_color_factor, &pbr.base_color_texture, 1.0 - metal(json, dropped)),
+/// Whether the alpha of the colour, or of its texture, means something.
+pub(super) fn has_alpha(json: &MaterialJson) -> bool {
+    json.alpha_mode.as_deref().is_some_and(|mode| mode != "OPAQUE")
+}
+
+/// The textures of a material: that of its colour and that of its emission, where it emits.
+pub(super) fn textures(json: &MaterialJson) -> [Option<&TextureUse>; 2] {
+    let colour = match &json.extensions.specular {
+        Some(specular) => specular.diffuse_texture.as_ref(),
+        None => json.pbr_metallic_roughness.base_color_texture.as_ref(),
     };
-    let [red, green, blue, alpha] = base.unwrap_or([1.0; 4]);
-    if texture.is_some() {
-        dropped.push("its colour texture (the colour factor is taken as written)".into());
-    }
-    if json.alpha_mode.as_deref().is_some_and(|mode| mode != "OPAQUE") && alpha < 1.0 {
-        dropped.push(format!("transparency {}", 1.0 - alpha));
-    }
-    Spectrum::rgb([red, green, blue].map(|channel| channel * kept))
+    let emits = json.emissive_factor.iter().any(|&factor| factor > 0.0);
+    [colour, json.emissive_texture.as_ref().filter(|_| emits)]
+}
+
+/// The set of places that a texture takes, and the map of these before they are looked up (KHR_texture_transform: translation ×
+/// rotation × scale).
+pub(super) fn placing(texture: &TextureUse) -> (usize, Placing) {
+    let Some(transform) = &texture.extensions.transform else {
+        return (texture.tex_coord, Placing::FROM_ABOVE);
+    };
+    let (sin, cos) = transform.rotation.sin_cos();
+    let scale = DMat2::from_diagonal(DVec2::from_array(transform.scale.unwrap_or([1.0; 2])));
+    let rotation = DMat2::from_cols(DVec2::new(cos, -sin), DVec2::new(sin, cos));
+    let placing = Placing { linear: rotation * scale, offset: DVec2::from_array(transform.offset) };
+    (transform.tex_coord.unwrap_or(texture.tex_coord), placing)
 }
 
 /// The part of a material that is metal and reflects like a mirror. A factor that is left out is 1 by the
 /// specification; files that leave it out, or have a texture for it, hardly mean metal throughout.
-fn metal(json: &MaterialJson, dropped: &mut Vec<String>) -> f64 {
+fn metal(json: &MaterialJson) -> f64 {
     let pbr = &json.pbr_metallic_roughness;
     match pbr.metallic_factor {
-        Some(0.0) => 0.0,
-        Some(metal) if pbr.metallic_roughness_texture.is_none() => {
-            dropped.push(format!("mirror reflection of metal: {metal} of its colour"));
+        Some(metal) if pbr.metallic_roughness_texture.is_none() && json.extensions.specular.is_none() => {
             metal
         }
-        _ => {
-            dropped.push(
-                "how much of it is metal (taken as none: metallicFactor is missing or textured)".into(),
-            );
-            0.0
-        }
+        _ => 0.0,
     }
 }

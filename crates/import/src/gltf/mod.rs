@@ -1,7 +1,9 @@
 //! glTF 2.0 and GLB: the triangles of a scene's nodes.
 
 mod buffers;
+mod images;
 mod json;
+mod lights;
 mod material;
 
 use std::collections::HashMap;
@@ -11,7 +13,9 @@ use std::path::Path;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use self::buffers::{Data, buffers, unpack};
-use self::json::{At, Document, Node, Primitive, element};
+use self::images::Images;
+use self::json::{At, Document, Instancing, Node, Primitive, element};
+use self::lights::Light;
 use crate::error::{Error, Fault, Spot};
 use crate::files::Files;
 use crate::mesh::{Material, Mesh, Parts, Triangle, short};
@@ -26,6 +30,7 @@ const UNDERSTOOD: &[&str] = &[
     "EXT_texture_",
     "MSFT_texture_dds",
     "KHR_lights_punctual",
+    "EXT_mesh_gpu_instancing",
     "KHR_xmp",
     "KHR_animation_pointer",
 ];
@@ -54,9 +59,13 @@ pub(crate) fn read(path: &Path, content: &[u8], files: &mut Files<'_>) -> Result
         parts: Parts::default(),
         tally: Tally::default(),
         visited,
+        images: Images::of(&document),
+        lights: Vec::new(),
     };
     walk.roots().map_err(at)?;
-    let Walk { mut mesh, tally, .. } = walk;
+    let Walk { data, mut mesh, mut parts, mut tally, images, lights, .. } = walk;
+    images.look_up(&data, path, files, &mut mesh);
+    lights::substitute(&lights, &mut mesh, &mut parts, &mut tally);
     tally.report(&mut mesh);
     Ok(mesh)
 }
@@ -97,6 +106,8 @@ struct Walk<'a> {
     parts: Parts,
     tally: Tally,
     visited: Vec<bool>,
+    images: Images,
+    lights: Vec<Light>,
 }
 
 impl Walk<'_> {
@@ -131,7 +142,6 @@ impl Walk<'_> {
             let fault = Fault::new("the node has two parents", "nodes form a tree", "export the file again");
             return Err((path, fault));
         }
-        refuse_node(node).map_err(|fault| (format!("node {path:?}"), fault))?;
         let place = place * placement(node);
         if !place.is_finite() {
             let fault = Fault::new("its transform is not finite", "it puts vertices nowhere", "correct it");
@@ -140,12 +150,45 @@ impl Walk<'_> {
         if node.skin.is_some() {
             self.tally.count("skinned nodes are taken in their pose at rest");
         }
+        if let Some(light) = &node.extensions.light {
+            let lights = &document.extensions.lights.lights;
+            let json = element(lights, light.light, "lights", &format!("node {path:?}"))?;
+            self.lights.extend(Light::of(json, &name, &place, &mut self.tally));
+        }
         if let Some(mesh) = node.mesh {
-            self.mesh_at(mesh, &name, &path, &place)?;
+            match &node.extensions.instancing {
+                None => self.mesh_at(mesh, &name, &path, &place)?,
+                Some(copies) => {
+                    for copy in self.copies(copies, &path)? {
+                        self.mesh_at(mesh, &name, &path, &(place * copy))?;
+                    }
+                }
+            }
         }
         let children = node.children.iter().rev();
         waiting.extend(children.map(|&child| Waiting { node: child, above: path.clone(), place }));
         Ok(())
+    }
+
+    /// The transforms of a mesh's copies (EXT_mesh_gpu_instancing).
+    fn copies(&mut self, copies: &Instancing, path: &str) -> Result<Vec<DAffine3>, At> {
+        let accessor = |name: &str| copies.attributes.get(name).copied();
+        let [translation, rotation, scale] = ["TRANSLATION", "ROTATION", "SCALE"].map(accessor);
+        for number in [translation, rotation, scale].into_iter().flatten() {
+            self.count_rows(number, path)?;
+        }
+        let three =
+            |number: Option<usize>| number.map_or(Ok(Vec::new()), |number| self.data.rows::<3>(number, path));
+        let (translations, scales) = (three(translation)?, three(scale)?);
+        let rotations = rotation.map_or(Ok(Vec::new()), |number| self.data.rows::<4>(number, path))?;
+        let count = translations.len().max(rotations.len()).max(scales.len());
+        let copy = |i: usize| {
+            let rotation = rotations.get(i).map_or(DQuat::IDENTITY, |&r| DQuat::from_array(r).normalize());
+            let [scale, translation] = [(&scales, DVec3::ONE), (&translations, DVec3::ZERO)]
+                .map(|(rows, default)| rows.get(i).map_or(default, |&row| DVec3::from_array(row)));
+            DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+        };
+        Ok((0..count).map(copy).collect())
     }
 
     fn mesh_at(&mut self, number: usize, name: &str, path: &str, place: &DAffine3) -> Result<(), At> {
@@ -173,7 +216,7 @@ impl Walk<'_> {
         if !primitive.targets.is_empty() {
             self.tally.count("primitives with morph targets are taken without them");
         }
-        let Some(position) = primitive.attributes.position else {
+        let Some(position) = position(primitive) else {
             self.tally.count("primitives without positions were left out");
             return Ok(());
         };
@@ -183,11 +226,27 @@ impl Walk<'_> {
         self.within(triangles, 1, "triangles", path)?;
         let material = self.material(primitive, path)?;
         let mirrored = place.matrix3.determinant() < 0.0;
+        let (before, vertices) = (self.mesh.triangles.len(), (end - first) as usize);
         for [a, b, c] in triples(mode, &indices) {
             // A mirror reverses the order of corners, and with it the front.
             let corners = if mirrored { [a, c, b] } else { [a, b, c] }.map(|corner| first + corner);
             let (part, face) = self.parts.next_face(&mut self.mesh, "mesh");
             self.mesh.triangles.push(Triangle { corners, part, face, material, line: 0 });
+        }
+        for slot in self.images.asked(material) {
+            let number = primitive.attributes.get(&format!("TEXCOORD_{}", slot.set)).copied();
+            let rows = self.data.document.accessors.get(number.unwrap_or(usize::MAX));
+            // Rows that are not there, or too many, only leave an image without weights.
+            let Some(number) = number.filter(|_| rows.is_some_and(|rows| rows.count == vertices)) else {
+                continue;
+            };
+            if !self.images.knows(number) {
+                if self.count_rows(number, path).is_err() {
+                    continue;
+                }
+                self.images.keep(number, self.data.rows::<2>(number, path).unwrap_or_default());
+            }
+            self.images.show(slot, number, &self.mesh, before, first);
         }
         room(&self.mesh).map_err(|fault| (path.into(), fault))
     }
@@ -236,7 +295,7 @@ impl Walk<'_> {
     /// Whether a compressed primitive is also in the file without compression.
     fn has_plain_positions(&self, primitive: &Primitive) -> bool {
         let accessors = &self.data.document.accessors;
-        let accessor = primitive.attributes.position.and_then(|number| accessors.get(number));
+        let accessor = position(primitive).and_then(|number| accessors.get(number));
         accessor.is_some_and(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some())
     }
 
@@ -267,9 +326,7 @@ impl Walk<'_> {
             return Ok(material as u32);
         }
         if self.mesh.materials.len() == written {
-            let mut material = Material::unknown("default");
-            material.dropped.push("no material is given: reflectance 0.5 is assumed".into());
-            self.mesh.materials.push(material);
+            self.mesh.materials.push(Material::undefined("default"));
         }
         Ok(written as u32)
     }
@@ -299,22 +356,8 @@ fn node_name(document: &Document, node: &Node, number: usize) -> String {
     written.map_or_else(|| format!("node {number}"), |name| short(name).into_owned())
 }
 
-fn refuse_node(node: &Node) -> Result<(), Fault> {
-    if node.extensions.light.is_some() {
-        return Err(Fault::new(
-            "it holds a light without area (KHR_lights_punctual)",
-            "light is emitted by surfaces here",
-            "give a lamp's mesh an emissive material, or export without lights",
-        ));
-    }
-    if node.extensions.instancing.is_some() {
-        return Err(Fault::new(
-            "its mesh is instanced (EXT_mesh_gpu_instancing)",
-            "that is not read",
-            "export every instance as a node",
-        ));
-    }
-    Ok(())
+fn position(primitive: &Primitive) -> Option<usize> {
+    primitive.attributes.get("POSITION").copied()
 }
 
 fn placement(node: &Node) -> DAffine3 {

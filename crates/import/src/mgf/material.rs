@@ -3,7 +3,7 @@
 use radiosity::{Sides, Spectrum};
 
 use super::colour::Colour;
-use crate::mesh::Material;
+use crate::mesh::{Lost, Material};
 
 /// An amount of light with its colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,30 +32,27 @@ pub(super) struct Optics {
 impl Optics {
     /// The diffuse part of the material.
     pub(super) fn material(&self, name: &str) -> Material {
-        let mut dropped = Vec::new();
-        let parts = [
-            ("diffuse transmittance", self.td),
-            ("specular reflectance", self.rs),
-            ("specular transmittance", self.ts),
-        ];
-        dropped.extend(
-            parts.iter().filter(|(_, amount)| *amount > 0.0).map(|(what, amount)| format!("{what} {amount}")),
-        );
-        let mut channels = |what: &str, (spectrum, lost): (Spectrum, f64)| {
-            if lost > 0.005 && spectrum.is_lit() {
-                dropped.push(format!(
-                    "{:.0} % of the saturation of its {what}: no red, green and blue make that colour",
-                    100.0 * lost
-                ));
+        let mut lost = Vec::new();
+        if self.td + self.ts > 0.0 {
+            lost.push(Lost::Transparency);
+        }
+        if self.rs > 0.0 {
+            lost.push(Lost::Mirror);
+        }
+        let mut channels = |(spectrum, part): (Spectrum, f64)| {
+            if part > 0.005 && spectrum.is_lit() && !lost.contains(&Lost::Saturation) {
+                lost.push(Lost::Saturation);
             }
             spectrum
         };
         Material {
             name: name.into(),
-            reflectance: channels("reflectance", self.rd.colour.reflectance(self.rd.amount)),
-            emittance: channels("emittance", self.ed.colour.emittance(self.ed.amount)),
+            reflectance: channels(self.rd.colour.reflectance(self.rd.amount)),
+            emittance: channels(self.ed.colour.emittance(self.ed.amount)),
+            power: None,
             sides: Some(if self.one_sided { Sides::Front } else { Sides::Both }),
-            dropped,
+            texture: None,
+            lost,
         }
     }
 }

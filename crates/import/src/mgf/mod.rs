@@ -255,9 +255,10 @@ impl Reader<'_, '_> {
                 colour::mix(&parts.collect::<Result<Vec<_>, Fault>>()?)
             }
         };
-        *self.colours.change() = colour.ok_or_else(|| {
-            Fault::new("these numbers are no colour", "no light has their chromaticity", "correct them")
-        })?;
+        if colour.is_none() {
+            self.tally.count("colours have a chromaticity that no light has: grey stands for them");
+        }
+        *self.colours.change() = colour.unwrap_or_default();
         Ok(())
     }
 

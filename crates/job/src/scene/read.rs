@@ -13,8 +13,9 @@ use super::SceneFile;
 use super::surface::{can_name_a_surface, read_surface};
 use crate::document::{Table, Value};
 use crate::error::{Error, MESH_FORMATS};
-use crate::imports::{import_scene, positive, read_mesh};
+use crate::imports::{positive, read_mesh};
 use crate::keys::{LISTS, SCENE_KEYS};
+use crate::lighting::{Lit, read_lit};
 use crate::material::{Material, Materials, find_material, read_materials};
 use crate::plain::{PlainSurface, plain_surfaces};
 use crate::sensors::read_sensors;
@@ -39,7 +40,12 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
         return load_toml(path, options);
     }
     let Some(format) = Format::of(path) else { return Err(unknown_format(path)) };
-    Ok(SceneFile::of_import(path, import_scene(path, format, options)?, options))
+    let Lit { imported, sky } = read_lit(path, format, options)?;
+    let luminous = imported.luminous;
+    let mut scene = SceneFile::of_import(path, imported, options);
+    scene.luminous = luminous || sky.is_some();
+    sky.into_iter().for_each(|emittance| scene.add_sky(emittance));
+    Ok(scene)
 }
 
 pub(crate) const MESH_KEYS: &[&str] = &["file", "material", "max_patch_area"];
@@ -200,11 +206,9 @@ impl<'a, 'o> Reader<'a, 'o> {
             let material = find_material(&value, &self.materials)?;
             finish = Some(value.string()?.to_owned());
             options.materials.push(MaterialOverride {
-                pattern: "*".into(),
                 reflectance: Some(material.reflectance),
                 emittance: Some(material.emittance),
-                power: None,
-                sides: None,
+                ..MaterialOverride::of("*")
             });
         }
         let imported = mesh.into_scene(&path, format, &options).map_err(Error::of_mesh)?;

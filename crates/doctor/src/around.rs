@@ -1,0 +1,254 @@
+//! What there is around places: rooms with ceilings or a sky, for scenes without lamps; and the side of a sheet that looks into a
+//! room, for lamps whose file does not say where they shine.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+use radiosity::{Hit, IndexChoice, Lookout, Ray, Scene, SceneError, SceneSpec, Side};
+
+use crate::pilot::{Draws, extent};
+
+/// The places within the bounds of a scene from which it is looked at, and the rays from each.
+const PLACES: u32 = 512;
+const RAYS: u32 = 64;
+
+/// The part of its rays that leaves the scene from a place outside.
+const OUTSIDE: f64 = 0.5;
+
+/// The mean part of rays that leaves a room through its openings, from which light comes in by them: a small window in a large room.
+/// Cracks between surfaces are far below.
+const OPENING: f64 = 0.005;
+
+/// The least part of all places that is a room, and that rooms are together.
+const LEAST_ROOM: f64 = 0.03;
+const LEAST_ROOMS: f64 = 0.15;
+
+/// The least part of fronts in what a room shows. The inside of a solid body shows backs alone.
+const FRONTS: f64 = 0.08;
+
+/// The distance of an assumed lamp from its ceiling, in parts of the height, and the half of its edge, in parts of that of a square
+/// floor.
+const BELOW: f64 = 0.02;
+const HALF_EDGE: f64 = 0.12;
+
+/// A scene, looked at from places and surfaces.
+pub struct Around {
+    scene: Scene,
+}
+
+/// What a scene without lamps is like.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Lightless {
+    /// It has closed rooms.
+    Rooms(Vec<Room>),
+    /// It lies under a sky, or opens to one; the mean part of directions within its bounds that leads out.
+    Open(f64),
+}
+
+/// A closed room.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Room {
+    /// The area of its bounds seen from above [m²].
+    pub floor: f64,
+    /// The height at the lamp [m].
+    pub height: f64,
+    /// A place for a lamp below the ceiling: a corner and its neighbours, the front downwards [m].
+    pub lamp: [DVec3; 3],
+}
+
+/// The side of a sheet that looks into a room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shine {
+    /// The front does.
+    Front,
+    /// The back does.
+    Back,
+    /// Both do, or neither.
+    Either,
+}
+
+/// A place, and what its rays met.
+struct Place {
+    point: DVec3,
+    escaped: f64,
+    fronts: f64,
+}
+
+impl Around {
+    /// Makes ready to look at a scene, which need not have light.
+    ///
+    /// # Errors
+    /// What [`Scene::build`] refuses but for missing light.
+    pub fn of(spec: &SceneSpec) -> Result<Self, SceneError> {
+        let mut lit = spec.clone();
+        for surface in &mut lit.surfaces {
+            (surface.reflectance, surface.emittance) = (0.5.into(), 1.0.into());
+            surface.cell_emittance.clear();
+        }
+        Ok(Around { scene: Scene::build(&lit, IndexChoice::Auto)? })
+    }
+
+    /// Finds the rooms of a scene, or that it is open. `is_room` says whether its size is that of rooms: then a closed hull whose
+    /// fronts look outwards is taken for a room, not for a body.
+    pub fn lightless(&self, is_room: bool) -> Lightless {
+        let places = self.look_around();
+        let mean = |places: &[&Place], of: fn(&Place) -> f64| {
+            places.iter().map(|place| of(place)).sum::<f64>() / places.len().max(1) as f64
+        };
+        let inside: Vec<&Place> = places.iter().filter(|place| place.escaped < OUTSIDE).collect();
+        let part = |count: usize| count as f64 / f64::from(PLACES);
+        let (mut closed, mut opened, mut rooms) = (0.0, 0.0, Vec::new());
+        for room in self.connected(&inside) {
+            let share = part(room.len());
+            let is_body = !is_room && mean(&room, |place| place.fronts) < FRONTS;
+            if share < LEAST_ROOM || is_body {
+                continue;
+            }
+            if mean(&room, |place| place.escaped) >= OPENING {
+                opened += share;
+            } else if let Some(room) = self.room(&room) {
+                closed += share;
+                rooms.push(room);
+            }
+        }
+        match closed >= LEAST_ROOMS && closed >= opened {
+            true => Lightless::Rooms(rooms),
+            false => Lightless::Open(mean(&places.iter().collect::<Vec<_>>(), |place| place.escaped)),
+        }
+    }
+
+    /// Looks around from places that fill the bounds of the scene evenly: an additive recurrence (Roberts 2018).
+    fn look_around(&self) -> Vec<Place> {
+        const RATIO: f64 = 1.220_744_084_605_76;
+        let (low, high) = self.bounds();
+        let mut lookout = Lookout::new(&self.scene);
+        let directions: Vec<DVec3> = (0..RAYS).map(|i| on_sphere(i, RAYS)).collect();
+        let place = |number: u32| {
+            let along = |axis: i32| (0.5 + f64::from(number) / RATIO.powi(axis)).fract();
+            let part = DVec3::new(along(1), along(2), along(3)) * 0.98 + DVec3::splat(0.01);
+            let point = low + (high - low) * part;
+            let ray = |&direction: &DVec3| Ray { origin: point, direction, from: Ray::FREE };
+            let rays: Vec<Ray> = directions.iter().map(ray).collect();
+            let hits = lookout.closest_hits(&rays);
+            let met = hits.iter().flatten().count();
+            let fronts = hits.iter().flatten().filter(|hit| hit.side == Side::Front).count();
+            Place {
+                point,
+                escaped: 1.0 - met as f64 / f64::from(RAYS),
+                fronts: fronts as f64 / met.max(1) as f64,
+            }
+        };
+        (0..PLACES).map(place).collect()
+    }
+
+    fn bounds(&self) -> (DVec3, DVec3) {
+        let corners = self.scene.surfaces().iter().flat_map(|surface| surface.outline());
+        corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), corner| {
+            (low.min(corner), high.max(corner))
+        })
+    }
+
+    /// Groups places that see each other, perhaps over others.
+    fn connected<'a>(&self, places: &[&'a Place]) -> Vec<Vec<&'a Place>> {
+        let mut group: Vec<usize> = (0..places.len()).collect();
+        fn root(group: &mut [usize], mut of: usize) -> usize {
+            while group[of] != of {
+                group[of] = group[group[of]];
+                of = group[of];
+            }
+            of
+        }
+        for a in 0..places.len() {
+            for b in a + 1..places.len() {
+                let [of_a, of_b] = [a, b].map(|place| root(&mut group, place));
+                if of_a != of_b && self.sees(places[a].point, places[b].point) {
+                    group[of_b] = of_a;
+                }
+            }
+        }
+        let mut groups: Vec<Vec<&Place>> = vec![Vec::new(); places.len()];
+        for (number, place) in places.iter().enumerate() {
+            groups[root(&mut group, number)].push(place);
+        }
+        groups.retain(|group| !group.is_empty());
+        groups
+    }
+
+    fn sees(&self, from: DVec3, to: DVec3) -> bool {
+        let distance = from.distance(to);
+        self.along(from, (to - from) / distance).is_none_or(|hit| hit.t > distance)
+    }
+
+    fn along(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
+        self.scene.closest_hit(&Ray { origin, direction, from: Ray::FREE })
+    }
+
+    /// The room of some places, with a lamp near the middle of its ceiling; `None` where there is no ceiling above any of them.
+    fn room(&self, places: &[&Place]) -> Option<Room> {
+        let points = || places.iter().map(|place| place.point);
+        let (low, high) = points().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
+            (low.min(point), high.max(point))
+        });
+        let middle = points().sum::<DVec3>() / places.len() as f64;
+        let mut best: Option<(f64, DVec3, f64)> = None;
+        for point in points() {
+            let [up, down] = [DVec3::Z, DVec3::NEG_Z].map(|way| self.along(point, way).map(|hit| hit.t));
+            let (Some(up), Some(down)) = (up, down) else { continue };
+            let score = up + down - 0.5 * point.truncate().distance(middle.truncate());
+            if best.is_none_or(|(known, ..)| score > known) {
+                best = Some((score, point + DVec3::Z * up, up + down));
+            }
+        }
+        let (_, ceiling, height) = best?;
+        let centre = ceiling - DVec3::Z * (BELOW * height);
+        let clear = (0..16).map(|i| {
+            let (sin, cos) = (TAU * f64::from(i) / 16.0).sin_cos();
+            self.along(centre, DVec3::new(cos, sin, 0.0)).map_or(f64::INFINITY, |hit| hit.t)
+        });
+        let room = DVec2::new(high.x - low.x, high.y - low.y);
+        let floor = room.x * room.y;
+        let half = (HALF_EDGE * floor.sqrt()).min(0.4 * clear.fold(f64::INFINITY, f64::min));
+        if !(half > 0.0 && half.is_finite()) {
+            return None;
+        }
+        let corner = centre + self.scene.origin() - DVec3::new(half, half, 0.0);
+        let [u, v] = [DVec3::X, DVec3::Y].map(|axis| corner + axis * (2.0 * half));
+        Some(Room { floor, height, lamp: [corner, v, u] })
+    }
+
+    /// Says for some surfaces which side looks into a room, and not at something close by, at other surfaces that `is_own`, or
+    /// out of the scene.
+    pub fn shine(&self, surfaces: &[u32], is_own: impl Fn(u32) -> bool) -> Vec<Shine> {
+        const MOST_RAYS: usize = 400_000;
+        let rays = (MOST_RAYS / (2 * surfaces.len()).max(1)).clamp(4, 32);
+        let close = 0.02 * extent(&self.scene);
+        let side = |number: u32, side: Side| {
+            let surface = &self.scene.surfaces()[number as usize];
+            let mut draws = Draws::new(0xA2D ^ (u64::from(number) << 1) ^ (side == Side::Back) as u64);
+            let far = (0..rays).filter(|_| {
+                let origin = surface.point(surface.point_in_cell(0, [draws.uniform(), draws.uniform()]));
+                let ray = Ray { origin, direction: surface.direction(side, draws.bits()), from: number };
+                self.scene.closest_hit(&ray).is_some_and(|hit| hit.t >= close && !is_own(hit.surface))
+            });
+            far.count() as f64 / rays as f64
+        };
+        let decide = |&number: &u32| {
+            let [front, back] = [Side::Front, Side::Back].map(|of| side(number, of));
+            match () {
+                () if back > 2.0 * front + 0.05 => Shine::Back,
+                () if front > 2.0 * back + 0.05 => Shine::Front,
+                () => Shine::Either,
+            }
+        };
+        surfaces.iter().map(decide).collect()
+    }
+}
+
+/// Direction i of a number that are spread evenly: the spiral of Fibonacci.
+fn on_sphere(i: u32, of: u32) -> DVec3 {
+    const GOLDEN: f64 = 1.618_033_988_749_895;
+    let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(of);
+    let (sin, cos) = (TAU * f64::from(i) / GOLDEN).sin_cos();
+    let r = (1.0 - z * z).sqrt();
+    DVec3::new(r * cos, r * sin, z).normalize()
+}

@@ -1,0 +1,421 @@
+//! Mitsuba's XML, as far as it is diffuse: shapes, their materials and area emitters.
+//!
+//! There is no crate that reads it; the XML itself is read by `roxmltree`.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+use std::path::Path;
+
+use glam::{DAffine3, DMat4, DVec3};
+use radiosity::{Sides, Spectrum};
+use roxmltree::{Document, Node};
+
+use crate::error::{Error, Fault, Spot};
+use crate::files::Files;
+use crate::mesh::{Lost, Material, Mesh, Parts, Triangle};
+use crate::room::room;
+use crate::tally::Tally;
+use crate::texture::{self, Placing};
+use crate::{obj, ply};
+
+/// The most materials within materials.
+const DEEPEST: u32 = 16;
+
+/// How often the faces of an octahedron are cut into four to make a sphere: 512 faces.
+const CUTS: u32 = 3;
+
+/// Reads a scene and the meshes that it names.
+pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Mesh, Error> {
+    let whole = |problem: String| {
+        Fault::new(problem, "no geometry can be read from it", "export the scene again").at(path, Spot::File)
+    };
+    let text = std::str::from_utf8(text).map_err(|error| whole(format!("the text is not UTF-8: {error}")))?;
+    let document = Document::parse(text).map_err(|error| whole(format!("not XML: {error}")))?;
+    let root = document.root_element();
+    if root.tag_name().name() != "scene" {
+        return Err(whole(format!("the XML is a {:?}, not a scene of Mitsuba", root.tag_name().name())));
+    }
+    let defaults = root.children().filter(|node| node.has_tag_name("default"));
+    let mut reader = Reader {
+        path,
+        files,
+        defaults: defaults
+            .filter_map(|node| Some((node.attribute("name")?, node.attribute("value")?)))
+            .collect(),
+        named: root.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect(),
+        numbers: HashMap::new(),
+        mesh: Mesh::default(),
+        parts: Parts::default(),
+        tally: Tally::default(),
+    };
+    for node in root.children().filter(Node::is_element) {
+        let line = document.text_pos_at(node.range().start).row as usize;
+        match node.tag_name().name() {
+            "shape" => reader.shape(node, line)?,
+            "emitter" => {
+                reader.tally.count("emitters without area were left out: `--sky` gives light from outside");
+            }
+            "include" => reader.tally.count("included files were left out"),
+            _ => {}
+        }
+    }
+    let Reader { mut mesh, tally, .. } = reader;
+    tally.report(&mut mesh);
+    Ok(mesh)
+}
+
+struct Reader<'a, 'f, 'x> {
+    path: &'a Path,
+    files: &'a mut Files<'f>,
+    /// The values of `$name`.
+    defaults: HashMap<&'x str, &'x str>,
+    /// The elements by their ids.
+    named: HashMap<&'x str, Node<'x, 'x>>,
+    /// The numbers of materials that have been read, by their place in the file and whether they emit.
+    numbers: HashMap<(usize, [u64; 3]), u32>,
+    mesh: Mesh,
+    parts: Parts,
+    tally: Tally,
+}
+
+impl<'x> Reader<'_, '_, 'x> {
+    /// The value of an attribute, with `$name` replaced.
+    fn attribute(&self, node: Node<'x, 'x>, name: &str) -> Option<&'x str> {
+        let value = node.attribute(name)?;
+        match value.strip_prefix('$') {
+            Some(name) => self.defaults.get(name).copied(),
+            None => Some(value),
+        }
+    }
+
+    /// The value of a child with a name.
+    fn value(&self, node: Node<'x, 'x>, name: &str) -> Option<&'x str> {
+        let child = node.children().find(|child| child.attribute("name") == Some(name))?;
+        self.attribute(child, "value")
+    }
+
+    /// The element that a reference means, or the node itself.
+    fn target(&self, node: Node<'x, 'x>) -> Option<Node<'x, 'x>> {
+        match node.tag_name().name() {
+            "ref" => self.named.get(self.attribute(node, "id")?).copied(),
+            _ => Some(node),
+        }
+    }
+
+    fn shape(&mut self, node: Node<'x, 'x>, line: usize) -> Result<(), Error> {
+        let path = self.path;
+        let at = |fault: Fault| fault.at(path, Spot::Line(line));
+        let kind = node.attribute("type").unwrap_or_default();
+        let mut place = DAffine3::IDENTITY;
+        for child in
+            node.children().filter(|child| matches!(child.attribute("name"), Some("to_world" | "toWorld")))
+        {
+            place = self.transform(child) * place;
+        }
+        if !place.is_finite() {
+            return Err(at(Fault::new(
+                "its transform is not finite",
+                "it puts vertices nowhere",
+                "correct it",
+            )));
+        }
+        let shape = match kind {
+            "obj" | "ply" => {
+                let Some(name) = self.value(node, "filename") else {
+                    return Err(at(Fault::new(
+                        "the shape names no file",
+                        "its faces are there",
+                        "add filename",
+                    )));
+                };
+                let (file, content) = self.files.beside(path, name).map_err(|error| {
+                    at(Fault::new(
+                        format!("{name:?} cannot be read"),
+                        error.to_string(),
+                        "put it beside the scene",
+                    ))
+                })?;
+                let mut nothing = |_: &Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
+                match kind {
+                    "obj" => obj::read(&file, &content, &mut Files::new(&mut nothing))?,
+                    _ => ply::read(&file, &content)?,
+                }
+            }
+            "rectangle" => {
+                made(&[[-1., -1., 0.], [1., -1., 0.], [1., 1., 0.], [-1., 1., 0.]], &[[0, 1, 2], [0, 2, 3]])
+            }
+            "cube" => cube(),
+            "disk" => disk(),
+            "sphere" => {
+                let radius = self.value(node, "radius").and_then(|radius| radius.parse().ok()).unwrap_or(1.0);
+                let centre = node.children().find(|child| child.attribute("name") == Some("center"));
+                let centre = centre.map_or(DVec3::ZERO, |point| self.vector(point, 0.0));
+                place *= DAffine3::from_scale_rotation_translation(
+                    DVec3::splat(radius),
+                    Default::default(),
+                    centre,
+                );
+                sphere()
+            }
+            _ => {
+                self.tally.count("shapes of kinds that are not read were left out");
+                return Ok(());
+            }
+        };
+        let flipped =
+            matches!(self.value(node, "flip_normals").or(self.value(node, "flipNormals")), Some("true"));
+        let material = self.material_of(node);
+        let name = node.attribute("id").unwrap_or(kind);
+        self.parts.enter(&mut self.mesh, name);
+        let first = self.mesh.positions.len() as u32;
+        self.mesh.positions.extend(shape.positions.iter().map(|corner| place.transform_point3(*corner)));
+        let mirrored = (place.matrix3.determinant() < 0.0) != flipped;
+        for triangle in &shape.triangles {
+            let (part, face) = self.parts.next_face(&mut self.mesh, "shape");
+            let [a, b, c] = triangle.corners.map(|corner| first + corner);
+            let corners = if mirrored { [a, c, b] } else { [a, b, c] };
+            self.mesh.triangles.push(Triangle { corners, part, face, material, line: line as u32 });
+        }
+        room(&self.mesh).map_err(at)
+    }
+
+    /// The number of a shape's material. Radiance L of an area emitter is an exitance of π·L.
+    fn material_of(&mut self, shape: Node<'x, 'x>) -> u32 {
+        let emitter = shape.children().find(|child| child.has_tag_name("emitter"));
+        let radiance = emitter.and_then(|emitter| {
+            let radiance = emitter.children().find(|child| child.attribute("name") == Some("radiance"))?;
+            Some(self.spectrum(radiance))
+        });
+        let emittance = radiance.map_or([0.0; 3], |radiance| radiance.map(|channel| PI * channel.max(0.0)));
+        let is_material = |child: &Node<'x, 'x>| {
+            child.has_tag_name("bsdf")
+                || (child.has_tag_name("ref") && child.attribute("name") != Some("emitter"))
+        };
+        let bsdf = shape.children().filter(is_material).find_map(|child| self.target(child));
+        let place = bsdf.map_or(usize::MAX, |bsdf| bsdf.range().start);
+        let key = (place, emittance.map(f64::to_bits));
+        if let Some(&number) = self.numbers.get(&key) {
+            return number;
+        }
+        let name = bsdf.and_then(|bsdf| bsdf.attribute("id")).unwrap_or("default");
+        let mut material = match bsdf {
+            Some(bsdf) => {
+                let mut material = Material { sides: Some(Sides::Front), ..Material::unknown(name) };
+                self.follow(bsdf, &mut material, DEEPEST);
+                material
+            }
+            None => Material { sides: Some(Sides::Front), ..Material::undefined(name) },
+        };
+        if radiance.is_some() {
+            material.emittance = Spectrum::rgb(emittance);
+            material.sides = Some(Sides::Front);
+            if name == "default" {
+                material.name = shape.attribute("id").unwrap_or("emitter").to_owned();
+            }
+        }
+        self.mesh.materials.push(material);
+        let number = self.mesh.materials.len() as u32 - 1;
+        self.numbers.insert(key, number);
+        number
+    }
+
+    /// Takes the diffuse part of a material.
+    fn follow(&mut self, bsdf: Node<'x, 'x>, material: &mut Material, depth: u32) {
+        let kind = bsdf.attribute("type").unwrap_or_default();
+        let colour = |names: &[&str]| {
+            let named =
+                |child: &Node<'x, 'x>| child.attribute("name").is_some_and(|name| names.contains(&name));
+            bsdf.children().find(named)
+        };
+        match kind {
+            "twosided" | "bumpmap" | "normalmap" | "mask" => {
+                if kind == "twosided" {
+                    material.sides = Some(Sides::Both);
+                }
+                if kind == "mask" {
+                    material.loses(Lost::Transparency);
+                }
+                let is_inner = |child: &Node<'x, 'x>| child.has_tag_name("bsdf") || child.has_tag_name("ref");
+                let inner = bsdf.children().filter(is_inner).find_map(|child| self.target(child));
+                if let Some(inner) = inner.filter(|_| depth > 0) {
+                    self.follow(inner, material, depth - 1);
+                }
+                return;
+            }
+            "diffuse" | "roughdiffuse" => {}
+            "dielectric" | "thindielectric" | "roughdielectric" => {
+                material.loses(Lost::Transparency);
+                material.reflectance = Spectrum::BLACK;
+                return;
+            }
+            "conductor" | "roughconductor" => {
+                material.loses(Lost::Mirror);
+                material.reflectance = Spectrum::BLACK;
+                return;
+            }
+            _ => material.loses(Lost::Mirror),
+        }
+        let Some(given) = colour(&["reflectance", "diffuse_reflectance", "diffuseReflectance", "base_color"])
+        else {
+            return;
+        };
+        match self.target(given).filter(|node| node.has_tag_name("texture")) {
+            None => {
+                material.reflectance = Spectrum::rgb(self.spectrum(given).map(|channel| channel.max(0.0)))
+            }
+            Some(image) => {
+                let name = self.value(image, "filename").unwrap_or("a texture").to_owned();
+                let content = self.files.beside(self.path, &name).ok();
+                let image = content.and_then(|(_, content)| texture::decode(&content));
+                let of = |image| {
+                    texture::mean(&image, &[], Placing::FROM_ABOVE, (texture::points(1), false)).colour
+                };
+                material.reflectance = 1.0.into();
+                let mean = image.map(of);
+                material.show(name, mean);
+                if mean.is_none() {
+                    material.reflectance = crate::mesh::DEFAULT_REFLECTANCE.into();
+                }
+            }
+        }
+    }
+
+    /// A colour: three numbers, one, `#rrggbb`, or pairs of wavelength [nm] and value, of which those of a third of the visible
+    /// spectrum are averaged.
+    fn spectrum(&self, node: Node<'x, 'x>) -> [f64; 3] {
+        let text = self.attribute(node, "value").unwrap_or_default().trim();
+        if let Some(digits) = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii()) {
+            let level = |i: usize| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).unwrap_or(0);
+            return [0, 1, 2].map(|i| texture::linear(f64::from(level(i)) / 255.0));
+        }
+        let words: Vec<&str> = text.split([' ', ',', '\t', '\n']).filter(|word| !word.is_empty()).collect();
+        let number = |word: &str| word.parse::<f64>().ok().filter(|number| number.is_finite()).unwrap_or(0.0);
+        if words.first().is_some_and(|word| word.contains(':')) {
+            let pairs =
+                words.iter().filter_map(|word| word.split_once(':')).map(|(at, of)| (number(at), number(of)));
+            let pairs: Vec<(f64, f64)> = pairs.collect();
+            return [(580.0, 700.0), (490.0, 580.0), (400.0, 490.0)].map(|(low, high)| {
+                let within: Vec<f64> = pairs
+                    .iter()
+                    .filter(|(at, _)| (low..=high).contains(at))
+                    .map(|&(_, value)| value)
+                    .collect();
+                within.iter().sum::<f64>() / within.len().max(1) as f64
+            });
+        }
+        match words[..] {
+            [red, green, blue, ..] => [number(red), number(green), number(blue)],
+            [one, ..] => [number(one); 3],
+            [] => [0.0; 3],
+        }
+    }
+
+    /// The x, y and z of an element, or its `value`; those that are left out have a default.
+    fn vector(&self, node: Node<'x, 'x>, default: f64) -> DVec3 {
+        let number = |text: &str| text.trim().parse::<f64>().unwrap_or(f64::NAN);
+        if let Some(value) = self.attribute(node, "value") {
+            let numbers: Vec<f64> =
+                value.split([' ', ',']).filter(|word| !word.is_empty()).map(number).collect();
+            return match numbers[..] {
+                [x, y, z] => DVec3::new(x, y, z),
+                [one] => DVec3::splat(one),
+                _ => DVec3::NAN,
+            };
+        }
+        DVec3::from_array(["x", "y", "z"].map(|axis| self.attribute(node, axis).map_or(default, number)))
+    }
+
+    /// The transform of an element: its steps, the first of which applies first.
+    fn transform(&self, node: Node<'x, 'x>) -> DAffine3 {
+        let mut all = DAffine3::IDENTITY;
+        for step in node.children().filter(Node::is_element) {
+            let step = match step.tag_name().name() {
+                "translate" => DAffine3::from_translation(self.vector(step, 0.0)),
+                "scale" => DAffine3::from_scale(self.vector(step, 1.0)),
+                "rotate" => {
+                    let angle = self.attribute(step, "angle").and_then(|angle| angle.parse::<f64>().ok());
+                    let axis = self.vector(step, 0.0).normalize_or_zero();
+                    match axis == DVec3::ZERO {
+                        true => DAffine3::IDENTITY,
+                        false => DAffine3::from_axis_angle(axis, angle.unwrap_or(0.0).to_radians()),
+                    }
+                }
+                "matrix" => {
+                    let text = self.attribute(step, "value").unwrap_or_default();
+                    let numbers =
+                        text.split([' ', ',', '\n', '\t']).filter_map(|word| word.parse::<f64>().ok());
+                    let numbers: Vec<f64> = numbers.collect();
+                    match <[f64; 16]>::try_from(numbers) {
+                        Ok(rows) => DAffine3::from_mat4(DMat4::from_cols_array(&rows).transpose()),
+                        Err(_) => DAffine3::from_scale(DVec3::NAN),
+                    }
+                }
+                "lookat" | "lookAt" => {
+                    let point = |name: &str| {
+                        let words = self.attribute(step, name).unwrap_or_default().split([' ', ',']);
+                        let numbers: Vec<f64> = words.filter_map(|word| word.parse().ok()).collect();
+                        <[f64; 3]>::try_from(numbers).map_or(DVec3::NAN, DVec3::from_array)
+                    };
+                    let (origin, target) = (point("origin"), point("target"));
+                    let up = if step.has_attribute("up") { point("up") } else { DVec3::Y };
+                    let forward = (target - origin).normalize();
+                    let left = up.cross(forward).normalize();
+                    DAffine3::from_cols(left, forward.cross(left), forward, origin)
+                }
+                _ => DAffine3::IDENTITY,
+            };
+            all = step * all;
+        }
+        all
+    }
+}
+
+/// A mesh of corners and triangles, whose fronts are counter-clockwise.
+fn made(corners: &[[f64; 3]], faces: &[[u32; 3]]) -> Mesh {
+    let triangle = |&corners: &[u32; 3]| Triangle { corners, part: 0, face: 0, material: 0, line: 0 };
+    Mesh {
+        positions: corners.iter().map(|&corner| DVec3::from_array(corner)).collect(),
+        triangles: faces.iter().map(triangle).collect(),
+        ..Mesh::default()
+    }
+}
+
+/// The cube from −1 to 1, fronts outwards.
+fn cube() -> Mesh {
+    let corner = |i: u32| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 });
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let faces: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    made(&(0..8).map(corner).collect::<Vec<_>>(), &faces)
+}
+
+/// The disk of radius 1, its front to z: a polygon of 32 corners.
+fn disk() -> Mesh {
+    let corner = |i: u32| {
+        let (sin, cos) = (PI * f64::from(i) / 16.0).sin_cos();
+        [cos, sin, 0.0]
+    };
+    let faces: Vec<[u32; 3]> = (2..32).map(|i| [0, i - 1, i]).collect();
+    made(&(0..32).map(corner).collect::<Vec<_>>(), &faces)
+}
+
+/// The sphere of radius 1, fronts outwards.
+fn sphere() -> Mesh {
+    let octahedron = [[1., 0., 0.], [-1., 0., 0.], [0., 1., 0.], [0., -1., 0.], [0., 0., 1.], [0., 0., -1.]];
+    let mut faces: Vec<[DVec3; 3]> = Vec::new();
+    for [a, b, c] in [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
+    {
+        faces.push([a, b, c].map(|i: usize| DVec3::from_array(octahedron[i])));
+    }
+    for _ in 0..CUTS {
+        faces = faces
+            .iter()
+            .flat_map(|&[a, b, c]| {
+                let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(a, b)| (a + b).normalize());
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    let corners: Vec<[f64; 3]> = faces.iter().flatten().map(|corner| corner.to_array()).collect();
+    let numbers: Vec<[u32; 3]> = (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    made(&corners, &numbers)
+}

@@ -1,0 +1,115 @@
+//! The likely length of a file's unit, from the sizes of what is in it.
+
+use glam::DVec3;
+
+/// Units that files are written in, and their lengths [m].
+const UNITS: [(&str, f64); 6] =
+    [("1 mm", 0.001), ("1 cm", 0.01), ("1 inch", 0.0254), ("1 dm", 0.1), ("1 foot", 0.3048), ("1 m", 1.0)];
+
+/// The usual heights of things by words of their names [m].
+const HEIGHTS: [(&str, f64); 6] =
+    [("door", 2.05), ("chair", 0.9), ("stool", 0.6), ("table", 0.75), ("desk", 0.75), ("sofa", 0.8)];
+
+/// The usual height of a room [m].
+const ROOM: f64 = 2.8;
+
+/// Meshes are seldom larger [m]: a scene of more than that was hardly meant in metres.
+const LARGE: f64 = 120.0;
+
+/// A thing of which a file is a drawing is seldom larger [m]: STL holds parts of machines in millimetres.
+const LARGE_PART: f64 = 12.0;
+
+/// The factor by which things differ from their usual height without any doubt about the unit.
+const USUAL: f64 = 2.2;
+
+/// A part of a mesh: its name and its extent [units of the file].
+pub(crate) struct Part<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) extent: DVec3,
+}
+
+/// What the unit of a file is likely to be, in words and in metres; `None` where a metre is as likely as any. `extent` is that of the
+/// whole, z up; `drawing` says whether the format is one of parts of machines.
+pub(crate) fn likely_unit(extent: DVec3, parts: &[Part<'_>], drawing: bool) -> Option<(&'static str, f64)> {
+    let largest = extent.max_element();
+    if !(largest.is_finite() && largest > 0.0) {
+        return None;
+    }
+    let known = |part: &Part<'_>| {
+        let name = part.name.to_lowercase();
+        let (_, usual) = HEIGHTS.iter().find(|(word, _)| name.contains(word))?;
+        Some(usual / part.extent.z).filter(|ratio| ratio.is_finite())
+    };
+    let mut ratios: Vec<f64> = parts.iter().filter_map(known).collect();
+    ratios.sort_by(f64::total_cmp);
+    if let Some(&ratio) = ratios.get(ratios.len() / 2) {
+        // Handles of doors and legs of tables bear their names, too: only several things, or a wide difference, tell.
+        let found = nearest(ratio);
+        let is_clear = !(1.0 / USUAL..=USUAL).contains(&ratio) && (ratios.len() > 2 || ratio < 0.2);
+        let fits = (0.3..LARGE).contains(&(largest * found.1));
+        if found.1 < 1.0 && is_clear && fits {
+            return Some(found);
+        }
+        if (1.0 / USUAL..=USUAL).contains(&ratio) {
+            return None;
+        }
+    }
+    // Rooms have a storey's height along some axis, and are no larger than houses.
+    let is_house = largest < 40.0 && extent.to_array().iter().any(|&extent| (2.2..4.5).contains(&extent));
+    if drawing && largest > LARGE_PART && !is_house {
+        return Some(UNITS[0]);
+    }
+    if largest <= LARGE {
+        return None;
+    }
+    // Of the units that make a building of it, the one whose height is nearest to that of a room.
+    let height = if extent.z > 0.02 * largest { extent.z } else { 0.3 * largest };
+    let found = nearest(ROOM / height);
+    (found.1 < 1.0).then_some(found)
+}
+
+/// The unit whose length is nearest to a ratio, by factors. Inches and decimetres are rare: they have to be much nearer than others.
+fn nearest(ratio: f64) -> (&'static str, f64) {
+    let away = |&(name, length): &(&'static str, f64)| {
+        let rare = if matches!(name, "1 inch" | "1 dm" | "1 foot") { 0.6 } else { 0.0 };
+        (ratio / length).ln().abs() + rare
+    };
+    *UNITS.iter().min_by(|a, b| away(a).total_cmp(&away(b))).expect("there are six")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn likely(extent: [f64; 3], parts: &[(&str, f64)], drawing: bool) -> Option<f64> {
+        let part =
+            |&(name, height): &(&'static str, f64)| Part { name, extent: DVec3::new(0.1, 0.1, height) };
+        let parts: Vec<(&'static str, f64)> = parts
+            .iter()
+            .map(|&(name, height)| (&*Box::leak(name.to_owned().into_boxed_str()), height))
+            .collect();
+        let parts: Vec<Part<'_>> = parts.iter().map(part).collect();
+        likely_unit(DVec3::from_array(extent), &parts, drawing).map(|(_, length)| length)
+    }
+
+    #[test]
+    fn units_are_guessed_from_rooms_and_their_things() {
+        // Cornell's box of 556 units, offices in metres, centimetres and millimetres, a street.
+        assert_eq!(likely([556.0, 559.0, 549.0], &[], false), Some(0.01));
+        assert_eq!(likely([6.0, 4.0, 2.7], &[], false), None);
+        assert_eq!(likely([600.0, 400.0, 270.0], &[], false), Some(0.01));
+        assert_eq!(likely([6000.0, 4000.0, 2700.0], &[], false), Some(0.001));
+        assert_eq!(likely([90.0, 40.0, 12.0], &[], false), None);
+        // Doors tell: of a large hall in metres, and of a house in inches.
+        assert_eq!(likely([300.0, 200.0, 20.0], &[("Door_1", 2.1)], false), None);
+        assert_eq!(likely([90.0, 60.0, 50.0], &[("door", 45.0)], false), Some(0.0254));
+        assert_eq!(
+            likely([90.0, 60.0, 50.0], &[("Table", 74.0), ("chair", 88.0), ("chair2", 90.0)], false),
+            Some(0.01)
+        );
+        // Drawings of parts are in millimetres.
+        assert_eq!(likely([80.0, 40.0, 20.0], &[], true), Some(0.001));
+        assert_eq!(likely([5.0, 4.0, 3.0], &[], true), None);
+        assert_eq!(likely([7.7, 17.3, 2.9], &[], true), None);
+    }
+}
