@@ -1,6 +1,7 @@
 //! Batches of walks, and chains: samples that are long, and score H of every face.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::Experiment;
 use super::board::Sensing;
@@ -69,7 +70,17 @@ impl Experiment {
         plan: &Chains,
         hands: &dyn Hands,
     ) -> Option<Outcome> {
-        jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, (plan.solve, plan.linear), hands)
+        let aim = |faces: &FaceTable| self.aim(faces, plan.rays, hands);
+        jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, (plan.solve, plan.linear), aim, hands)
+    }
+
+    /// How all chains share out their rays. Threads that ask at once each find it for themselves, and find the same.
+    fn aim(&self, faces: &FaceTable, rays: u64, hands: &dyn Hands) -> Option<Arc<[f64]>> {
+        if let Some(aim) = self.aim.get() {
+            return Some(Arc::clone(aim));
+        }
+        let aim: Arc<[f64]> = jacobi::aim::aim(faces, rays, hands)?.into();
+        Some(Arc::clone(self.aim.get_or_init(|| aim)))
     }
 
     /// The H that the walks of one batch give.

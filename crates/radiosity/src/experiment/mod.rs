@@ -30,7 +30,7 @@ pub use sensing::SensorView;
 pub use sources::SourceScores;
 pub use unfit::Unfit;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::geometry::sensor::{SensorSpec, Sensors};
 use crate::jacobi;
@@ -65,6 +65,8 @@ pub struct Experiment {
     mixture: Option<Arc<Mixture>>,
     /// Groups of faces that walks are counted by; `None` where faces score.
     exchange: Option<Arc<Exchange>>,
+    /// The part of the rays of a chain that each face shoots, once a chain has asked.
+    aim: OnceLock<Arc<[f64]>>,
 }
 
 impl Experiment {
@@ -98,6 +100,7 @@ impl Experiment {
             groups: None,
             mixture: None,
             exchange: None,
+            aim: OnceLock::new(),
         })
     }
 

@@ -6,10 +6,12 @@
 
 use std::sync::Mutex;
 
-use super::cast::{Caster, systematic};
+use super::aim::density;
+use super::cast::systematic;
 use super::faces::FaceTable;
+use super::halves::Rays;
 use super::lamps::{Lamps, emitted_shares};
-use super::near::{Bounds, Landed};
+use super::near::Bounds;
 use super::numbers::SobolNumbers;
 use super::place::psi;
 use super::shadow::{ShadowCaster, Sight};
@@ -48,14 +50,14 @@ pub(super) struct Direct<'a> {
 }
 
 impl<'a> Direct<'a> {
-    /// Shadow rays for a chain of `rays` rays in all, of which each face shoots the part `blind`, where they pay. What pays is a
+    /// Shadow rays for a chain of `rays` rays in all, where they pay. What pays is a
     /// function of the scene and of `rays`. `None` in place of an answer once `hands` no longer want it.
     pub(super) fn where_it_pays(
         faces: &'a FaceTable<'a>,
         rays: u64,
-        blind: &[f64],
         hands: &dyn Hands,
     ) -> Option<Option<Self>> {
+        let blind = density(&faces.areas, &[]);
         let spare = rays.saturating_sub(RAYS_OF_LINKS * faces.list.len() as u64);
         let shadow = (rays / SHADOW_SHARE).min(spare);
         let emitting = faces.list.iter().filter(|face| face.emittance.is_lit()).map(|face| face.area);
@@ -65,7 +67,7 @@ impl<'a> Direct<'a> {
             return Some(None);
         }
         let of_links: Vec<f64> = blind.iter().map(|part| part * (rays - shadow) as f64).collect();
-        let shadows = systematic(blind, shadow, 0.5);
+        let shadows = systematic(&blind, shadow, 0.5);
         let bounds = Bounds::new(faces, &of_links, &shadows, &emitted_shares(faces));
         let direct = Direct {
             faces,
@@ -175,16 +177,16 @@ impl<'a> Direct<'a> {
     }
 
     /// H_d of every face in every channel [W/m²].
-    pub(super) fn irradiance<N>(&self, landed: &Landed, caster: &Caster<N>) -> Vec<Vec<f64>> {
+    pub(super) fn irradiance(&self, rays: &Rays) -> Vec<Vec<f64>> {
         let channels = self.faces.scene.channels();
         let of_channel = |c: usize| self.far.iter().skip(c).step_by(channels).copied().collect();
         let mut irradiance: Vec<Vec<f64>> = (0..channels).map(of_channel).collect();
-        landed.near_light(caster, &self.faces.areas, |i, j, exchange| {
+        rays.near_light(&self.faces.areas, |i, j, exchange| {
             let emittance = self.faces.list[j].emittance;
             let per_area = exchange / self.faces.areas[i];
             irradiance.iter_mut().enumerate().for_each(|(c, h)| h[i] += emittance[c] * per_area);
         });
-        let closed = caster.lost.iter().all(|&lost| lost == [0; 2]);
+        let closed = rays.lost.iter().all(|&lost| lost == [0; 2]);
         for (c, irradiance) in irradiance.iter_mut().enumerate() {
             balance(irradiance, &self.faces.areas, self.faces.scene.total_power(c), closed);
         }
@@ -192,14 +194,9 @@ impl<'a> Direct<'a> {
     }
 
     /// The radiosity that goes along links [W/m²]: b, and of E the part that is near light.
-    pub(super) fn along_links<N>(
-        &self,
-        landed: &Landed,
-        caster: &Caster<N>,
-        reflected: &[Vec<f64>],
-    ) -> Vec<Vec<f64>> {
+    pub(super) fn along_links(&self, rays: &Rays, reflected: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut part = vec![0.0; self.faces.areas.len()];
-        landed.near_light(caster, &self.faces.areas, |_, j, exchange| {
+        rays.near_light(&self.faces.areas, |_, j, exchange| {
             part[j] += exchange / self.faces.areas[j];
         });
         let faces = || self.faces.list.iter().zip(&part);
@@ -228,8 +225,7 @@ mod tests {
     fn pays(spec: &SceneSpec, rays: u64) -> bool {
         let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
         let faces = FaceTable::new(&scene);
-        let blind = vec![1.0 / faces.areas.len() as f64; faces.areas.len()];
-        Direct::where_it_pays(&faces, rays, &blind, &|| true).unwrap().is_some()
+        Direct::where_it_pays(&faces, rays, &|| true).unwrap().is_some()
     }
 
     #[test]

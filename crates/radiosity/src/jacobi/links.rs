@@ -7,7 +7,6 @@
 use std::ops::AddAssign;
 use std::sync::Mutex;
 
-use super::cast::Caster;
 use super::faces::FaceTable;
 use crate::geometry::face::Face;
 use crate::hands::{Hands, PARTS_PER_HAND};
@@ -108,24 +107,27 @@ pub(crate) struct Links<'a> {
 }
 
 impl<'a> Links<'a> {
-    /// Weighs the links by what the faces have shot.
-    pub(crate) fn new<N>(table: &LinkTable, caster: &Caster<N>, faces: &'a FaceTable<'a>) -> Self {
+    /// Weighs the links of tables by what the faces have shot and lost.
+    pub(crate) fn new(
+        tables: &[&LinkTable],
+        (shot, lost): (&[u32], &[[u32; 2]]),
+        faces: &'a FaceTable<'a>,
+    ) -> Self {
         let density: Vec<f64> =
-            caster.shot.iter().zip(&faces.areas).map(|(&shot, area)| f64::from(shot) / area).collect();
-        let lost: Vec<[f64; 2]> = caster
-            .lost
+            shot.iter().zip(&faces.areas).map(|(&shot, area)| f64::from(shot) / area).collect();
+        let lost: Vec<[f64; 2]> = lost
             .iter()
             .zip(&density)
             .map(|(lost, density)| lost.map(|rays| if rays > 0 { f64::from(rays) / density } else { 0.0 }))
             .collect();
-        let links = table.links();
-        let first = firsts(links, density.len());
+        let links = || tables.iter().flat_map(|table| table.links());
+        let first = firsts(links(), density.len());
         // In the order of the links, so that sums over those of a face have one order.
         let mut next = first.clone();
-        let (mut other, mut exchange) = (vec![0; 2 * links.len()], vec![0.0; 2 * links.len()]);
+        let (mut other, mut exchange) = (vec![0; first[density.len()]], vec![0.0; first[density.len()]]);
         let mut total: Vec<f64> =
             lost.iter().map(|[escaped, absorbed_back]| escaped + absorbed_back).collect();
-        for link in links {
+        for link in links() {
             let (from, to) = (link.from as usize, link.to as usize);
             let k = f64::from(link.rays) / (density[from] + density[to]);
             for (end, far) in [(from, link.to), (to, link.from)] {
@@ -223,7 +225,7 @@ impl<'a> Links<'a> {
 }
 
 /// Where the links of each face begin, both ends of each counted; their number last.
-fn firsts(links: &[Link], faces: usize) -> Vec<usize> {
+fn firsts<'a>(links: impl Iterator<Item = &'a Link>, faces: usize) -> Vec<usize> {
     let mut first = vec![0; faces + 1];
     for link in links {
         first[link.from as usize + 1] += 1;

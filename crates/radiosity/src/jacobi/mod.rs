@@ -7,11 +7,13 @@
 //! A *chain* is one independent solution. What it does within says nothing of its own error; that is told by several
 //! chains.
 
+pub(crate) mod aim;
 mod board;
 pub(crate) mod cast;
 mod direct;
 pub(crate) mod faces;
 pub(crate) mod final_gather;
+mod halves;
 mod iterations;
 mod lamps;
 mod linked;
@@ -27,6 +29,8 @@ mod shared;
 mod solve;
 mod spread;
 
+use std::sync::Arc;
+
 use crate::hands::Hands;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
@@ -39,17 +43,18 @@ pub(crate) use outcome::Outcome;
 use plan::Solve;
 pub use reciprocity::Reciprocity;
 
-/// One chain of `rays` rays. `None` once `hands`, which are asked now and then, no longer want it.
+/// One chain of `rays` rays, shared out as `aim` says where they are links. `None` once `hands`, which are asked now and then, no longer want it.
 pub(crate) fn chain(
     scene: &Scene,
     rng: WalkRng,
     rays: u64,
     (solve, with_slopes): (Solve, bool),
+    aim: impl FnOnce(&FaceTable) -> Option<Arc<[f64]>>,
     hands: &dyn Hands,
 ) -> Option<Outcome> {
     let faces = FaceTable::new(scene);
     match solve {
-        Solve::Links => linked::chain(&faces, rng, rays, with_slopes, hands),
+        Solve::Links => linked::chain(&faces, rng, (rays, &aim(&faces)?), with_slopes, hands),
         Solve::Iterations(plan) => {
             iterations::chain(&faces, rng, rays, plan, &mut |_, _, _| {}, &|| hands.go_on())
         }

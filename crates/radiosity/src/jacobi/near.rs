@@ -6,7 +6,7 @@
 //! most, and a ray of links the part k²/(k² + k₀²) of what it joins. k₀ is known before any ray is shot, so that it causes no
 //! bias.
 
-use super::cast::{Caster, Meeting};
+use super::cast::Meeting;
 use super::faces::FaceTable;
 use super::links::LinkTable;
 
@@ -137,13 +137,8 @@ impl<'a> Landed<'a> {
 
     /// Calls `bring(i, j, K)` for all near light that arrives at a face i from an emitter j: the exchange area [m²] that it
     /// comes through, in a fixed order.
-    pub(super) fn near_light<N>(
-        &self,
-        caster: &Caster<N>,
-        areas: &[f64],
-        mut bring: impl FnMut(usize, usize, f64),
-    ) {
-        let density = |face: usize| f64::from(caster.shot[face]) / areas[face];
+    pub(super) fn near_light(&self, shot: &[u32], areas: &[f64], mut bring: impl FnMut(usize, usize, f64)) {
+        let density = |face: usize| f64::from(shot[face]) / areas[face];
         for (way, table) in self.near.iter().flat_map(|near| &near.ways).enumerate() {
             for link in table.links() {
                 let ends = [link.from as usize, link.to as usize];

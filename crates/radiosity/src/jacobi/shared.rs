@@ -116,6 +116,7 @@ mod tests {
 
     use super::*;
     use crate::SceneSpec;
+    use crate::jacobi::aim::aim;
     use crate::jacobi::linked::chain;
     use crate::jacobi::links::LinkTable;
     use crate::jacobi::{FaceTable, Outcome};
@@ -170,7 +171,8 @@ mod tests {
         for scene in [room(), room_with_a_lamp()] {
             let faces = FaceTable::new(&scene);
             let of = |hands: &dyn Hands| {
-                bits(chain(&faces, Sequence::new(7).walk(3), 300_000, true, hands).unwrap())
+                let aim = aim(&faces, 300_000, hands).unwrap();
+                bits(chain(&faces, Sequence::new(7).walk(3), (300_000, &aim), true, hands).unwrap())
             };
             let alone = of(&|| true);
             for threads in [2, 3, 7] {
@@ -191,9 +193,10 @@ mod tests {
             }
         }
         let scene = room();
-        assert!(
-            chain(&FaceTable::new(&scene), Sequence::new(7).walk(3), 300_000, false, &Unwanted).is_none()
-        );
+        let (faces, rng) = (FaceTable::new(&scene), Sequence::new(7).walk(3));
+        assert!(aim(&faces, 300_000, &Unwanted).is_none());
+        let aim = aim(&faces, 300_000, &|| true).unwrap();
+        assert!(chain(&faces, rng, (300_000, &aim), false, &Unwanted).is_none());
     }
 
     #[test]
