@@ -98,7 +98,19 @@ pub fn mean_interval(sample: impl Into<Sample>, unit: f64, confidence: f64, rati
     Interval { low: hit * (low / n).clamp(0.0, mean), high: hit * (high / n).clamp(mean, most) }
 }
 
-/// Byar's approximation of the mean at which a Poisson count is z standard deviations away.
+/// The interval of the mean of batches of walks, from the standard error that the batches tell and Student's quantile for as many. `hit` is what
+/// one hit adds to the mean. Hits of Sobol walks spread less than a Poisson count, or more where walks return: the mean is taken for c times such
+/// a count, c = error²/mean, so that the relative error says how many they are worth. Byar's limits of that count lean upwards as it does, and
+/// half a hit to either side fades with the hits, as in [`mean_interval`]. Where all batches say the same, c is a hit.
+pub fn batches_interval(mean: f64, error: f64, quantile: f64, hit: f64) -> Interval {
+    let c = if error > 0.0 { error * error / mean } else { hit };
+    let count = mean / c;
+    let half_step = 0.5 * c.max(hit) / (1.0 + mean / hit / CAUTIOUS_WALKS);
+    let [low, high] = [-quantile, quantile].map(|z| c * byar(count + 0.5, z));
+    Interval { low: (low - half_step).clamp(0.0, mean), high: (high + half_step).max(mean) }
+}
+
+/// Byar's approximation of the mean at which a Poisson count is z standard deviations away (Breslow & Day 1987, eq. 2.10).
 fn byar(count: f64, z: f64) -> f64 {
     let root = 1.0 - 1.0 / (9.0 * count) + z / (3.0 * count.sqrt());
     count * root.max(0.0).powi(3)

@@ -15,7 +15,7 @@ mod proportion;
 mod stopping;
 mod student;
 
-pub use interval::{Interval, mean_interval};
+pub use interval::{Interval, batches_interval, mean_interval};
 pub use judge::{ChiSquare, Coverage, chi_square_uniform, mean_squared_z};
 pub use measured::Measured;
 pub use moments::{Moments, Sample, variance_of_blocks};

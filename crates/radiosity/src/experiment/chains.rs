@@ -1,20 +1,20 @@
-//! What chains tell of a face: the mean of n of them, and an interval of Student's t that leans upwards where few links count.
+//! What chains and batches tell of a face: the mean of n of them, and an interval of Student's t that leans upwards where few links or hits count.
 
-use std::collections::HashSet;
-
-use stats::Moments;
+use stats::{Interval, Moments};
 
 use crate::experiment::{Experiment, Meaning};
 use crate::geometry::face::Face;
-use crate::jacobi::plan::Solve;
+use crate::jacobi::{self, plan::Solve};
 use crate::method::{Chains, Method};
 use crate::tally::Tally;
+use crate::walk::estimator::Estimator;
 
 /// How much shorter the lower half of an interval is, by the relative standard error, as Garwood's limits of a Poisson number are.
 const LEAN_BELOW: f64 = 0.5;
 
-/// How much longer the upper half of an interval is, by contributions: measured (docs/theory/intervals.md).
-const LEAN_ABOVE: f64 = 2.0;
+/// The part of one more link that the standard error is widened by: calibrated. Of 0.5, 0.6, 0.7 and 1 it is the one with which coverage is between
+/// 94.5 and 97 % and mean squared z nearest to 1 where links are few (docs/theory/intervals.md).
+const MORE: f64 = 0.6;
 
 /// The estimate from the mean of n independent chains: its error follows Student's t with n − 1 degrees of freedom.
 #[derive(Clone, Debug)]
@@ -23,6 +23,8 @@ pub(super) struct Student {
     quantile: Option<f64>,
     /// √(ν/(ν − 2)): the standard deviation of t; `None` where that is infinite, of 3 chains or fewer.
     pub(super) deviation: Option<f64>,
+    /// ½(1 − confidence).
+    tail: f64,
 }
 
 impl Student {
@@ -30,31 +32,54 @@ impl Student {
         let freedom = chains.saturating_sub(1);
         let quantile = (freedom > 0).then(|| stats::student_quantile(0.5 + 0.5 * confidence, freedom));
         let deviation = (freedom > 2).then(|| (freedom as f64 / (freedom - 2) as f64).sqrt());
-        Student { quantile, deviation }
+        Student { quantile, deviation, tail: 0.5 * (1.0 - confidence) }
     }
 
     /// What scores of `per_unit` each tell of a mean that is at most `most`. The standard error is that of the whole
     /// distribution, √(ν/(ν − 2)) times s/√n: it would be too small by as much, had the sample's own been taken for the
-    /// truth. What a single chain says, or chains that all say the same, is bounded by `most` alone. `one` is what a single
-    /// contribution may bring, 0 where contributions are many: the fewer of these the mean is worth, the more the interval leans upwards.
-    pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64, one: f64) -> Told {
+    /// truth. What a single chain says, or chains that all say the same, is bounded by `most` alone.
+    ///
+    /// Links: one more of them in one of the chains would add its square u² to the square of s/√n. [`MORE`]·u is added beforehand.
+    /// Hits: the interval is that of a count ([`stats::batches_interval`]). Where nothing has come in, what could have come has stayed out
+    /// with probability ½(1 − confidence) at least.
+    pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64, by: By) -> Told {
         let mean = per_unit * moments.mean().unwrap_or(0.0);
-        let sample_error =
-            moments.standard_error().map(|error| per_unit * error).filter(|&error| error > 0.0);
-        let (low, high) = match sample_error.zip(self.quantile) {
-            Some((error, quantile)) => {
-                let half_width = quantile * error;
-                let (few, relative) =
-                    if one > 0.0 && mean > 0.0 { (one / mean, error / mean) } else { (0.0, 0.0) };
-                let below = half_width * (1.0 - LEAN_BELOW * relative.min(1.0));
-                let above = half_width * (1.0 + LEAN_ABOVE * few);
-                ((mean - below).max(0.0), mean + above)
-            }
-            None => (0.0, most.max(mean)),
+        let quantile = self.quantile.filter(|_| moments.standard_error().is_some());
+        let sample_error = moments.standard_error().map_or(0.0, |error| per_unit * error);
+        let one = match by {
+            By::Many => 0.0,
+            By::Links(one) | By::Hits { one, .. } => one,
         };
-        let error = sample_error.zip(self.deviation).map(|(error, deviation)| deviation * error);
-        Told { mean, error, low, high }
+        let error = if let By::Links(one) = by { sample_error.hypot(MORE * one) } else { sample_error };
+        let (low, high) = match (quantile, by) {
+            (Some(_), By::Links(_) | By::Hits { .. }) if mean == 0.0 && one > 0.0 => {
+                let ratio = if let By::Hits { ratio_bound, .. } = by { ratio_bound } else { 1.0 };
+                (0.0, most.min(-self.tail.ln() * ratio * one))
+            }
+            (Some(quantile), By::Hits { one, .. }) if one > 0.0 => {
+                let Interval { low, high } = stats::batches_interval(mean, sample_error, quantile, one);
+                (low, high.min(most.max(mean)))
+            }
+            (Some(quantile), _) if sample_error > 0.0 => {
+                let below = quantile * sample_error * (1.0 - LEAN_BELOW * (sample_error / mean).min(1.0));
+                ((mean - below).max(0.0), mean + quantile * error)
+            }
+            _ => (0.0, most.max(mean)),
+        };
+        let error = Some(error).filter(|_| sample_error > 0.0).zip(self.deviation);
+        Told { mean, error: error.map(|(error, deviation)| deviation * error), low, high }
     }
+}
+
+/// What a mean is made of.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum By {
+    /// Contributions that are too many to matter one by one.
+    Many,
+    /// Links, one of which would add this to the mean.
+    Links(f64),
+    /// Hits of walks, one of which adds `one`, with a bound on E\[x²\]/E\[x\] of a walk's hits x.
+    Hits { one: f64, ratio_bound: f64 },
 }
 
 /// A mean, its standard error, and its interval.
@@ -65,44 +90,109 @@ pub(super) struct Told {
     pub(super) high: f64,
 }
 
-/// What one link brings. A patch in the dark that is lit by m links in all chains is brighter by 1/m for each link more to where it
-/// is bright, and most runs have none of the rare links: their mean is too low, and so is their spread.
+/// What single links or hits bring.
+#[derive(Clone, Debug)]
+pub(super) enum Contributions {
+    Links(Vec<Links>),
+    Hits(Estimator, u64),
+}
+
+impl Contributions {
+    /// `None` where contributions are not told apart.
+    pub(super) fn new(experiment: &Experiment, tally: &Tally) -> Option<Self> {
+        match experiment.method() {
+            Method::Chains(Chains { solve: Solve::Links, .. }) => {
+                let channels = 0..experiment.scene().channels();
+                Some(Contributions::Links(channels.map(|c| Links::new(experiment, tally, c)).collect()))
+            }
+            Method::Batches(batches) => Some(Contributions::Hits(batches.score.of_walks().0, batches.walks)),
+            Method::Chains(_) | Method::Walks(_) => None,
+        }
+    }
+
+    /// What the mean of a face is made of. Patches of the final gather are lit by rays of their own.
+    pub(super) fn of(
+        &self,
+        experiment: &Experiment,
+        tally: &Tally,
+        (i, face): (usize, &Face),
+        channel: usize,
+    ) -> By {
+        if experiment.method().final_gather().contains(&face.patch) {
+            return By::Many;
+        }
+        match self {
+            Contributions::Links(channels) => By::Links(channels[channel].one[i]),
+            Contributions::Hits(estimator, walks) => {
+                let meaning = experiment.meaning_of_shooting(*estimator, (i, face), channel, tally);
+                let walks = *walks as f64 * tally.counts.walks as f64;
+                let one = meaning.irradiance_per_event.unwrap_or(0.0) / walks;
+                By::Hits { one, ratio_bound: meaning.ratio_bound }
+            }
+        }
+    }
+}
+
+/// What one more link would add to the mean of each face \[W/m²\], in one channel.
+///
+/// A ray from j that meets i brings (B_j − B_i)/(A_i(d_i + d_j)), d being rays per area. Means are by what comes along the links: with
+/// A_j|B_j − B_i| for weights, the difference is D = ΣA(B − B_i)²/ΣA|B − B_i|, and D/d_j is P = ΣA(B − B_i)²/d / ΣA|B − B_i|.
 #[derive(Clone, Debug)]
 pub(super) struct Links {
-    /// The power of a link of common brightness, by channel \[W\]: A_T·ΣARH²/ΣARH over the rays of all chains.
-    power: [f64; 3],
-    /// Faces of patches that are lit by rays of their own.
-    apart: HashSet<u32>,
+    one: Vec<f64>,
 }
 
 impl Links {
-    /// `None` where there are no links.
-    pub(super) fn new(experiment: &Experiment, tally: &Tally) -> Option<Self> {
-        let Method::Chains(Chains { solve: Solve::Links, final_gather, .. }) = experiment.method() else {
-            return None;
-        };
+    fn new(experiment: &Experiment, tally: &Tally, channel: usize) -> Self {
         let faces = experiment.scene().faces();
-        let area: f64 = faces.iter().map(|face| face.area).sum();
-        let power = |channel: usize| {
-            let (mut light, mut squares) = (0.0, 0.0);
-            for (i, face) in faces.iter().enumerate() {
-                let irradiance = irradiance(experiment, tally, (i, &face), channel);
-                let reflected = face.area * face.reflectance[channel] * irradiance;
-                light += reflected;
-                squares += reflected * irradiance;
-            }
-            if light > 0.0 { area * squares / light / tally.counts.rays as f64 } else { 0.0 }
-        };
-        let mut of_channels = [0.0; 3];
-        (0..experiment.scene().channels()).for_each(|channel| of_channels[channel] = power(channel));
-        let apart = final_gather.iter().flat_map(|&patch| faces.of_patch(patch)).collect();
-        Some(Links { power: of_channels, apart })
+        let areas: Vec<f64> = faces.iter().map(|face| face.area).collect();
+        // Beside shadow rays, links carry what is reflected alone.
+        let landed: u128 = (0..faces.len()).map(|i| tally.events(i)).sum();
+        let ends = landed + u128::from(tally.counts.escaped + tally.counts.absorbed_back);
+        let emits = if ends < u128::from(tally.counts.rays) { 0.0 } else { 1.0 };
+        let radiosity: Vec<f64> = faces
+            .iter()
+            .enumerate()
+            .map(|(i, face)| {
+                let reflected =
+                    face.reflectance[channel] * irradiance(experiment, tally, (i, &face), channel);
+                emits * face.emittance[channel] + reflected
+            })
+            .collect();
+        let aim = jacobi::aim::density(&areas, std::slice::from_ref(&radiosity));
+        let density: Vec<f64> =
+            aim.iter().zip(&areas).map(|(part, area)| part * ends as f64 / area).collect();
+        Links { one: one_more(&areas, &radiosity, &density) }
     }
+}
 
-    /// What one link brings to a face [W/m²].
-    pub(super) fn one(&self, (i, face): (usize, &Face), channel: usize) -> f64 {
-        if self.apart.contains(&(i as u32)) { 0.0 } else { self.power[channel] / face.area }
+/// [`Links`] of radiosities \[W/m²\] and rays per area \[1/m²\].
+fn one_more(areas: &[f64], radiosity: &[f64], density: &[f64]) -> Vec<f64> {
+    let area: f64 = areas.iter().sum();
+    // About their mean, so that nothing cancels where all are nearly alike.
+    let middle = areas.iter().zip(radiosity).map(|(area, b)| area * b).sum::<f64>() / area;
+    let mut order: Vec<usize> = (0..areas.len()).collect();
+    order.sort_unstable_by(|&i, &j| radiosity[i].total_cmp(&radiosity[j]).then(i.cmp(&j)));
+    // Σw, ΣwB and ΣwB², w = A and w = A/d.
+    let mut sums = [[0.0; 3]; 2];
+    for (i, b) in radiosity.iter().map(|b| b - middle).enumerate() {
+        for (sums, weight) in sums.iter_mut().zip([areas[i], areas[i] / density[i]]) {
+            sums.iter_mut().zip([1.0, b, b * b]).for_each(|(sum, power)| *sum += weight * power);
+        }
     }
+    let [by_area, by_density] = sums;
+    let (mut below, mut one) = ([0.0; 2], vec![0.0; areas.len()]);
+    for i in order {
+        let b = radiosity[i] - middle;
+        let squares = |sums: [f64; 3]| (sums[2] - 2.0 * b * sums[1] + b * b * sums[0]).max(0.0);
+        let differences = by_area[1] - 2.0 * below[1] - b * (by_area[0] - 2.0 * below[0]);
+        if differences > 0.0 {
+            let (far, power) = (squares(by_area) / differences, squares(by_density) / differences);
+            one[i] = if power > 0.0 { far / (density[i] + far / power) / areas[i] } else { 0.0 };
+        }
+        below = [below[0] + areas[i], below[1] + areas[i] * b];
+    }
+    one
 }
 
 /// H of a face, by the mean of all chains [W/m²].

@@ -4,7 +4,7 @@ use stats::Moments;
 
 use super::Experiment;
 use super::board::units;
-use super::chains::{Student, Told};
+use super::chains::{By, Student, Told};
 use crate::geometry::sensor::Sensors;
 use crate::scene::Scene;
 use crate::tally::Tally;
@@ -105,7 +105,7 @@ impl<'a> Readings<'a> {
         // No irradiance exceeds the largest radiosity there can be.
         let largest = self.experiment.largest_radiosity[channel];
         let per_unit = largest / units(self.tally.layout().moments);
-        let Told { mean, error, low, high } = self.student.told(&moments, per_unit, largest, 0.0);
+        let Told { mean, error, low, high } = self.student.told(&moments, per_unit, largest, By::Many);
         Reading { irradiance: (moments.n > 0).then_some(mean), std_error: error, ci_low: low, ci_high: high }
     }
 

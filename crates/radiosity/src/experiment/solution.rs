@@ -4,7 +4,7 @@ use std::ops::Deref;
 
 use stats::{Moments, Sample};
 
-use super::chains::{Links, Student, Told};
+use super::chains::{By, Contributions, Student, Told};
 use super::mixture::Shares;
 use crate::experiment::{Experiment, Meaning};
 use crate::geometry::face::Face;
@@ -100,8 +100,8 @@ pub struct Estimates<'a> {
     confidence: f64,
     /// Where the tally is of chains.
     pub(super) student: Option<Student>,
-    /// Where the tally is of chains of links.
-    links: Option<Links>,
+    /// Where the tally is of chains of links, or of batches of walks.
+    contributions: Option<Contributions>,
     /// Where it is not the light of the walked scene that is estimated.
     shares: Option<Shares>,
     /// Whether anything emits in each channel; where nothing does, no light comes to any face.
@@ -112,12 +112,12 @@ impl<'a> Estimates<'a> {
     /// The solution of a tally of at least one walk; every interval has the level `confidence`.
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Self {
         let student = (!experiment.unit().is_walk()).then(|| Student::new(tally.counts.walks, confidence));
-        let links = Links::new(experiment, tally);
+        let contributions = Contributions::new(experiment, tally);
         let of_mixture =
             || Shares::new(experiment.groups()?, |class| experiment.factor_of(class.source)).into();
         let shares = experiment.mixture().and_then(|_| of_mixture());
         let lit = [0, 1, 2].map(|channel| experiment.scene().total_power(channel) > 0.0);
-        Estimates { experiment, tally, confidence, student, links, shares: None, lit }.of_shares(shares)
+        Estimates { experiment, tally, confidence, student, contributions, shares: None, lit }.of_shares(shares)
     }
 
     /// The light of these shares, where there are any.
@@ -216,9 +216,11 @@ impl<'a> Estimates<'a> {
             let confidence = self.confidence;
             Some(match (&self.student, self.shares.as_ref().zip(self.experiment.groups())) {
                 (Some(student), _) => {
-                    let one_link = self.links.as_ref().map_or(0.0, |links| links.one((i, face), channel));
+                    let by = self.contributions.as_ref().map_or(By::Many, |contributions| {
+                        contributions.of(self.experiment, self.tally, (i, face), channel)
+                    });
                     let sample = (&moments(), self.tally.events(i));
-                    estimate_of_chains(face, channel, sample, &meaning, (student, one_link))
+                    estimate_of_chains(face, channel, sample, &meaning, (student, by))
                 }
                 (None, Some((shares, groups))) => {
                     let sample = shares.sample(groups, self.tally, (i, channel));
@@ -330,15 +332,22 @@ fn estimate(
             per_event => error.map(|error| per_event * error),
         },
         ci_low: radiosity(interval.low),
-        ci_high: radiosity(interval.high),
+        ci_high: radiosity(interval.high) + bias_bound,
         irradiance: irradiance_per_event.filter(|_| scored).map(|per_event| per_event * mean),
         irradiance_error: irradiance_per_event.zip(error).map(|(per_event, error)| per_event * error),
-        irradiance_interval: irradiance_per_event
-            .map(|per_event| [interval.low, interval.high].map(|mean_score| per_event * mean_score)),
+        irradiance_interval: irradiance_per_event.map(|per_event| {
+            [per_event * interval.low, per_event * interval.high + bias_of_irradiance(face, channel, bias_bound)]
+        }),
         hits,
         effective_scores: effective_scores(&sample),
         bias_bound,
     }
+}
+
+/// How much too small H may be where b may be by `bias_bound` \[W/m²\].
+fn bias_of_irradiance(face: &Face, channel: usize, bias_bound: f64) -> f64 {
+    let reflectance = face.reflectance[channel];
+    if reflectance > 0.0 { bias_bound / reflectance } else { 0.0 }
 }
 
 /// The number of equal scores with the same information: (Σx)²/Σx².
@@ -352,12 +361,12 @@ fn estimate_of_chains(
     channel: usize,
     (moments, landed): (&Moments, u128),
     meaning: &Meaning,
-    (student, one_link): (&Student, f64),
+    (student, by): (&Student, By),
 ) -> Estimate {
     let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
     let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
     let Told { mean, error, low, high } =
-        student.told(moments, meaning.unit * per_event, per_event, one_link);
+        student.told(moments, meaning.unit * per_event, per_event, by);
     let irradiance = meaning.irradiance_per_event;
     // Rays may land and bring no light.
     let scored = moments.sum > 0;
@@ -368,10 +377,11 @@ fn estimate_of_chains(
         radiosity: emitted + reflectance * mean,
         std_error: if reflectance == 0.0 { Some(0.0) } else { error.map(|error| reflectance * error) },
         ci_low: emitted + reflectance * low,
-        ci_high: emitted + reflectance * high,
+        ci_high: emitted + reflectance * high + meaning.bias_bound,
         irradiance: irradiance.filter(|_| scored || dark).map(|_| mean),
         irradiance_error: irradiance.and(error),
-        irradiance_interval: irradiance.map(|_| [low, high]),
+        irradiance_interval: irradiance
+            .map(|_| [low, high + bias_of_irradiance(face, channel, meaning.bias_bound)]),
         hits: landed,
         effective_scores: if scored { landed as f64 } else { 0.0 },
         bias_bound: meaning.bias_bound,

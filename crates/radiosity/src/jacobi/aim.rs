@@ -70,7 +70,7 @@ pub(super) fn aimed(wanted: &[f64], shot: &[u32], out: u64, offset: f64) -> Vec<
 ///
 /// A link (i, j) errs in proportion to |B_i − B_j|/(d_i + d_j), d being rays per area. What makes that large is mostly
 /// one bright end, so that rays per area follow |B − β|, β the median: a face like most others needs few.
-pub(super) fn density(areas: &[f64], radiosity: &[Vec<f64>]) -> Vec<f64> {
+pub(crate) fn density(areas: &[f64], radiosity: &[Vec<f64>]) -> Vec<f64> {
     let mut contrast = vec![0.0; areas.len()];
     for radiosity in radiosity {
         let median = area_median(areas, radiosity);
