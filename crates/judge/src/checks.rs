@@ -252,13 +252,13 @@ fn lamps_face_away(scene: &Scene) -> bool {
     !lamps().any(has_scene_in_front)
 }
 
-/// Checks for walks that were cut off: intervals do not include the light that these would have carried.
+/// Checks for walks that were cut off: estimates lack the light that these would have carried, which the upper ends of intervals allow for.
 fn bias(experiment: &Experiment, Doubts { bias, .. }: &Doubts) -> Check {
     if !experiment.is_biased() {
         return check("bias", true, "no walk was cut off".into());
     }
     let message = format!(
-        "walks were cut off: radiosities may be up to {:.3} % higher (`bias_bound` in patches.csv), which intervals do not include; end = \"roulette\" has no bias",
+        "walks were cut off: radiosities may be up to {:.3} % higher (`bias_bound` in patches.csv), which the upper ends of intervals include; end = \"roulette\" has no bias",
         100.0 * bias
     );
     check("bias", false, message)

@@ -193,6 +193,8 @@ fn what_is_cut_off_is_less_than_its_bound_and_not_by_much() {
     let missing = 0.5 / (1.0 - 0.45) - estimate.radiosity;
     assert!(experiment.is_biased());
     assert!((missing / estimate.bias_bound - 0.9).abs() < 0.02, "{missing} is missing: {estimate:?}");
+    let truth = estimate.radiosity + missing;
+    assert!(estimate.ci_low < estimate.radiosity && truth < estimate.ci_high, "{estimate:?}");
 }
 
 /// Weights of a colour that all emitters share are 1 but for rounding, and no bound on scores falls below 1 for that.

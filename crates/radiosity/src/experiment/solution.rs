@@ -117,7 +117,8 @@ impl<'a> Estimates<'a> {
             || Shares::new(experiment.groups()?, |class| experiment.factor_of(class.source)).into();
         let shares = experiment.mixture().and_then(|_| of_mixture());
         let lit = [0, 1, 2].map(|channel| experiment.scene().total_power(channel) > 0.0);
-        Estimates { experiment, tally, confidence, student, contributions, shares: None, lit }.of_shares(shares)
+        Estimates { experiment, tally, confidence, student, contributions, shares: None, lit }
+            .of_shares(shares)
     }
 
     /// The light of these shares, where there are any.
@@ -336,7 +337,10 @@ fn estimate(
         irradiance: irradiance_per_event.filter(|_| scored).map(|per_event| per_event * mean),
         irradiance_error: irradiance_per_event.zip(error).map(|(per_event, error)| per_event * error),
         irradiance_interval: irradiance_per_event.map(|per_event| {
-            [per_event * interval.low, per_event * interval.high + bias_of_irradiance(face, channel, bias_bound)]
+            [
+                per_event * interval.low,
+                per_event * interval.high + bias_of_irradiance(face, channel, bias_bound),
+            ]
         }),
         hits,
         effective_scores: effective_scores(&sample),
@@ -365,8 +369,7 @@ fn estimate_of_chains(
 ) -> Estimate {
     let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
     let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
-    let Told { mean, error, low, high } =
-        student.told(moments, meaning.unit * per_event, per_event, by);
+    let Told { mean, error, low, high } = student.told(moments, meaning.unit * per_event, per_event, by);
     let irradiance = meaning.irradiance_per_event;
     // Rays may land and bring no light.
     let scored = moments.sum > 0;

@@ -16,7 +16,7 @@ use crate::walking::{Failure, estimate, experiment, receivers, solve};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "cut-off",
-    title: "Infinite walks that are cut off: lost light that intervals do not include",
+    title: "Infinite walks that are cut off: lost light that no estimate includes",
     study,
 };
 
@@ -146,8 +146,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             number(lost(&exact, &patches, 2))
         ),
         seen: format!(
-            "After {} hits the runs miss {} of it; a weight threshold that is crossed there, {}. No interval knows: \
-             their standard errors fall with the walks, the bias stays. `bias_bound` is above it everywhere.",
+            "After {} hits the runs miss {} of it; a weight threshold that is crossed there, {}. No standard error knows: \
+             they fall with the walks, the bias stays. `bias_bound` is above it everywhere.",
             sweep.lengths[0],
             measured(sweep.cut.seen_at(0)),
             measured(sweep.short[0].1)
