@@ -15,7 +15,8 @@ use crate::methods::{METHODS, Method, scene};
 use crate::scenes::Site;
 use crate::truth::{Fine, Truth};
 
-/// Classes of patches by the mean number of hits of a run: less than 1, 4, 16, 64, or more.
+/// Classes of patches by the scores that a run is worth there, up to 1, 4, 16, 64, or more: (b/σ)², b being the reflected light and σ the
+/// root mean squared error of a run, and never more than its mean number of hits.
 pub const CLASSES: [f64; 5] = [1.0, 4.0, 16.0, 64.0, f64::INFINITY];
 
 /// The columns of radiosities, grey and in colour.
@@ -26,7 +27,7 @@ const TARGET: f64 = 1.5;
 pub const FRACTION: f64 = 0.9;
 
 /// Seeds of runs with a target, and the methods that have them.
-const TARGET_SEEDS: usize = 20;
+pub const TARGET_SEEDS: usize = 20;
 const TARGETS: [&str; 4] = ["collision", "gathering", "sobol", "chains"];
 
 /// What is told of a radiosity.
@@ -52,10 +53,12 @@ struct Run {
 pub struct Class {
     /// The part of the intervals that hold the truth; `None` of no patches.
     pub coverage: Option<Measured>,
-    /// Mean half-width told over the half-width that holds 95 % of the errors.
+    /// Half-width that the median run tells over the error that 95 % of the runs keep within, both added up relative to B.
     pub width: f64,
     /// Standard error told over the root mean squared error.
     pub std_error: f64,
+    /// The relative standard error of that ratio, by leaving out each run in turn (jackknife).
+    pub chance: f64,
 }
 
 /// A told figure and the truth.
@@ -105,7 +108,7 @@ pub fn all(site: &Site) -> Result<Vec<Row>, Failure> {
     for method in METHODS.iter().filter(|method| site.made || method.in_rooms) {
         let paths = method.paths(site, scene.faces().len());
         let done = match method.name {
-            "auto patches" => of_chosen(site, method, paths, fine.as_ref()),
+            "auto patches" | "default" => of_chosen(site, method, paths, fine.as_ref()),
             _ => of_given(site, method, paths, (&scene, &truths), fine.as_ref()),
         };
         let refused =
@@ -284,10 +287,17 @@ impl Patches {
         Patches { of: of.collect(), channels }
     }
 
-    /// The numbers of each class that are unknown before walks.
+    /// The class of each number that is unknown before walks. Where there is no light there are no scores.
     fn class_of(&self, runs: &[&Run]) -> Vec<Option<usize>> {
-        let mean = |k: usize| runs.iter().map(|run| run.told[k].hits).sum::<f64>() / runs.len() as f64;
-        let class = |k: usize| CLASSES.iter().position(|&most| mean(k) < most);
+        let mean = |of: &dyn Fn(&Run) -> f64| runs.iter().map(|run| of(run)).sum::<f64>() / runs.len() as f64;
+        let scores = |k: usize| {
+            let [_, _, emittance, b] = self.of[k];
+            let square = mean(&|run| (run.told[k].mean.unwrap_or(emittance) - b).powi(2));
+            let worth = if b > emittance { (b - emittance).powi(2) / square } else { 0.0 };
+            worth.min(mean(&|run| run.told[k].hits))
+        };
+        // A patch that no run has hit is worth 1, but for rounding.
+        let class = |k: usize| CLASSES.iter().position(|&most| scores(k) <= most * (1.0 + 1e-9));
         (0..self.of.len()).map(|k| class(k).filter(|_| self.of[k][1] > 0.0)).collect()
     }
 
@@ -307,23 +317,25 @@ impl Patches {
                 inside.count() as f64 / members.len() as f64
             };
             let each: Vec<f64> = runs.iter().map(holds).collect();
-            let (mut widths, mut truths, mut told_squares, mut squares) = (0.0, 0.0, 0.0, 0.0);
+            let (mut widths, mut truths) = (0.0, 0.0);
+            // Of each run the sums of what is told of squared errors, and of squared errors.
+            let mut squares = vec![[0.0; 2]; runs.len()];
             for &k in &members {
                 let scale = self.of[k][3].max(f64::MIN_POSITIVE);
                 let told = || runs.iter().map(|run| run.told[k]);
-                let width = told().map(|told| 0.5 * (told.high - told.low)).sum::<f64>() / runs.len() as f64;
-                widths += width / scale;
+                let mut told_widths: Vec<f64> = told().map(|told| 0.5 * (told.high - told.low)).collect();
+                told_widths.sort_by(f64::total_cmp);
+                widths += told_widths[told_widths.len() / 2] / scale;
                 truths += self.error_within(k, runs, 0.95) / scale;
-                for (std_error, mean) in told().filter_map(|told| told.std_error.zip(told.mean)) {
-                    told_squares += (std_error / scale).powi(2);
-                    squares += ((mean - self.of[k][3]) / scale).powi(2);
+                for (told, sums) in told().zip(&mut squares) {
+                    if let Some((std_error, mean)) = told.std_error.zip(told.mean) {
+                        sums[0] += (std_error / scale).powi(2);
+                        sums[1] += ((mean - self.of[k][3]) / scale).powi(2);
+                    }
                 }
             }
-            Class {
-                coverage: Some(Measured::of(&each)),
-                width: widths / truths,
-                std_error: (told_squares / squares).sqrt(),
-            }
+            let (std_error, chance) = ratio_of_roots(&squares);
+            Class { coverage: Some(Measured::of(&each)), width: widths / truths, std_error, chance }
         })
     }
 
@@ -426,6 +438,15 @@ impl Patches {
         }
         within / area
     }
+}
+
+/// The root of a ratio of sums, and its relative standard error by the jackknife.
+fn ratio_of_roots(sums: &[[f64; 2]]) -> (f64, f64) {
+    let all = [0, 1].map(|k| sums.iter().map(|sums| sums[k]).sum::<f64>());
+    let ratio = |without: [f64; 2]| ((all[0] - without[0]) / (all[1] - without[1])).sqrt();
+    let (whole, n) = (ratio([0.0; 2]), sums.len() as f64);
+    let squares: f64 = sums.iter().map(|&without| (ratio(without) / whole - 1.0).powi(2)).sum();
+    (whole, (squares * (n - 1.0) / n).sqrt())
 }
 
 fn alarms(runs: &[&Run]) -> BTreeMap<String, f64> {

@@ -22,39 +22,39 @@ pub struct Method {
 const SHOOTING: &str = "method.walk=shooting";
 
 /// The first is the plainest: its hits say which class a patch is in.
-pub const METHODS: [Method; 11] = [
+pub const METHODS: [Method; 12] = [
     Method {
         name: "collision",
         set: &[SHOOTING, "method.estimator=collision"],
-        seeds: 60,
+        seeds: 200,
         in_rooms: true,
         longer: 1,
     },
     Method {
         name: "continuous",
         set: &[SHOOTING, "method.space=continuous"],
-        seeds: 60,
+        seeds: 200,
         in_rooms: true,
         longer: 1,
     },
     Method {
         name: "absorption",
         set: &[SHOOTING, "method.estimator=absorption"],
-        seeds: 60,
+        seeds: 200,
         in_rooms: false,
         longer: 1,
     },
     Method {
         name: "survival",
         set: &[SHOOTING, "method.estimator=survival"],
-        seeds: 60,
+        seeds: 200,
         in_rooms: false,
         longer: 1,
     },
     Method {
         name: "infinite, roulette",
         set: &[SHOOTING, "method.estimator=infinite"],
-        seeds: 40,
+        seeds: 100,
         in_rooms: false,
         longer: 1,
     },
@@ -66,27 +66,28 @@ pub const METHODS: [Method; 11] = [
             "method.infinite.end=cutoff",
             "method.infinite.threshold=0.01",
         ],
-        seeds: 40,
+        seeds: 100,
         in_rooms: false,
         longer: 1,
     },
-    Method { name: "gathering", set: &["method.walk=gathering"], seeds: 40, in_rooms: false, longer: 4 },
+    Method { name: "gathering", set: &["method.walk=gathering"], seeds: 100, in_rooms: false, longer: 4 },
     Method {
         name: "sobol",
         set: &[SHOOTING, "method.sampler=sobol"],
-        seeds: 40,
+        seeds: 100,
         in_rooms: false,
         longer: 1,
     },
-    Method { name: "chains", set: &["method.walk=jacobi"], seeds: 20, in_rooms: true, longer: 0 },
+    Method { name: "chains", set: &["method.walk=jacobi"], seeds: 100, in_rooms: true, longer: 0 },
     Method {
         name: "linear",
         set: &[SHOOTING, "method.basis=linear", "method.space=continuous"],
-        seeds: 40,
+        seeds: 100,
         in_rooms: false,
         longer: 1,
     },
-    Method { name: "auto patches", set: &["scene.patches=auto"], seeds: 8, in_rooms: true, longer: 4 },
+    Method { name: "auto patches", set: &["scene.patches=auto"], seeds: 16, in_rooms: false, longer: 4 },
+    Method { name: "default", set: &[], seeds: 16, in_rooms: false, longer: 4 },
 ];
 
 /// Walks of the plainest runs in made scenes; in rooms, for each of their faces.
@@ -104,11 +105,15 @@ impl Method {
     }
 
     pub fn seeds(&self, site: &Site) -> usize {
-        if site.made { self.seeds } else { 10.min(self.seeds) }
+        match (site.made, site.slow) {
+            (true, false) => self.seeds,
+            (true, true) => self.seeds.div_ceil(4),
+            (false, _) => 10,
+        }
     }
 
-    /// Whether its answer is that of the integral equation: no `space` in the job, and none that a choice has set.
-    pub fn overrides(&self, paths: u64, seed: u64, more: &[String]) -> Vec<String> {
+    /// What a job is changed by.
+    fn overrides(&self, paths: u64, seed: u64, more: &[String]) -> Vec<String> {
         let plain = [format!("budget.paths={paths}"), format!("seed={seed}")];
         self.set.iter().map(|set| (*set).into()).chain(plain).chain(more.iter().cloned()).collect()
     }

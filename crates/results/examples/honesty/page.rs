@@ -7,20 +7,20 @@ use std::path::Path;
 use stats::Measured;
 
 use crate::Failure;
-use crate::measure::{CLASSES, FRACTION, Pair, Row};
+use crate::measure::{CLASSES, FRACTION, Pair, Row, TARGET_SEEDS};
 use crate::scenes::Site;
 
 /// The band of coverages [%] of 95 % intervals: below, chance apart, an interval is not true; above, from this class on, it is wider than it
 /// need be.
 const COVERAGE: [f64; 2] = [94.0, 98.0];
-const MANY_HITS: usize = 3;
+const MANY_SCORES: usize = 3;
 
 /// The bands of told over true: of half-widths and percentiles, of standard errors, of totals.
 const WIDTH: [f64; 2] = [0.7, 2.0];
 const STD_ERROR: [f64; 2] = [0.8, 1.25];
 const TOTAL: [f64; 2] = [1.0 / 1.5, 1.5];
 
-/// The standard errors that a coverage may be off by chance.
+/// The standard errors that a figure may be off by chance.
 const CHANCE: f64 = 3.0;
 
 /// Checks that a sound run never fails, or as rarely as said.
@@ -42,14 +42,15 @@ pub fn write(sites: &[Site], rows: &[Row], folder: &Path) -> Result<(), Failure>
     page.totals(rows)?;
     page.alarms(rows)?;
     let Page { text, outside } = page;
+    let quick = if sites.iter().all(|site| site.slow || !site.made) { " --quick" } else { "" };
     let rooms: String =
         sites.iter().filter(|site| !site.made).map(|site| format!(" {}", site.name)).collect();
     let mut head = format!(
         "# Whether the figures told are true\n\n\
-         `cargo run --release -p results --example honesty -- docs/results{rooms}` writes this page, radwalk {}, in {:.0} s of processor time.\n\n\
+         `cargo run --release -p results --example honesty -- docs/results{quick}{rooms}` writes this page, radwalk {}, in {:.0} s of processor time.\n\n\
          For each figure that the program tells: *told over true*. Told is what `patches.csv` and `summary.json` hold. True is the exact solution of the\n\
          patches' system for discrete walks in made scenes, and otherwise a run of 256 times the walks (64 times in rooms from archives). Seeds are independent\n\
-         runs; a patch's class is the mean number of its hits. **Bold** cells are outside of their band; the last section says why.\n\n\
+         runs; a patch's class is the number of scores that a run is worth there: (b/σ)², b being the reflected light and σ the root mean squared error, and at most its hits. **Bold** cells are outside of their band; the last section says why.\n\n\
          | scene | what it is |\n|---|---|\n",
         env!("CARGO_PKG_VERSION"),
         crate::scenes::processor_seconds(),
@@ -90,9 +91,21 @@ impl Page {
     }
 
     /// Told over true, in a band.
-    fn ratio(&mut self, row: &Row, what: &str, Pair { told, truth }: Pair, band: [f64; 2]) -> String {
-        let ratio = told / truth;
-        let inside = ratio.is_nan() || (band[0]..=band[1]).contains(&ratio);
+    fn ratio(&mut self, row: &Row, what: &str, pair: Pair, band: [f64; 2]) -> String {
+        self.ratio_but_for(row, what, (pair, 0.0), band)
+    }
+
+    /// [`Page::ratio`] of a ratio with this relative standard error.
+    fn ratio_but_for(
+        &mut self,
+        row: &Row,
+        what: &str,
+        (Pair { told, truth }, chance): (Pair, f64),
+        band: [f64; 2],
+    ) -> String {
+        let (ratio, chance) = (told / truth, CHANCE * chance);
+        let inside =
+            ratio.is_nan() || (ratio >= band[0] * (1.0 - chance) && ratio <= band[1] * (1.0 + chance));
         self.cell(row, what, number(ratio), inside)
     }
 
@@ -100,9 +113,9 @@ impl Page {
         writeln!(
             self.text,
             "## Intervals and standard errors\n\n\
-             In each class of hits: the part of the 95 % intervals that hold the truth [%]; half-widths told over those that hold 95 % of the errors; standard errors told\n\
-             over the root mean squared error. Bands: {:.0} % to {:.0} % (up to 16 hits from below alone: an interval of few whole hits cannot be exact), {} to {}, {} to {}.\n\
-             Below one hit there is no half-width to speak of: the upper bound is held to its coverage. *H*: coverage of the intervals of irradiance, all classes.\n\n\
+             In each class of scores: the part of the 95 % intervals that hold the truth [%]; half-widths that the median run tells over the errors that 95 % of the runs keep within; standard errors told\n\
+             over the root mean squared error. Bands: {:.0} % to {:.0} % (up to 16 scores from below alone: an interval of few whole hits cannot be exact), {} to {}, {} to {}.\n\
+             Below one score there is no half-width to speak of: the upper bound is held to its coverage. *H*: coverage of the intervals of irradiance, all classes.\n\n\
              | scene | method | seeds | below 1 | 1 to 4 | 4 to 16 | 16 to 64 | above 64 | H |\n|---|---|---|---|---|---|---|---|---|",
             COVERAGE[0], COVERAGE[1], WIDTH[0], WIDTH[1], STD_ERROR[0], STD_ERROR[1]
         )?;
@@ -114,16 +127,26 @@ impl Page {
                     continue;
                 };
                 let name = match number_of_class {
-                    0 => "below 1 hit".into(),
-                    k => format!("{} hits and more", CLASSES[k - 1]),
+                    0 => "below 1 score".into(),
+                    k => format!("{} scores and more", CLASSES[k - 1]),
                 };
                 let mut cell = self.coverage(row, &name, coverage, number_of_class);
                 if number_of_class > 0 {
                     let width = Pair { told: class.width, truth: 1.0 };
                     let std_error = Pair { told: class.std_error, truth: 1.0 };
-                    let widths = self.ratio(row, &format!("half-widths, {name}"), width, WIDTH);
-                    let band = if number_of_class >= MANY_HITS { STD_ERROR } else { [0.0, f64::INFINITY] };
-                    let errors = self.ratio(row, &format!("standard errors, {name}"), std_error, band);
+                    let widths = self.ratio_but_for(
+                        row,
+                        &format!("half-widths, {name}"),
+                        (width, class.chance),
+                        WIDTH,
+                    );
+                    let band = if number_of_class >= MANY_SCORES { STD_ERROR } else { [0.0, f64::INFINITY] };
+                    let errors = self.ratio_but_for(
+                        row,
+                        &format!("standard errors, {name}"),
+                        (std_error, class.chance),
+                        band,
+                    );
                     cell += &format!("; {widths}; {errors}");
                 }
                 cells.push(cell);
@@ -153,7 +176,7 @@ impl Page {
 
     fn coverage(&mut self, row: &Row, what: &str, coverage: Measured, class: usize) -> String {
         let [value, error] = [100.0 * coverage.value, 100.0 * coverage.standard_error];
-        let high = if class >= MANY_HITS { COVERAGE[1] } else { 100.0 };
+        let high = if class >= MANY_SCORES { COVERAGE[1] } else { 100.0 };
         let inside = value + CHANCE * error >= COVERAGE[0] && value - CHANCE * error <= high;
         self.cell(row, &format!("coverage, {what}"), format!("{value:.1}"), inside)
     }
@@ -196,7 +219,7 @@ impl Page {
         writeln!(
             self.text,
             "## Targets that are reached\n\n\
-             `target.relative_error` for {:.0} % of the area, 40 seeds at most: the runs that reach it, and the part of the lit area that is truly within it then, in the mean and\n\
+             `target.relative_error` for {:.0} % of the area, {TARGET_SEEDS} seeds at most: the runs that reach it, and the part of the lit area that is truly within it then, in the mean and\n\
              at least. Band of the mean: {:.0} % and more.\n\n\
              | scene | method | target | reached | truly within | at least |\n|---|---|---|---|---|---|",
             100.0 * FRACTION,

@@ -17,6 +17,8 @@ pub struct Site {
     pub path: PathBuf,
     /// Whether it is one of the made scenes, whose solution is exact.
     pub made: bool,
+    /// Whether its walks are so long that it gets a quarter of the seeds.
+    pub slow: bool,
 }
 
 impl Site {
@@ -27,13 +29,13 @@ impl Site {
         let scene = fs::canonicalize(&path)?;
         let job = folder.join(format!("{name}-job.toml"));
         fs::write(&job, format!("scene = {scene:?}\n[budget]\npaths = 1000\n"))?;
-        Ok(Site { name: name.into(), what: what.into(), path: job, made: true })
+        Ok(Site { name: name.into(), what: what.into(), path: job, made: true, slow: name == "bright" })
     }
 
     /// A room from elsewhere.
     pub fn room(path: &Path) -> Result<Self, Failure> {
         let name = path.file_stem().ok_or("a room is a file")?.to_string_lossy().into_owned();
-        Ok(Site { what: "a room from an archive".into(), name, path: path.into(), made: false })
+        Ok(Site { what: "a room from an archive".into(), name, path: path.into(), made: false, slow: false })
     }
 }
 
