@@ -16,9 +16,9 @@ const LONGER_IN_ROOMS: u64 = 64;
 const FINE: u32 = 4;
 const FINE_WALKS: u64 = 1 << 21;
 
-/// B of every face and channel, channels of a face side by side, in the order of faces [W/m²].
+/// B and H of every face and channel, channels of a face side by side, in the order of faces [W/m²].
 pub struct Truth {
-    pub radiosity: Vec<f64>,
+    pub light: Vec<[f64; 2]>,
 }
 
 impl Truth {
@@ -28,9 +28,9 @@ impl Truth {
             return Self::by_run(site, 0, faces);
         }
         let channels = Exact::of_channels(spec, &|_| ())?;
-        let radiosity =
-            (0..faces).flat_map(|i| channels.iter().map(move |c| c.solution().radiosity[i])).collect();
-        Ok(Truth { radiosity })
+        let of = |c: &Exact, i: usize| [c.solution().radiosity[i], c.solution().irradiance[i]];
+        let light = (0..faces).flat_map(|i| channels.iter().map(move |c| of(c, i)).collect::<Vec<_>>());
+        Ok(Truth { light: light.collect() })
     }
 
     /// The answer of continuous walks.
@@ -42,15 +42,18 @@ impl Truth {
         let method = &METHODS[method];
         let longer = if site.made { LONGER } else { LONGER_IN_ROOMS };
         let kept = method.run(site, longer * method.paths(site, faces), 1 << 40, &[])?;
-        Ok(Truth { radiosity: radiosities(&kept.estimates()) })
+        Ok(Truth { light: light(&kept.estimates()) })
     }
 }
 
-/// B of every face and channel; its own emittance where nothing is known.
-pub fn radiosities(estimates: &Estimates) -> Vec<f64> {
+/// B and H of every face and channel; its own emittance where nothing is known.
+fn light(estimates: &Estimates) -> Vec<[f64; 2]> {
     let channels = estimates.scene().channels();
     let of = |(_, face, known): (usize, radiosity::Face, Option<radiosity::Channels>)| {
-        (0..channels).map(move |c| known.map_or(face.emittance[c], |known| known[c].radiosity))
+        (0..channels).map(move |c| {
+            let h = known.and_then(|known| known[c].irradiance).unwrap_or(0.0);
+            [face.emittance[c] + face.reflectance[c] * h, h]
+        })
     };
     estimates.iter().flat_map(of).collect()
 }
