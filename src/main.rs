@@ -25,8 +25,8 @@ use voice::{Voice, emit, record, say, unsaid};
 
 use crate::args::{Cli, Command};
 use crate::commands::{
-    audit, check, combine, compare, coordinate, diff, exact, factors, help, merge, new, plan, relay, replay,
-    report, reproduce, stability, status, work,
+    audit, check, combine, compare, coordinate, diff, exact, factors, help, lamp, merge, new, plan, relay,
+    replay, report, reproduce, stability, status, work,
 };
 use crate::fault::{Fault, Outcome};
 
@@ -58,6 +58,7 @@ fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Compare(args) => compare::compare(&args),
+        Command::Lamp(args) => lamp::lamp(&args),
         Command::Help(args) => help::help(&args),
     })
 }

@@ -120,6 +120,12 @@ pub(super) const STABILITY: &str = "\
 Examples:
   radwalk stability --out out/atlas                          a page of all failures and their remedies";
 
+/// Under the help of `radwalk lamp`.
+pub(super) const LAMP: &str = "\
+Examples:
+  radwalk lamp downlight.ies                                 flux, efficacy, beam angles; out/downlight/polar.svg
+  radwalk lamp street.ldt --svg street.svg --json            the same as JSON on stdout";
+
 /// Under the help of `radwalk compare`.
 pub(super) const COMPARE: &str = "\
 Examples:

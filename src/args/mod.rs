@@ -72,6 +72,9 @@ pub(crate) enum Command {
     /// Check a job or a scene and say what would be modelled, and why
     #[command(after_help = CHECK)]
     Check(CheckArgs),
+    /// Say what is in the file of a luminaire (IES or EULUMDAT), and draw its polar curve
+    #[command(after_help = LAMP)]
+    Lamp(LampArgs),
     /// Drive methods to where they fail, and show prediction, measurement, messages and remedy
     #[command(after_help = STABILITY)]
     Stability(StabilityArgs),
@@ -106,6 +109,7 @@ impl Command {
             Command::Diff(args) => Voice::new(args.json, false, false),
             Command::Merge(args) => Voice::new(false, args.made.quiet, false),
             Command::Combine(args) => Voice::new(false, args.made.quiet, false),
+            Command::Lamp(args) => Voice::new(args.json, args.quiet, false),
             Command::Audit(args) => Voice::new(false, args.quiet, false),
             Command::Report(args) => Voice::new(false, args.quiet, false),
             Command::Check(args) => Voice::new(args.json, args.quiet, false),

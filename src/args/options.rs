@@ -453,6 +453,27 @@ pub(crate) struct CompareArgs {
 }
 
 #[derive(Args)]
+pub(crate) struct LampArgs {
+    /// The file of a luminaire: ANSI/IES LM-63 (.ies) or EULUMDAT (.ldt)
+    pub file: PathBuf,
+    /// The folder for the polar curve, polar.svg [default: out/<file name>]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// The file for the polar curve, in place of a folder
+    #[arg(long, value_name = "FILE", conflicts_with = "out")]
+    pub svg: Option<PathBuf>,
+    /// Replace the curve that is there
+    #[arg(long)]
+    pub force: bool,
+    /// Say nothing but errors
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// What is in the file as JSON on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
 pub(crate) struct StabilityArgs {
     #[command(flatten)]
     pub out: OutArgs,

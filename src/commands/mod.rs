@@ -9,6 +9,7 @@ pub(crate) mod diff;
 pub(crate) mod exact;
 pub(crate) mod factors;
 pub(crate) mod help;
+pub(crate) mod lamp;
 pub(crate) mod merge;
 pub(crate) mod new;
 pub(crate) mod plan;

@@ -31,6 +31,7 @@ mod independent;
 mod jacobi;
 mod jacobi_iterations;
 mod jacobi_run;
+mod lamp;
 mod linear;
 mod normals;
 mod operators;

@@ -59,6 +59,14 @@ pub enum Error {
     /// A mesh that cannot be used.
     #[error(transparent)]
     Import(Box<import::Error>),
+    /// A luminaire that cannot be used.
+    #[error("{}:{source}", file.display())]
+    Lamp {
+        /// The path as asked for.
+        file: PathBuf,
+        /// The line, and what is wrong there.
+        source: photometry::Malformed,
+    },
     /// The text is not TOML.
     #[error("{place}: not valid TOML: {problem}; correct the line")]
     Syntax {

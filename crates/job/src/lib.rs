@@ -20,6 +20,7 @@ mod imports;
 mod job;
 mod keys;
 mod kind;
+mod lamp;
 mod lighting;
 mod material;
 mod method;
@@ -51,6 +52,7 @@ pub use job::{
     load_cut, load_mesh, load_mesh_cut,
 };
 pub use kind::{FileKind, file_kind};
+pub use lamp::load_lamp;
 pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};
 pub use output::{OutputFile, Stand, Vantage, View};
 pub use partition::{Auto, Forecast, Partition};

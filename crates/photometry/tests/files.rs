@@ -45,7 +45,8 @@ fn symmetries_complete_the_circle_alike() {
     let c90 = |c: f64, g: f64| (200.0 + 30.0 * about(c, g, y)).round();
     let both = |c: f64, g: f64| (200.0 + 50.0 * about(c, g, x).powi(2)).round();
     type Law<'a> = &'a dyn Fn(f64, f64) -> f64;
-    let cases: [(Symmetry, u32, Law, Vec<f64>, Vec<f64>); 4] = [
+    type Case<'a> = (Symmetry, u32, Law<'a>, Vec<f64>, Vec<f64>);
+    let cases: [Case; 4] = [
         (Symmetry::None, 0, &free, range(0, 24), range(0, 23)),
         (Symmetry::C0, 2, &c0, range(0, 12), range(0, 12)),
         (Symmetry::C90, 3, &c90, range(6, 18), [range(18, 23), range(0, 6)].concat()),
