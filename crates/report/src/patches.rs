@@ -172,7 +172,7 @@ pub(crate) const ESTIMATED: [fn(&Estimate) -> Option<f64>; 8] = [
 fn light(face: &Face, channels: usize, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
     let given = [face.reflectance, face.emittance];
     let given = given.into_iter().flat_map(|spectrum| (0..channels).map(move |c| Some(spectrum[c])));
-    let estimated = ESTIMATED.iter().into_iter().flat_map(|of| (0..channels).map(move |c| of(&known?[c])));
+    let estimated = ESTIMATED.iter().flat_map(|of| (0..channels).map(move |c| of(&known?[c])));
     given.chain(estimated).collect()
 }
 
