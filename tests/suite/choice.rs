@@ -40,9 +40,9 @@ const SIDES: [&str; 4] = ["--set", "import.up=z", "--set", "import.sides=1"];
 fn power_by_object(out: &Path) -> Vec<(String, f64, f64)> {
     let table = columns(&out.join("patches.csv"));
     let mut objects: Vec<(String, f64, f64)> = Vec::new();
-    for row in 0..table["patch"].len() {
+    for (row, name) in table["surface"].iter().enumerate() {
         let value = |column: &str| table[column][row].parse::<f64>().unwrap_or(0.0);
-        let object = table["surface"][row].split(':').next().unwrap().to_owned();
+        let object = name.split(':').next().unwrap().to_owned();
         if objects.last().is_none_or(|last| last.0 != object) {
             objects.push((object, 0.0, 0.0));
         }

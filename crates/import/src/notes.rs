@@ -24,7 +24,7 @@ pub fn setting(material: &str, key: &str, value: &str) -> String {
 
 /// An area as notes tell it [m²].
 pub(crate) fn area_in_words(area: f64) -> String {
-    let digits = if area >= 0.0 && area < 9.95 { 2 } else { 0 };
+    let digits = if (0.0..9.95).contains(&area) { 2 } else { 0 };
     if area > 0.0 && area < 0.01 { format!("{area:.1e} m²") } else { format!("{area:.digits$} m²") }
 }
 

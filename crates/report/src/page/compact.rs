@@ -310,8 +310,8 @@ mod tests {
         let back = [(); 4].map(|()| planes.thirty_two(layout.rows));
         let mut met = 0;
         for face in 0..faces.len() {
-            for (corner, truth) in faces.piece_corners(face as u32).into_iter().enumerate() {
-                let vertex = met - back[corner][face] as usize;
+            for (back_steps, truth) in back.iter().zip(faces.piece_corners(face as u32)) {
+                let vertex = met - back_steps[face] as usize;
                 met += usize::from(vertex == met);
                 let place =
                     [0, 1, 2].map(|axis| layout.low[axis] + layout.step * f64::from(places[axis][vertex]));

@@ -322,7 +322,7 @@ impl Tracer<'_> {
             }
         });
         let count = f64::from(self.samples);
-        let sample = |(seen, ((gathered, near), (light, squares))): (Seen, ((DVec3, f64), (DVec3, f64)))| {
+        let sample = |(seen, (gathered, near), (light, squares)): (Seen, (DVec3, f64), (DVec3, f64))| {
             let shadows = count * f64::from(SHADOWS);
             let light = light / shadows;
             let variance =
@@ -333,7 +333,8 @@ impl Tracer<'_> {
                 gathered: (gathered / count).as_vec3(),
             }
         };
-        seen.into_iter().zip(gathered.into_iter().zip(by_lamps)).map(sample).collect()
+        let pixels = seen.into_iter().zip(gathered).zip(by_lamps);
+        pixels.map(|((seen, gathered), by_lamps)| sample((seen, gathered, by_lamps))).collect()
     }
 
     /// Aims the rays of a pixel.

@@ -156,7 +156,7 @@ impl Lamps {
                 Children::Nodes(children) => {
                     let [left, right] = children.map(|child| &self.nodes[child as usize]);
                     let [a, b] = [left, right].map(|child| child.bound(point, normal));
-                    if !(a + b > 0.0) {
+                    if (a + b).is_nan() || a + b <= 0.0 {
                         return None;
                     }
                     let part = a / (a + b);
