@@ -53,6 +53,25 @@ pub(crate) struct Cells {
     pub(crate) patch_of_part: Vec<Option<u32>>,
 }
 
+/// Adds the patches of the cells of a surface, from a first number on: its own, or a patch for each cell. Returns their number.
+pub(crate) fn add_patches(
+    patch_of_cell: &mut Vec<u32>,
+    first: u32,
+    (cut, own): (&Cut, Option<&[u32]>),
+) -> u32 {
+    match own {
+        Some(own) => {
+            patch_of_cell.extend(own.iter().map(|patch| first + patch));
+            own.iter().max().map_or(0, |last| last + 1)
+        }
+        None => {
+            let count = cut.cells() as u32;
+            patch_of_cell.extend(first..first + count);
+            count
+        }
+    }
+}
+
 impl Meshes {
     /// Whether the faces of meshes are to be grouped in a job of some paths. Where they are few, fits to each face gain more than groups do, the
     /// more paths there are.
@@ -95,8 +114,9 @@ impl Meshes {
         self.grids.iter().map(|grid| grid.cells() as usize).sum()
     }
 
-    /// The cells of parts that are patches, given by the part of each cell, where other surfaces than those of meshes have these cuts.
-    pub(crate) fn cells(&self, part_of_cell: &[u32], cuts: &[Cut]) -> Cells {
+    /// The cells of parts that are patches, given by the part of each cell, where other surfaces than those of meshes have these cuts, and their
+    /// cells these patches ([`judge::partition::Choice::patches`]).
+    pub(crate) fn cells(&self, part_of_cell: &[u32], cuts: &[Cut], others: &[Option<Vec<u32>>]) -> Cells {
         let parts = part_of_cell.iter().max().map_or(0, |last| *last as usize + 1);
         let patch_of_part = vec![None; parts];
         let mut cells = Cells { cuts: Vec::new(), patch_of_cell: Vec::new(), patch_of_part };
@@ -114,9 +134,8 @@ impl Meshes {
                 }
             } else {
                 cells.cuts.push(cut.clone());
-                let more = cut.cells() as u32;
-                cells.patch_of_cell.extend(patches..patches + more);
-                patches += more;
+                let own = others.get(surface).and_then(Option::as_deref);
+                patches += add_patches(&mut cells.patch_of_cell, patches, (cut, own));
             }
             first += count;
         }

@@ -16,10 +16,10 @@ use radiosity::{
 };
 
 use crate::error::Error;
-use crate::meshes::{Look, Meshes};
+use crate::meshes::{Look, Meshes, add_patches};
 
 /// The pilot takes one of this many parts of the walks that it foretells, between [`LEAST`] and [`MOST`].
-const SHARE: u64 = 5;
+const SHARE: u64 = 10;
 
 /// The least number of walks of a pilot.
 const LEAST: u64 = 1 << 14;
@@ -184,7 +184,7 @@ fn of_pilot_in_groups(job: &Job, auto: &Auto, plan: Plan, threads: usize) -> Res
     let finest =
         (0..).zip(&clusters.parts).filter(|(_, part)| part.halves.is_none()).map(|(number, _)| number);
     let part_of_cell = clusters.part_of_cell(finest, meshes.cell_count());
-    let cells = meshes.cells(&part_of_cell, &cuts_of(&grids));
+    let cells = meshes.cells(&part_of_cell, &cuts_of(&grids), &[]);
     let score = if auto.linear { Score::Linear } else { Score::Of };
     let scene = job.scene.recut(before.experiment.scene(), (&cells.cuts, &cells.patch_of_cell))?;
     let before = before.counted([0, 0]);
@@ -197,10 +197,12 @@ fn of_pilot_in_groups(job: &Job, auto: &Auto, plan: Plan, threads: usize) -> Res
     let shared = shared_noise(&lights) + on_meshes.shared();
     let error = plan.aim * plan.aim * energy.max(0.0);
     let mut for_walks = plan.walks;
+    // Where light varies on large faces, constants lose more than their laws foretell.
+    let candidates = Candidates::new(&lights, shared, &open_bases(auto));
     let (mut choice, grouped) = loop {
         let of_basis = |basis| COARSENING.map(|coarser| (basis, coarser));
-        let choices = open_bases(auto).into_iter().flat_map(of_basis).map(|(basis, coarser)| {
-            let mut choice = Candidates::new(&lights, shared, &[basis]).choose(for_walks as f64);
+        let choices = candidates.bases().flat_map(of_basis).map(|(basis, coarser)| {
+            let mut choice = candidates.choose_basis(basis, for_walks as f64);
             // As fine as pays among fewer walks; the noise is that of all.
             let mut grouped = on_meshes.choose(basis, for_walks as f64 / coarser, meshes.cell_count());
             grouped.noise /= coarser;
@@ -215,13 +217,13 @@ fn of_pilot_in_groups(job: &Job, auto: &Auto, plan: Plan, threads: usize) -> Res
         }
         for_walks = (2 * for_walks).min(plan.most);
     };
-    let mut of_others = std::mem::take(&mut choice.cuts).into_iter();
+    let mut of_others = std::mem::take(&mut choice.cuts).into_iter().zip(std::mem::take(&mut choice.patches));
     let cut = |(surface, &(base, _)): (usize, &(Grid, Option<[u32; 2]>))| match meshes.has(surface) {
-        true => base.cut(),
+        true => (base.cut(), None),
         false => of_others.next().expect("a cut for each of the other surfaces"),
     };
-    let cuts: Vec<Cut> = pilot.grids.iter().enumerate().map(cut).collect();
-    let cells = meshes.cells(&grouped.part_of_cell, &cuts);
+    let (cuts, others): (Vec<Cut>, Vec<_>) = pilot.grids.iter().enumerate().map(cut).unzip();
+    let cells = meshes.cells(&grouped.part_of_cell, &cuts, &others);
     choice.cuts = cells.cuts;
     let mut chosen = pilot.tell(&choice, energy, pilot.counted(before));
     chosen.partition.groups = cells.patch_of_cell;
@@ -408,7 +410,13 @@ impl<'a> Pilot<'a> {
     fn lights(&self, tallies: &PilotTallies, of: impl Fn(usize) -> bool) -> Vec<SurfaceLight> {
         let shapes = self.job.scene.spec().surfaces.iter().map(|surface| &surface.shape).enumerate();
         let wanted = shapes.zip(&self.grids).filter(|((surface, _), _)| of(*surface));
-        wanted.map(|(surface, &grid)| SurfaceLight::new(&self.experiment, tallies, surface, grid)).collect()
+        let lights =
+            wanted.map(|(surface, &grid)| SurfaceLight::new(&self.experiment, tallies, surface, grid));
+        let can_be_grouped = self.job.auto.as_ref().is_some_and(|auto| !auto.kinds.is_empty());
+        match can_be_grouped {
+            true => lights.collect(),
+            false => lights.map(SurfaceLight::without_groups).collect(),
+        }
     }
 
     /// The walks and rays of some pilots and this one.
@@ -432,13 +440,25 @@ impl<'a> Pilot<'a> {
         };
         let partition = Partition {
             cuts: choice.cuts.clone(),
-            groups: Vec::new(),
+            groups: groups(choice),
             linear,
             space: Space::Continuous,
             forecast: Some(forecast),
         };
         Chosen { partition, scene: self.experiment.scene().clone() }
     }
+}
+
+/// The patch of each cell; empty where every cell is a patch.
+fn groups(choice: &Choice) -> Vec<u32> {
+    let mut patch_of_cell = Vec::new();
+    if choice.patches.iter().any(Option::is_some) {
+        let mut first = 0;
+        for (cut, own) in choice.cuts.iter().zip(&choice.patches) {
+            first += add_patches(&mut patch_of_cell, first, (cut, own.as_deref()));
+        }
+    }
+    patch_of_cell
 }
 
 /// The seed of a job's pilot, whose walks are independent of the job's: what is chosen by them does not bend what the job finds.

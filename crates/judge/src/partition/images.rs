@@ -13,7 +13,7 @@ pub(crate) struct Images {
 
 /// What the noise of a cell of the pilot's grid is mixed with that of the cell around it: one part in this many. Cells without a hit
 /// would else have none.
-const AROUND: f64 = 8.0;
+pub(crate) const AROUND: f64 = 8.0;
 
 impl Images {
     /// Images without light.

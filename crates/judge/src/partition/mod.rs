@@ -15,6 +15,7 @@ mod merged;
 mod mesh;
 mod moments;
 mod part;
+mod quarters;
 mod seen;
 mod tree;
 
@@ -25,6 +26,7 @@ use self::curve::{Curve, Step, code, curve};
 pub use self::grid::Grid;
 pub use self::merged::{around, merged};
 pub use self::mesh::{Grouped, MeshLight};
+use self::quarters::Triangles;
 pub use self::seen::{Basis, PilotTallies, SurfaceLight, doublings};
 use self::tree::rectangles;
 
@@ -37,6 +39,8 @@ const UNEVEN: f64 = 20.0;
 pub struct Choice {
     /// The cut of each surface.
     pub cuts: Vec<Cut>,
+    /// Of each surface the patch of each cell, counted from 0 in the order of first cells; `None` where every cell is a patch.
+    pub patches: Vec<Option<Vec<u32>>>,
     /// What is fitted to the light on every patch.
     pub basis: Basis,
     /// The walks that it is for.
@@ -63,6 +67,8 @@ struct Ladder<'a> {
 /// A cut of a surface with the foretold noise and the energy that its fits leave out [W²/m²].
 struct Foretold {
     cut: Cut,
+    /// As in [`Choice::patches`].
+    patches: Option<Vec<u32>>,
     noise: f64,
     lost: f64,
 }
@@ -71,7 +77,7 @@ impl Ladder<'_> {
     /// What is foretold of a grid.
     fn of_grid(&self, step: &Step, basis: Basis, walks: f64) -> Foretold {
         let noise = self.light.noise[basis as usize] * step.cut.cells() as f64 / walks;
-        Foretold { cut: step.cut.cut(), noise, lost: step.lost }
+        Foretold { cut: step.cut.cut(), patches: None, noise, lost: step.lost }
     }
 
     /// The surface as a whole, where nothing tells that its light varies.
@@ -80,24 +86,39 @@ impl Ladder<'_> {
         self.of_grid(&Step { lost, ..self.steps[0] }, basis, walks)
     }
 
-    /// The cut of the least error: a grid, or rectangles, which have to be better than the grid.
+    /// The cut of the least error: a grid, or parts of different sizes, which have to be better than the grid.
     fn best(&self, basis: Basis, walks: f64) -> Foretold {
         let grids = self.steps.iter().map(|step| (step, self.of_grid(step, basis, walks)));
         let best = grids.min_by(|(_, a), (_, b)| (a.noise + a.lost).total_cmp(&(b.noise + b.lost)));
         let (_, grid) = best.expect("a surface has a coarsest grid");
-        match self.of_rectangles(basis, walks) {
+        match self.of_tree(basis, walks) {
             Some(tree) if tree.noise + tree.lost < grid.noise + grid.lost => tree,
             _ => grid,
         }
     }
 
-    /// What is foretold of the best rectangles: all that the laws of grids say there is beyond what they catch.
-    fn of_rectangles(&self, basis: Basis, walks: f64) -> Option<Foretold> {
-        let images = self.light.images.as_ref().filter(|_| basis == Basis::Linear && self.steps.len() > 1)?;
-        let tree = rectangles(images, self.light.walks, walks);
+    /// What is foretold of the best parts of different sizes: all that the laws of grids say there is beyond what they catch.
+    fn of_tree(&self, basis: Basis, walks: f64) -> Option<Foretold> {
+        if basis != Basis::Linear || self.steps.len() == 1 {
+            return None;
+        }
         let whole = self.light.caught(basis, [0, 0]) + self.steps[0].lost;
-        let lost = (whole - tree.caught).max(tree.left);
-        Some(Foretold { cut: Cut::Leaves(tree.leaves), noise: tree.noise / walks, lost })
+        if let Some(images) = &self.light.images {
+            let tree = rectangles(images, self.light.walks, walks);
+            let lost = (whole - tree.caught).max(tree.left);
+            return Some(Foretold {
+                cut: Cut::Leaves(tree.leaves),
+                patches: None,
+                noise: tree.noise / walks,
+                lost,
+            });
+        }
+        let Triangles { rows, patch_of_cell, noise, caught, left } =
+            self.light.quarters.as_ref()?.triangles(self.light.walks, walks);
+        let lost = (whole - caught).max(left);
+        let is_grid = patch_of_cell.iter().zip(0..).all(|(&patch, cell)| patch == cell);
+        let patches = Some(patch_of_cell).filter(|_| !is_grid);
+        Some(Foretold { cut: Cut::Rows(rows), patches, noise: noise / walks, lost })
     }
 }
 
@@ -145,24 +166,40 @@ impl<'a> Candidates<'a> {
         self.even
     }
 
+    /// The bases that may be chosen: where light is known to vary, linear fits alone, if they are among the candidates. Constants lose more in hot
+    /// spots than their laws foretell, by factors of up to ten where lamps hang below ceilings.
+    pub fn bases(&self) -> impl Iterator<Item = Basis> {
+        let only_linear = !self.even && self.by_basis.iter().any(|(basis, _)| *basis == Basis::Linear);
+        let bases = self.by_basis.iter().map(|(basis, _)| *basis);
+        bases.filter(move |basis| !only_linear || *basis == Basis::Linear)
+    }
+
     /// The choice of the least error after a number of walks; of two that err alike the one with constants, which come first.
     pub fn choose(&self, walks: f64) -> Choice {
-        let choices = self.by_basis.iter().map(|(basis, surfaces)| {
-            let noise = self.shared / walks;
-            let mut choice = Choice { cuts: Vec::new(), basis: *basis, walks, noise, lost: 0.0 };
-            for ladder in surfaces {
-                let Foretold { cut, noise, lost } = match self.even {
-                    true => ladder.whole(*basis, walks),
-                    false => ladder.best(*basis, walks),
-                };
-                choice.cuts.push(cut);
-                choice.noise += noise;
-                choice.lost += lost;
-            }
-            choice
-        });
+        let choices = self.bases().map(|basis| self.choose_basis(basis, walks));
         let best = choices.min_by(|a, b| a.error().total_cmp(&b.error()));
         best.expect("some basis may be chosen")
+    }
+
+    /// The choice of the least error after a number of walks under a basis that is among the candidates.
+    ///
+    /// # Panics
+    /// Where it is not.
+    pub fn choose_basis(&self, basis: Basis, walks: f64) -> Choice {
+        let (_, surfaces) = self.by_basis.iter().find(|(own, _)| *own == basis).expect("a candidate");
+        let noise = self.shared / walks;
+        let mut choice = Choice { cuts: Vec::new(), patches: Vec::new(), basis, walks, noise, lost: 0.0 };
+        for ladder in surfaces {
+            let Foretold { cut, patches, noise, lost } = match self.even {
+                true => ladder.whole(basis, walks),
+                false => ladder.best(basis, walks),
+            };
+            choice.cuts.push(cut);
+            choice.patches.push(patches);
+            choice.noise += noise;
+            choice.lost += lost;
+        }
+        choice
     }
 
     /// The choice for the fewest walks, of `least` and its doubles up to `most`, whose error is foretold to be below an energy;

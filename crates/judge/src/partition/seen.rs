@@ -4,6 +4,7 @@ use radiosity::{Experiment, Fit, Shape, Side, Tally};
 
 use super::grid::Grid;
 use super::images::Images;
+use super::quarters::Quarters;
 
 /// What is fitted to the light on every patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +52,8 @@ pub struct SurfaceLight {
     pub(crate) shared: f64,
     /// What linear fits catch cell by cell, where the surface may be cut into rectangles.
     pub(crate) images: Option<Images>,
+    /// The same of a triangle, which may be cut into triangles of different sizes.
+    pub(crate) quarters: Option<Quarters>,
     /// Walks of the pilot.
     pub(crate) walks: f64,
     /// Length of the edges of the surface along u and v [m].
@@ -79,6 +82,7 @@ impl SurfaceLight {
             noise: [0.0; 2],
             shared: 0.0,
             images: (free && base == Grid::Quad([1, 1])).then(|| Images::new(top)),
+            quarters: (free && base == Grid::Triangle(1)).then(|| Quarters::new(top[0])),
             walks: tallies.all.counts.walks as f64,
             edges: [e_u.length(), e_v.length()],
         };
@@ -104,6 +108,7 @@ impl SurfaceLight {
             }
         }
         light.images.iter_mut().for_each(Images::spread_noise);
+        light.quarters.iter_mut().for_each(Quarters::spread_noise);
         light
     }
 
@@ -115,10 +120,10 @@ impl SurfaceLight {
         self.noise[0] += per_cell * of_means;
         self.shared -= per_cell * of_means * self.base.cells() as f64;
         self.noise[1] += per_cell * (of_means + of_slopes);
-        if let Some(images) = &mut self.images {
-            let per_unknown = self.walks * area / fine.count() as f64 / Basis::Linear.unknowns();
-            images.add_noise(all.iter().map(|fit| per_unknown * (fit.mean_variance + fit.slope_variance)));
-        }
+        let per_unknown = self.walks * area / fine.count() as f64 / Basis::Linear.unknowns();
+        let noise = || all.iter().map(|fit| per_unknown * (fit.mean_variance + fit.slope_variance));
+        self.images.iter_mut().for_each(|images| images.add_noise(noise()));
+        self.quarters.iter_mut().for_each(|quarters| quarters.add_noise(noise()));
         let cells = |levels: [u32; 2]| Cells::new(self.base.doubled(levels));
         for i in (0..=self.top[0]).rev() {
             if i < self.top[0] {
@@ -143,11 +148,16 @@ impl SurfaceLight {
                 {
                     self.caught[basis][place] += sum;
                 }
-                if let Some(images) = &mut self.images {
-                    images.add_caught([i, j], caught.iter().map(|[_, linear]| *linear));
-                }
+                let linear = || caught.iter().map(|[_, linear]| *linear);
+                self.images.iter_mut().for_each(|images| images.add_caught([i, j], linear()));
+                self.quarters.iter_mut().for_each(|quarters| quarters.add_caught(i, linear()));
             }
         }
+    }
+
+    /// The light where patches have to be cells of grids, or rectangles.
+    pub fn without_groups(self) -> Self {
+        SurfaceLight { quarters: None, ..self }
     }
 
     /// Light of which a pilot has seen this, for tests.
@@ -168,6 +178,7 @@ impl SurfaceLight {
             noise,
             shared: 0.0,
             images: None,
+            quarters: None,
             walks,
             edges: [1.0, 1.0],
         }
@@ -261,6 +272,17 @@ impl Cells {
                 }
             }
         }
+    }
+
+    /// The four cells that a triangle's cell becomes where rows are doubled.
+    pub(super) fn quarters(&self, cell: usize) -> [usize; 4] {
+        let Grid::Triangle(rows) = self.cut else { unreachable!("quarters are of triangles") };
+        let ([u, v], sign) = self.centre(cell);
+        let finer = Cells::new(Grid::Triangle(2 * rows));
+        // From the centroid to half of the way to each corner.
+        let step = sign / (6.0 * f64::from(rows));
+        let off = [[0.0, 0.0], [-step, -step], [2.0 * step, -step], [-step, 2.0 * step]];
+        off.map(|[du, dv]| finer.cell_at([u + du, v + dv]))
     }
 
     /// The cell that holds a point that lies on no edge.

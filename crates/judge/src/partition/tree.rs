@@ -12,7 +12,7 @@ use radiosity::{Leaf, Leaves};
 use super::images::{Images, halved, levels};
 
 /// A proven cut gains this many times the noise of its unknowns in the pilot. Where nothing varies, one cut in 70 would.
-const PROOF: f64 = 2.5;
+pub(crate) const PROOF: f64 = 2.5;
 
 /// The part of a gain along an axis that the gain of a half of the part is along this axis: half of an eighth.
 const FALL: f64 = 1.0 / 16.0;
@@ -21,10 +21,10 @@ const FALL: f64 = 1.0 / 16.0;
 const SHARE: f64 = 0.6;
 
 /// The standard deviation of a gain about what is expected, as a part of that.
-const MISFIT: f64 = 1.2;
+pub(crate) const MISFIT: f64 = 1.2;
 
 /// All gains along an axis over the next one, if each is an eighth of the one before.
-const TAIL: f64 = 8.0 / 7.0;
+pub(crate) const TAIL: f64 = 8.0 / 7.0;
 
 /// Cuts beyond the pilot's grid along each axis.
 const BEYOND: u32 = 2;
