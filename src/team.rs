@@ -12,7 +12,6 @@ use judge::MOMENTS;
 use protocol::{Coordinator, Ending, Judge, Look, Past};
 use radiosity::{Experiment, Tally};
 use results::Identity;
-use studies::compare::Team;
 use tracing::info;
 
 use crate::commands::coordinate::{Door, listen, plan};
@@ -23,6 +22,15 @@ use crate::signals;
 
 /// For how long workers that look for their next job are told that there is none: they look twice a second.
 const PARTING: Duration = Duration::from_millis(1500);
+
+/// Worker processes of this machine.
+#[derive(Clone, Copy)]
+pub(crate) struct Team {
+    /// The number of worker processes.
+    pub workers: usize,
+    /// The threads of each worker process.
+    pub threads: u32,
+}
 
 /// The processes that walk.
 pub(crate) enum Hands {

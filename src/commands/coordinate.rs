@@ -12,7 +12,6 @@ use protocol::{Checkpoint, Coordinator, Ending, Judge, Look, Past, Plan};
 use radiosity::{Experiment, Tally};
 use report::view_troubles;
 use results::{Identity, Keeper, Latest, RunOutput, Settings};
-use studies::compare::Team;
 use tracing::{info, warn};
 use voice::{Phase, say};
 
@@ -22,6 +21,7 @@ use crate::choose;
 use crate::fault::{Fault, Outcome};
 use crate::local::LocalWorkers;
 use crate::progress::{Display, tell_notice};
+use crate::team::Team;
 use crate::{signals, summary};
 
 /// Between tries to write the results of a run.

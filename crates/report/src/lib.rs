@@ -17,8 +17,10 @@ mod export;
 mod factors;
 mod flow;
 mod mark;
+mod markdown;
 mod method;
 mod model;
+mod numbers;
 mod outlines;
 mod pack;
 mod page;
@@ -49,6 +51,7 @@ pub use factors::{
     BACK, ESCAPE, FactorsSummary, GroupRow, SmoothingSummary, ToleranceSummary, is_outside,
     write_exact_factors, write_factors, write_factors_mtx, write_factors_npz, write_groups, write_thermal,
 };
+pub use markdown::Markdown;
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
