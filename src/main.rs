@@ -9,12 +9,12 @@ mod clock;
 mod commands;
 mod date;
 mod fault;
+mod lead;
 mod local;
 mod progress;
 mod shift;
 mod signals;
 mod summary;
-mod team;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;

@@ -11,7 +11,7 @@ use results::{Identity, Settings};
 use super::contender::Trial;
 use crate::build::BUILD;
 use crate::fault::Fault;
-use crate::team::{Hands, Team, walk};
+use crate::lead::{Executor, Team, walk};
 
 /// The result of some runs of a trial.
 pub(super) struct Shot {
@@ -40,7 +40,7 @@ pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
     let walked =
-        walk(&Hands::Local(team), &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
+        walk(&Executor::Local(team), &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
     let mut before = experiment.tally::<MOMENTS>();
     let run = |prefix: Tally| {
         let run = since(&before, &prefix);

@@ -10,7 +10,7 @@ use super::shoot::shoot;
 use super::table::Table;
 use super::truths::Truths;
 use crate::fault::Fault;
-use crate::team::Team;
+use crate::lead::Team;
 
 /// The sizes of runs, each of which has [`STEP`] times the rays of the one before.
 const SIZES: u32 = 3;
