@@ -1,7 +1,6 @@
 //! The laboratory: runs experiments on the threads of this machine, with answers that do not depend on the threads.
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use radiosity::{Experiment, Sequence, Tally};
 
@@ -32,8 +31,7 @@ const FIRST_SEED: u64 = 1000;
 impl Lab {
     /// A laboratory of `threads` threads, or of all cores for `None`.
     pub fn new(effort: Effort, threads: Option<usize>) -> Self {
-        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-        Lab { effort, threads: threads.unwrap_or_else(cores) }
+        Lab { effort, threads: threads.unwrap_or_else(parallel::cores) }
     }
 
     /// The first argument for a quick study, the second for a full one.
@@ -98,26 +96,7 @@ impl Lab {
         prepare: impl Fn() -> S + Sync,
         work: impl Fn(&mut S, usize) -> T + Sync,
     ) -> Vec<T> {
-        let next = AtomicUsize::new(0);
-        let done = Mutex::new(Vec::with_capacity(count));
-        std::thread::scope(|scope| {
-            for _ in 0..self.threads.clamp(1, count.max(1)) {
-                scope.spawn(|| {
-                    let mut state = prepare();
-                    loop {
-                        let i = next.fetch_add(1, Ordering::Relaxed);
-                        if i >= count {
-                            break;
-                        }
-                        let result = work(&mut state, i);
-                        done.lock().expect("no thread has panicked").push((i, result));
-                    }
-                });
-            }
-        });
-        let mut done = done.into_inner().expect("no thread has panicked");
-        done.sort_unstable_by_key(|&(i, _)| i);
-        done.into_iter().map(|(_, result)| result).collect()
+        parallel::on_threads(self.threads, count, prepare, work)
     }
 }
 

@@ -1,7 +1,6 @@
 //! Light on small cells of all faces, and errors of runs against references.
 
 use std::path::Path;
-use std::thread;
 
 use job::Job;
 use radiosity::{Estimates, Experiment, Scene, Side, Tally};
@@ -58,12 +57,8 @@ impl Reference {
             }
         }
         let mut reference = Reference { sheets, b: [Vec::new(), Vec::new()], energy: [0.0; 2] };
-        let tallies = thread::scope(|scope| {
-            let fine = &fine;
-            let threads = [101, 102].map(|seed| scope.spawn(move || walk(fine, seed, walks)));
-            threads.map(|thread| thread.join().expect("walks do not panic"))
-        });
-        reference.b = tallies.each_ref().map(|tally| reference.light(&fine, tally));
+        let tallies = parallel::on_all_cores(2, |number| walk(&fine, 101 + number as u64, walks));
+        reference.b = [0, 1].map(|number| reference.light(&fine, &tallies[number]));
         let nothing = vec![0.0; first];
         reference.energy = reference.product([&nothing, &nothing]);
         Ok(reference)

@@ -1,8 +1,6 @@
 //! Runs of a method in a scene, and how what they tell compares with what is true.
 
 use std::collections::BTreeMap;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use radiosity::Scene;
 use report::Cells;
@@ -143,24 +141,8 @@ fn for_seeds<T: Send>(
     seeds: usize,
     task: impl Fn(u64) -> Result<T, Failure> + Sync,
 ) -> Result<Vec<T>, Failure> {
-    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    std::thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(|| {
-                loop {
-                    let seed = next.fetch_add(1, Ordering::Relaxed);
-                    if seed >= seeds {
-                        break;
-                    }
-                    let result = task(1 + seed as u64);
-                    done.lock().expect("no thread has panicked").push((seed, result));
-                }
-            });
-        }
-    });
-    let mut done = done.into_inner().expect("no thread has panicked");
-    done.sort_by_key(|(seed, _)| *seed);
-    done.into_iter().map(|(_, result)| result).collect()
+    let done = parallel::on_threads(2, seeds, || (), |(), seed| task(1 + seed as u64));
+    done.into_iter().collect()
 }
 
 /// A method on given patches.

@@ -5,9 +5,7 @@
 //! Continuous walks go on from the very point they hit, so that one bit of difference in one hit sends a walk
 //! elsewhere and shows in the tallies.
 
-use std::num::NonZero;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread;
 
 use radiosity::{Board, Estimator, Experiment, IndexChoice, Scene, Sequence, Space, Walks};
 use scenes::interior;
@@ -45,7 +43,6 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
             println!("{rays} rays agree");
         }
     };
-    let cores = thread::available_parallelism().map_or(1, NonZero::get);
-    thread::scope(|scope| (0..cores).for_each(|_| drop(scope.spawn(compare))));
+    parallel::on_all_cores(parallel::cores(), |_| compare());
     Ok(())
 }

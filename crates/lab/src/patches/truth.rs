@@ -76,13 +76,9 @@ impl Truth {
         let tops: Vec<[u32; 2]> = spec.surfaces.iter().map(|surface| top(&surface.shape)).collect();
         let cuts: Vec<Cut> = tops.iter().map(|&top| Grid::Quad([1, 1]).doubled(top).cut()).collect();
         let experiment = experiment(spec, &cuts, true)?;
-        let mut both = std::thread::scope(|scope| {
-            let reference = |seed: u64| {
-                let experiment = &experiment;
-                scope.spawn(move || fits(experiment, &walk(experiment, (1 << 40) | seed, walks)))
-            };
-            [0, 1].map(reference).map(|thread| thread.join().expect("walks do not panic"))
-        });
+        let reference = |seed| fits(&experiment, &walk(&experiment, (1 << 40) | seed as u64, walks));
+        let both = parallel::on_all_cores(2, reference);
+        let mut both: [Vec<Fit>; 2] = both.try_into().expect("there are two references");
         let faces = experiment.scene().faces();
         let cells = faces.len();
         let mut sheets = Vec::new();
