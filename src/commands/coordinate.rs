@@ -195,7 +195,7 @@ impl Prepared {
         let turn = |coordinator: &Coordinator, notices: &[Notice]| {
             notices.iter().for_each(tell_notice);
             let looked = watch.look(coordinator, notices, display.is_due());
-            looked.standing.iter().for_each(|standing| display.show(standing));
+            looked.status.iter().for_each(|status| display.show(status));
             looked.trouble.iter().for_each(|trouble| warn!("{trouble}"));
             looked.goes_on
         };

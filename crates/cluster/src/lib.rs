@@ -13,14 +13,14 @@
 
 mod access;
 mod channel;
-mod doorstep;
-mod gossip;
 pub mod launcher;
 mod lending;
 mod line;
 mod link;
 mod listen;
 pub mod noise;
+mod notice_limiter;
+mod pending;
 mod server;
 mod upstream;
 mod worker;

@@ -349,7 +349,7 @@ mod tests {
         let layout = radiosity::Layout { scores: 1, moments: 2, slopes: 0, events: false };
         let book = Book {
             parts: vec![Part { job_hash: [0; 32], seed: 1, first: 0, deliveries }],
-            islands: vec![],
+            out_of_order: vec![],
             workers: workers.into(),
             looks: vec![],
             goal: [0; 32],

@@ -268,7 +268,7 @@ fn checkpoint(experiment: &Experiment, first: u64, walks: u64) -> Checkpoint {
     let part = Part { job_hash: [1; 32], seed: 1, first, deliveries: Delivery::lease(walks, 0, 0).into() };
     let book = Book {
         parts: vec![part],
-        islands: vec![],
+        out_of_order: vec![],
         workers: vec![Contributor { name: "a worker".into(), walks, leases: 1, faults: 0 }],
         looks: vec![],
         goal: [0; 32],

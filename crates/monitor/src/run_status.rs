@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// The state of a running job. Numbers that are not known, or not finite, are `None`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Standing {
+pub struct RunStatus {
     /// The time since this coordinator started [s].
     pub seconds: f64,
     /// The paths that are in (for Jacobi: rays).

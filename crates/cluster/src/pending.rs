@@ -45,7 +45,7 @@ enum Stage {
 
 /// All connections that have not proved that they know the key.
 #[derive(Default)]
-pub(crate) struct Doorstep {
+pub(crate) struct PendingHandshakes {
     /// The strangers in their order of arrival.
     strangers: BTreeMap<PeerId, Stranger>,
     greetings: HashSet<[u8; HANDSHAKE_RECORD]>,
@@ -61,7 +61,7 @@ pub(crate) enum Served {
     Gone(String),
 }
 
-impl Doorstep {
+impl PendingHandshakes {
     /// Whether there are no strangers.
     pub(crate) fn is_empty(&self) -> bool {
         self.strangers.is_empty()

@@ -1,7 +1,7 @@
 //! Admission: which peers are let in, and how much of what they claim is believed.
 
 use super::peer::Stage;
-use super::{Crew, Step, printable, refuse};
+use super::{Step, WorkerPool, printable, refuse};
 use crate::lead::{Action, Notice, PeerId};
 use crate::message::{Hello, LeaseId, PROTOCOL, ToWorker};
 use crate::provenance::{NAME_CHARS, plain_name};
@@ -23,7 +23,7 @@ const MOST_SLOTS: usize = 1 << 18;
 /// relays asks for four times what the level below takes.
 const LONGEST_RELAYED: f64 = 256.0;
 
-impl Crew {
+impl WorkerPool {
     /// Decides whether a peer that introduces itself may join: it must run the same protocol and build.
     pub(super) fn on_hello(&mut self, id: PeerId, hello: Hello) -> Vec<Action> {
         let name = plain_name(&hello.name);

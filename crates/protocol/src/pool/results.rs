@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use radiosity::{Counts, MergeError};
 
 use super::peer::Peer;
-use super::{Crew, SILENCE, Step};
+use super::{SILENCE, Step, WorkerPool};
 use crate::deliveries::Delivery;
 use crate::lead::{Action, Now, PeerId};
 use crate::message::{LeaseId, LeaseResult, SMALL_TALLY, ToWorker};
@@ -15,11 +15,11 @@ use crate::provenance::Provenance;
 use crate::rejected::Rejected;
 use crate::transfers::{Offer, Room};
 
-/// The bytes of memory that each worker adds to the leader's room for islands, and for results under way.
-const ISLAND_SHARE: usize = 32 << 10;
+/// The bytes of memory that each worker adds to the leader's room for out-of-order ranges, and for results under way.
+const OUT_OF_ORDER_SHARE: usize = 32 << 10;
 const STAGING_SHARE: usize = 8 << 10;
 
-impl Crew {
+impl WorkerPool {
     /// Notes a worker's offer of a large result, and asks for it when there is room.
     pub(super) fn on_offer(&mut self, id: PeerId, lease: LeaseId, bytes: u64) -> Step {
         let sums = self.terms.sums();
@@ -136,8 +136,10 @@ impl Crew {
         let void = self.transfers.take_void(&self.ledger);
         let mut actions: Vec<Action> = void.into_iter().map(|(id, lease)| self.spare(id, lease)).collect();
         let (workers, tally) = (self.workers_now, (size_of::<u128>() * self.terms.sums()).max(1));
-        let room =
-            Room { islands: 1 + workers * ISLAND_SHARE / tally, bytes: tally / 4 + workers * STAGING_SHARE };
+        let room = Room {
+            ranges: 1 + workers * OUT_OF_ORDER_SHARE / tally,
+            bytes: tally / 4 + workers * STAGING_SHARE,
+        };
         let asked = self.transfers.grant(&self.ledger, room, self.awake);
         for &(id, _) in &asked {
             self.gets_on(id);

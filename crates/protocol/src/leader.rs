@@ -1,15 +1,15 @@
-//! What coordinator and relay share as leaders of a crew: how events reach the crew, and what follows from them.
+//! What coordinator and relay share as leaders of a pool: how events reach the pool, and what follows from them.
 
-use crate::crew::{Crew, Step};
 use crate::lead::{Action, Lead, Now, PeerId};
 use crate::message::ToCoordinator;
+use crate::pool::{Step, WorkerPool};
 
-/// A leader of a crew: the coordinator or a relay. Each is a [`Lead`].
-pub(crate) trait Captain {
-    /// The leader's crew, to be changed.
-    fn crew(&mut self) -> &mut Crew;
-    /// The leader's crew, to be read.
-    fn its_crew(&self) -> &Crew;
+/// A leader of a pool: the coordinator or a relay. Each is a [`Lead`].
+pub(crate) trait Leader {
+    /// The leader's pool, to be changed.
+    fn pool_mut(&mut self) -> &mut WorkerPool;
+    /// The leader's pool, to be read.
+    fn pool(&self) -> &WorkerPool;
     /// Whether the leader's job has ended; its books no longer change then.
     fn is_over(&self) -> bool;
     /// Goes on after results or walks came in or back: merges, and gives out leases.
@@ -24,24 +24,24 @@ pub(crate) trait Captain {
     }
 }
 
-/// Carries out what an event in the crew asks for.
-fn after(captain: &mut impl Captain, step: Step, now: Now) -> Vec<Action> {
+/// Carries out what an event in the pool asks for.
+fn after(leader: &mut impl Leader, step: Step, now: Now) -> Vec<Action> {
     match step {
         Step::Still(actions) => actions,
         Step::Moved(mut actions) => {
-            actions.extend(captain.advance(now));
+            actions.extend(leader.advance(now));
             actions
         }
-        Step::Overflow => captain.overflow(),
+        Step::Overflow => leader.overflow(),
     }
 }
 
-impl<C: Captain> Lead for C {
+impl<C: Leader> Lead for C {
     fn on_connect(&mut self, id: PeerId) -> Vec<Action> {
         if self.is_over() {
-            return self.its_crew().farewell(id);
+            return self.pool().farewell(id);
         }
-        self.crew().on_connect(id);
+        self.pool_mut().on_connect(id);
         vec![]
     }
 
@@ -49,12 +49,12 @@ impl<C: Captain> Lead for C {
         if self.is_over() {
             return vec![];
         }
-        let step = self.crew().on_message(id, message, now);
+        let step = self.pool_mut().on_message(id, message, now);
         after(self, step, now)
     }
 
     fn on_stir(&mut self, id: PeerId) {
-        self.crew().on_stir(id);
+        self.pool_mut().on_stir(id);
     }
 
     fn on_bytes(&mut self, bytes: usize) {
@@ -66,7 +66,7 @@ impl<C: Captain> Lead for C {
         if self.is_over() {
             return vec![];
         }
-        let step = self.crew().on_lost(id, reason);
+        let step = self.pool_mut().on_lost(id, reason);
         after(self, step, now)
     }
 
@@ -75,6 +75,6 @@ impl<C: Captain> Lead for C {
     }
 
     fn frame_cap(&self, id: PeerId) -> usize {
-        self.its_crew().frame_cap(id)
+        self.pool().frame_cap(id)
     }
 }

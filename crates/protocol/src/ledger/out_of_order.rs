@@ -1,4 +1,4 @@
-//! An island: results that wait beyond a gap, merged with their neighbours.
+//! An out-of-order range: results that wait beyond a gap, merged with their neighbours.
 
 use bincode::{Decode, Encode};
 use radiosity::{Counts, MergeError, Tally};
@@ -8,7 +8,7 @@ use crate::deliveries::{Deliveries, Growing};
 use crate::digest::Digester;
 use crate::parcel::Parcel;
 
-/// A range of walks that waits beyond a gap: an island.
+/// A range of walks that waits beyond a gap: an out-of-order range.
 #[derive(Debug)]
 pub(super) struct Waiting {
     pub(super) end: u64,
@@ -16,21 +16,21 @@ pub(super) struct Waiting {
     pub(super) deliveries: Growing,
 }
 
-/// An island as a checkpoint keeps it.
+/// An out-of-order range as a checkpoint keeps it.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
-pub struct Island {
-    /// The number of the island's first walk.
+pub struct OutOfOrderRange {
+    /// The number of the range's first walk.
     pub first: u64,
     /// How its walks ended ([`Counts::to_array`]).
     pub counts: Box<[u128; 15]>,
-    /// The island's sums, packed ([`crate::codec::pack`]).
+    /// The range's sums, packed ([`crate::codec::pack`]).
     pub sums: Vec<u8>,
-    /// The deliveries of the island's walks.
+    /// The deliveries of the range's walks.
     pub deliveries: Deliveries,
 }
 
-impl Island {
-    /// The island's sums, ready to be merged; `None` if they are not those that were delivered.
+impl OutOfOrderRange {
+    /// The range's sums, ready to be merged; `None` if they are not those that were delivered.
     pub fn parcel(&self, digester: &Digester) -> Option<Parcel> {
         let counts = Counts::from_array(*self.counts)?;
         let parcel = Parcel::new(counts, self.sums.clone(), self.deliveries.digest(), digester).ok()?;
@@ -38,7 +38,7 @@ impl Island {
     }
 }
 
-/// The sums of an island. Those of a single lease stay packed: most are soon added to the prefix, and the others take
+/// The sums of an out-of-order range. Those of a single lease stay packed: most are soon added to the prefix, and the others take
 /// less memory.
 #[derive(Debug)]
 pub(super) enum Sums {

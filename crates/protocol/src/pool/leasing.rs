@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use super::Crew;
+use super::WorkerPool;
 use super::peer::{Peer, Since};
 use crate::lead::{Action, Now, PeerId};
 use crate::message::{LeaseId, ToWorker};
@@ -40,7 +40,7 @@ impl Late {
     }
 }
 
-impl Crew {
+impl WorkerPool {
     /// Notes whether a peer has room for another lease.
     pub(super) fn consider(&mut self, id: PeerId) {
         let Some(peer) = self.peers.get(&id) else { return };

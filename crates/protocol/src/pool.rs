@@ -57,7 +57,7 @@ pub struct Present {
     pub walks_per_second: f64,
 }
 
-/// The outcome of an event for the crew.
+/// The outcome of an event for the pool.
 pub(crate) enum Step {
     /// There is no new work to give out and no new result to merge.
     Still(Vec<Action>),
@@ -68,7 +68,7 @@ pub(crate) enum Step {
 }
 
 /// The workers of a leader, their leases and the ledger.
-pub(crate) struct Crew {
+pub(crate) struct WorkerPool {
     terms: Terms,
     /// The ledger of all walks.
     pub ledger: Ledger,
@@ -110,8 +110,8 @@ pub(crate) struct Crew {
     spent: Effort,
 }
 
-impl Crew {
-    /// A crew without workers for the walks of a ledger. `in_hand` returns the walks that all workers share now; leases
+impl WorkerPool {
+    /// A pool without workers for the walks of a ledger. `in_hand` returns the walks that all workers share now; leases
     /// shrink as it does.
     pub(crate) fn new(
         terms: Terms,
@@ -120,7 +120,7 @@ impl Crew {
         workers: Vec<Contributor>,
         spent: Effort,
     ) -> Self {
-        Crew {
+        WorkerPool {
             digester: Digester::new(&terms.scene_hash),
             terms,
             ledger,
@@ -166,7 +166,7 @@ impl Crew {
     /// # Errors
     /// Where a sum overflows; the job cannot go on.
     pub(crate) fn advance(&mut self) -> Result<bool, MergeError> {
-        let Crew { ledger, roster, .. } = self;
+        let WorkerPool { ledger, roster, .. } = self;
         ledger.advance(|delivery| roster.credit(delivery))
     }
 

@@ -9,16 +9,16 @@ const PER_SECOND: f64 = 0.5;
 
 /// The state of the bounded rate.
 #[derive(Debug)]
-pub(crate) struct Gossip {
+pub(crate) struct NoticeLimiter {
     left: f64,
     since: Now,
     hushed: usize,
 }
 
-impl Gossip {
+impl NoticeLimiter {
     /// The state before any notice.
     pub(crate) fn new() -> Self {
-        Gossip { left: BURST, since: Duration::ZERO, hushed: 0 }
+        NoticeLimiter { left: BURST, since: Duration::ZERO, hushed: 0 }
     }
 
     /// Passes a notice on, or counts it where the rate is exceeded.
@@ -53,9 +53,9 @@ mod tests {
 
     #[test]
     fn floods_are_counted_and_losses_always_told() {
-        let (mut gossip, mut told) = (Gossip::new(), Vec::new());
+        let (mut limiter, mut told) = (NoticeLimiter::new(), Vec::new());
         let mut pass = |notice: Notice, seconds: u64| {
-            gossip.pass(notice, Duration::from_secs(seconds), &mut |notice| told.push(notice));
+            limiter.pass(notice, Duration::from_secs(seconds), &mut |notice| told.push(notice));
         };
         (0..1000).for_each(|n| pass(Notice::Failed(n.to_string()), 1));
         let lost = Notice::Lost { name: "one".into(), reason: "it went silent".into() };
