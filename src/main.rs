@@ -9,6 +9,8 @@ mod clock;
 mod commands;
 mod date;
 mod fault;
+#[cfg(debug_assertions)]
+mod faulty;
 mod lead;
 mod local;
 mod progress;

@@ -50,3 +50,21 @@ fn made_scenes_are_printed_and_wrong_words_refused() {
     let (code, _, stderr) = run(&["write", "sphere"]);
     assert!(code == 2 && stderr.contains("usage: write cornell"), "{code}: {stderr}");
 }
+
+/// The laboratory and its made scenes may be used by tests of the program, not by the program.
+#[test]
+fn the_program_uses_nothing_of_the_laboratory() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let crates = std::fs::read_dir(root.join("crates")).unwrap().map(|entry| entry.unwrap().path());
+    let product = crates.filter(|path| !path.ends_with("lab") && !path.ends_with("scenes")).chain([root.clone()]);
+    let mut read = 0;
+    for manifest in product.map(|path| path.join("Cargo.toml")).filter(|path| path.exists()) {
+        let text = std::fs::read_to_string(&manifest).unwrap();
+        let rest = text.split("\n[dependencies]\n").nth(1).unwrap_or("");
+        let needs = rest.split("\n[").next().unwrap().lines();
+        let of_lab = |line: &str| ["lab", "scenes"].iter().any(|name| line.starts_with(&format!("{name}.")));
+        assert!(!needs.clone().any(of_lab), "{}", manifest.display());
+        read += needs.count();
+    }
+    assert!(read > 100, "{read} dependencies");
+}
