@@ -12,7 +12,9 @@
 #![warn(unreachable_pub, unnameable_types)]
 
 #[cfg(not(unix))]
-compile_error!("radwalk's processes need Unix: build it on Linux, on macOS, or on Windows in its subsystem for Linux");
+compile_error!(
+    "radwalk's processes need Unix: build it on Linux, on macOS, or on Windows in its subsystem for Linux"
+);
 
 mod access;
 mod channel;

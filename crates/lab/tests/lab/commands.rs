@@ -56,7 +56,8 @@ fn made_scenes_are_printed_and_wrong_words_refused() {
 fn the_program_uses_nothing_of_the_laboratory() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let crates = std::fs::read_dir(root.join("crates")).unwrap().map(|entry| entry.unwrap().path());
-    let product = crates.filter(|path| !path.ends_with("lab") && !path.ends_with("scenes")).chain([root.clone()]);
+    let product =
+        crates.filter(|path| !path.ends_with("lab") && !path.ends_with("scenes")).chain([root.clone()]);
     let mut read = 0;
     for manifest in product.map(|path| path.join("Cargo.toml")).filter(|path| path.exists()) {
         let text = std::fs::read_to_string(&manifest).unwrap();
