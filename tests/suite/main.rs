@@ -41,7 +41,6 @@ mod plan;
 mod refusals;
 mod relay;
 mod report;
-mod reproduce;
 mod resume;
 mod rooms;
 mod run;
@@ -49,7 +48,6 @@ mod sensors;
 mod sign;
 mod sobol_run;
 mod sources;
-mod stability;
 mod stuck;
 #[cfg(target_os = "linux")]
 mod terminal;
