@@ -12,11 +12,13 @@ mod counts;
 mod effort;
 mod factors;
 mod linear;
+mod row;
 mod smooth;
 mod thermal;
 
 pub use counts::Counts;
 pub use effort::{Plan, Tolerance};
 pub use factors::{Factor, Factors};
+pub use row::{Dropped, Intervals, SparseRow};
 pub use smooth::{Smoothed, smooth};
 pub use thermal::{Balance, BoundaryCondition, Estimate, SIGMA, Thermal, ThermalFault};
