@@ -1,13 +1,13 @@
 //! `factors.csv`, `groups.csv` and `thermal.csv`: exchange factors between groups of faces, and the heat between them.
 //! `factors.json`: how they were counted.
 
-use std::io::{self, Write};
+use std::io::{self, Seek, Write};
 
 use exchange::{Estimate, Factors, Smoothed, Thermal};
 use serde::Serialize;
 
 use crate::export::matrix_market;
-use crate::export::npz::{self, Array};
+use crate::export::npz::Archive;
 use crate::summary::hex;
 
 /// What stands for walks that end on the backs of one-sided surfaces.
@@ -124,9 +124,9 @@ pub fn write_factors(
 /// G + 2 columns; `smoothed` and `smoothed_error` where there are any; the names of rows and of columns.
 ///
 /// # Errors
-/// Those of `writer`, and more than 4 GiB.
+/// Those of `writer`.
 pub fn write_factors_npz(
-    writer: impl Write,
+    writer: impl Write + Seek,
     names: &[String],
     factors: &Factors<'_>,
     smoothed: Option<&Smoothed>,
@@ -136,19 +136,18 @@ pub fn write_factors_npz(
         (0..names.len()).map(|i| columns().map(|j| of(factors.get(i, j))).collect()).collect()
     };
     let rows = names.iter().map(String::as_str);
-    let mut arrays = vec![
-        Array::words("from", rows.clone()),
-        Array::words("to", rows.chain([BACK, ESCAPE])),
-        Array::matrix("factor", &matrix(&|known| known.factor)),
-        Array::matrix("std_error", &matrix(&|known| known.std_error.unwrap_or(f64::NAN))),
-        Array::matrix("ci_low", &matrix(&|known| known.interval.low)),
-        Array::matrix("ci_high", &matrix(&|known| known.interval.high)),
-    ];
+    let mut archive = Archive::new(writer);
+    archive.words("from", rows.clone())?;
+    archive.words("to", rows.chain([BACK, ESCAPE]))?;
+    archive.matrix("factor", &matrix(&|known| known.factor))?;
+    archive.matrix("std_error", &matrix(&|known| known.std_error.unwrap_or(f64::NAN)))?;
+    archive.matrix("ci_low", &matrix(&|known| known.interval.low))?;
+    archive.matrix("ci_high", &matrix(&|known| known.interval.high))?;
     if let Some(smoothed) = smoothed {
-        arrays.push(Array::matrix("smoothed", &smoothed.factors));
-        arrays.push(Array::matrix("smoothed_error", &smoothed.errors));
+        archive.matrix("smoothed", &smoothed.factors)?;
+        archive.matrix("smoothed_error", &smoothed.errors)?;
     }
-    npz::write(writer, &arrays)
+    archive.finish()
 }
 
 /// Writes the factors that are not 0 as a sparse matrix of G rows and G + 2 columns; the smoothed ones, where there are any.
@@ -167,7 +166,7 @@ pub fn write_factors_mtx(
         None => {
             let columns = || 0..names.len() + 2;
             let row = |i| columns().map(|j| factors.get(i, j).factor).collect();
-            matrix_market::write(writer, words, &(0..names.len()).map(row).collect::<Vec<_>>())
+            matrix_market::write(writer, words, &(0..names.len()).map(row).collect::<Vec<Vec<f64>>>())
         }
     }
 }
