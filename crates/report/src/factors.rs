@@ -16,6 +16,9 @@ pub const BACK: &str = "back";
 /// What stands for walks that leave the scene.
 pub const ESCAPE: &str = "escape";
 
+/// What stands for factors that are dropped.
+pub const REST: &str = "rest";
+
 /// How exchange factors were counted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FactorsSummary {
@@ -70,6 +73,59 @@ pub struct SmoothingSummary {
     pub outside: usize,
     /// The greatest move, in standard errors.
     pub largest_move: f64,
+}
+
+/// How sparse factors were counted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SparseSummary {
+    /// The version of the program.
+    pub version: String,
+    /// Digest of the surfaces.
+    #[serde(serialize_with = "hex")]
+    pub scene_hash: [u8; 32],
+    /// The seed of the walks.
+    pub seed: u64,
+    /// The kind of factor: `first_hit` or `absorbed`.
+    pub kind: &'static str,
+    /// How many groups there are, each of which has a row.
+    pub groups: usize,
+    /// How many columns there are.
+    pub columns: usize,
+    /// Walks of all rows.
+    pub walks: u64,
+    /// The number of rays of these walks.
+    pub rays: u64,
+    /// Wall time of the last count [s].
+    pub seconds: f64,
+    /// The level of the intervals.
+    pub confidence: f64,
+    /// How many factors are not 0.
+    pub entries: u64,
+    /// The root of the sum of variances of a row, in the mean square over rows by their area.
+    pub error: f64,
+    /// The part of the walks that ended on backs.
+    pub back: f64,
+    /// The part that escaped: below the horizon, where the sky is told apart.
+    pub escape: f64,
+    /// The part that left for the sky, where that is told apart.
+    pub sky: f64,
+    /// What a threshold dropped; `null` without one.
+    pub dropped: Option<DroppedSummary>,
+    /// Rows that had all their walks and are not known as well as was asked; `null` where nothing was.
+    pub unreached: Option<usize>,
+}
+
+/// The factors that a threshold dropped.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DroppedSummary {
+    /// The threshold.
+    pub least: f64,
+    /// How many factors were below it.
+    pub entries: u64,
+    /// Their sum in a row, in the mean over rows.
+    pub mean: f64,
+    /// Their sum in the row where it is largest.
+    pub largest: f64,
 }
 
 /// One group as a row of its table.
@@ -220,15 +276,13 @@ pub fn write_thermal(writer: impl Write, names: &[String], thermal: &Thermal) ->
     table.flush()
 }
 
-impl FactorsSummary {
-    /// Writes the summary as JSON.
-    ///
-    /// # Errors
-    /// Those of `writer`.
-    pub fn write(&self, mut writer: impl Write) -> io::Result<()> {
-        serde_json::to_writer_pretty(&mut writer, self)?;
-        writer.write_all(b"\n")
-    }
+/// Writes a summary as JSON.
+///
+/// # Errors
+/// Those of `writer`.
+pub fn write_json(mut writer: impl Write, summary: &impl Serialize) -> io::Result<()> {
+    serde_json::to_writer_pretty(&mut writer, summary)?;
+    writer.write_all(b"\n")
 }
 
 #[cfg(test)]

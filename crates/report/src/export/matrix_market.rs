@@ -8,7 +8,7 @@ use super::matrix_rows::MatrixRows;
 ///
 /// # Errors
 /// Those of `writer` and of the matrix.
-pub(crate) fn write(mut writer: impl Write, words: &str, matrix: &dyn MatrixRows) -> io::Result<()> {
+pub fn write(mut writer: impl Write, words: &str, matrix: &dyn MatrixRows) -> io::Result<()> {
     writeln!(writer, "%%MatrixMarket matrix coordinate real general")?;
     words.lines().try_for_each(|line| writeln!(writer, "% {line}"))?;
     writeln!(writer, "{} {} {}", matrix.rows(), matrix.columns(), matrix.entries())?;

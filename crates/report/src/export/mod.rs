@@ -7,7 +7,7 @@ mod agree;
 mod csr;
 mod glb;
 pub(crate) mod matrix_market;
-pub(crate) mod matrix_rows;
+mod matrix_rows;
 pub(crate) mod npz;
 mod parquet;
 mod table;
@@ -16,6 +16,7 @@ mod vtu;
 
 pub use csr::{CsrKind, CsrNumbers, write_csr};
 pub use glb::write_glb;
+pub use matrix_market::write as write_mtx;
 pub use matrix_rows::{MatrixRow, MatrixRows};
 pub use parquet::write_parquet;
 pub use table::{Cells, Column, columns, corners, read_table};

@@ -83,7 +83,11 @@ impl KeptRow {
     fn unpack(bytes: &[u8]) -> Option<Self> {
         let (rays, rest) = bytes.split_first_chunk::<8>()?;
         let (reached, row) = rest.split_first()?;
-        Some(KeptRow { row: SparseRow::unpack(row)?, rays: u64::from_le_bytes(*rays), reached: *reached == 1 })
+        Some(KeptRow {
+            row: SparseRow::unpack(row)?,
+            rays: u64::from_le_bytes(*rays),
+            reached: *reached == 1,
+        })
     }
 }
 
@@ -211,17 +215,23 @@ impl Reader {
 /// # Errors
 /// Where files cannot be read or written, and where the parts are not those of one whole.
 pub(super) fn join(folders: &[PathBuf], folder: &OutputFolder, whole: &Heading) -> Result<(), Error> {
-    let part = |folder: &PathBuf| Reader::open(&folder.join(ROWS)).map(|part| (part, folder));
-    let mut parts: Vec<(Reader, &PathBuf)> = folders.iter().map(part).collect::<Result<_, _>>()?;
+    let mut parts = Vec::with_capacity(folders.len());
+    for folder in folders {
+        parts.push((Reader::open(&folder.join(ROWS))?, folder));
+    }
     parts.sort_by_key(|(part, _)| part.heading.rows.start);
     let mut journal = Journal::open(folder, whole, false)?;
     for (part, path) in &mut parts {
-        let refused = |reason: &str| FactorsFault::Unmergeable { path: path.join(ROWS), reason: reason.into() };
+        let refused =
+            |reason: &str| FactorsFault::Unmergeable { path: path.join(ROWS), reason: reason.into() };
         if (Heading { rows: whole.rows.clone(), ..part.heading.clone() }) != *whole {
             return Err(refused("they are of another question; join parts of this one").into());
         }
         if part.heading.rows.start != journal.next {
-            return Err(refused("the rows before them are in none of the folders, or in two; give each part once").into());
+            return Err(refused(
+                "the rows before them are in none of the folders, or in two; give each part once",
+            )
+            .into());
         }
         let read = |source| Error::Rows { path: path.join(ROWS), source };
         while part.next().map_err(read)?.is_some() {

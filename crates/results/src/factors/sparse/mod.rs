@@ -5,7 +5,7 @@ mod count;
 mod journal;
 mod matrix;
 
-pub use answer::{SparseAnswer, SparseFile};
+pub use answer::{SparseAnswer, SparseFile, sparse_files};
 pub use count::{Hands, SparseCounted, count_rows};
 
 /// What is asked of sparse factors, beside what is asked of all.
