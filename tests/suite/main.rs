@@ -49,6 +49,7 @@ mod sensors;
 mod sign;
 mod sobol_run;
 mod sources;
+mod sparse_factors;
 mod stability;
 mod stuck;
 #[cfg(target_os = "linux")]

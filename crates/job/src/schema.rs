@@ -52,7 +52,7 @@ fn job_key(key: &str) -> Value {
         "name" => told(text(), "Names the output folder. Default: the file's name."),
         "scene" => told(
             json!({"anyOf": [text(), table(SCENE_TABLE_KEYS, &["file"], scene_table_key)]}),
-            "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply or .mgf. Or a table of the file and how it is cut.",
+            "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply, .mgf or .vs3. Or a table of the file and how it is cut.",
         ),
         "seed" => told(integer(0, i64::MAX as u64), "The seed of all random numbers. Default: 0."),
         "confidence" => told(
