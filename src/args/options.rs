@@ -8,8 +8,8 @@ use results::factors::{MatrixFile, SparseFile};
 use studies::compare::Team;
 
 use super::values::{
-    Lamp, count, factor, illuminance, lamp, output_file, part, rays, row_walks, sky, threads, tolerance,
-    workers,
+    Lamp, count, factor, illuminance, lamp, output_file, part, rays, row_walks, sky_patches, threads,
+    tolerance, workers,
 };
 
 /// How a mesh is lit, and read.
@@ -370,8 +370,8 @@ pub(crate) struct FactorsArgs {
     #[arg(long, value_name = "LEAST", value_parser = tolerance, requires = "sparse")]
     pub drop: Option<f64>,
     /// Tell what leaves the scene apart by so many patches of the sky: 145 (Tregenza), 577 or 2305 (Reinhart)
-    #[arg(long, value_name = "PATCHES", value_parser = sky, requires = "sparse")]
-    pub sky: Option<u32>,
+    #[arg(long, value_name = "N", value_parser = sky_patches, requires = "sparse")]
+    pub sky_patches: Option<u32>,
     /// Count this part of the rows, e.g. 1/4 on the first of four machines
     #[arg(long, value_name = "K/N", value_parser = part, requires = "sparse")]
     pub part: Option<[u32; 2]>,

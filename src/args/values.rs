@@ -82,7 +82,7 @@ pub(super) fn part(typed: &str) -> Result<[u32; 2], String> {
 }
 
 /// A number of patches of the sky.
-pub(super) fn sky(typed: &str) -> Result<u32, String> {
+pub(super) fn sky_patches(typed: &str) -> Result<u32, String> {
     let sizes = SkyPatches::SIZES;
     let size = typed.parse().ok().filter(|size| sizes.contains(size));
     size.ok_or_else(|| {

@@ -5,7 +5,7 @@ use radiosity::{Experiment, Tally};
 use report::OutputFolder;
 use results::factors::{
     Answer, Asked, FILES, FactorsFault, Hands as RowHands, Question, Round, SparseAnswer, SparseAsked,
-    SparseFile, Walked, count, count_rows, sparse_files,
+    SparseFile, UNLIT, Walked, count, count_rows, sparse_files,
 };
 use results::{Identity, Settings};
 use tracing::{info, warn};
@@ -64,7 +64,9 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
 
 /// What is asked, by the words of the command.
 fn question(args: &FactorsArgs, sparse: Option<SparseAsked>) -> Result<Question, Fault> {
-    let job = load_given(&args.job.job, &args.job.overrides(), "factors")?;
+    let unlit = sparse.map(|_| UNLIT.to_owned());
+    let overrides: Vec<String> = unlit.into_iter().chain(args.job.overrides()).collect();
+    let job = load_given(&args.job.job, &overrides, "factors")?;
     let asked = Asked {
         groups: args.groups.as_deref(),
         reflections: args.reflections,
@@ -85,7 +87,7 @@ fn sparse(args: &FactorsArgs) -> Option<SparseAsked> {
     args.sparse.then(|| SparseAsked {
         rays: args.rays.unwrap_or(SparseAsked::RAYS),
         least: args.drop.unwrap_or(0.0),
-        sky: args.sky,
+        sky: args.sky_patches,
         part: args.part.unwrap_or([1, 1]),
     })
 }

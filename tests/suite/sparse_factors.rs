@@ -201,7 +201,7 @@ fn the_sky_is_told_apart() {
     let folder = folder(1);
     let scene = CORNER.replace("patches  = [4, 4]", "") + "[sky]\nemittance = 1.0\n";
     fs::write(path(&folder, "corner.toml"), scene).unwrap();
-    assert_eq!(count(&folder, "out", "--rays 200000 --sky 145").0, 0);
+    assert_eq!(count(&folder, "out", "--rays 200000 --sky-patches 145").0, 0);
     let (entries, [rows, columns, _]) = matrix(&path(&folder, "out"));
     assert_eq!((rows, columns), (7, 7 + 2 + 145));
     // The wall stands in x = 0: patch 7 of the lowest band is about the east, patch 22 about the west.
@@ -238,7 +238,7 @@ fn heat_between_facets() {
 fn what_cannot_be_counted_is_refused() {
     let folder = folder(1);
     for (words, told) in [
-        ("--sky 144", "choose 145, 577 or 2305"),
+        ("--sky-patches 144", "choose 145, 577 or 2305"),
         ("--part 3/2", "write 1/4"),
         ("--rays 0", "from 1 to"),
         ("--rays 10 --paths 100", "cannot be used with"),

@@ -45,6 +45,7 @@ pub(crate) fn factors(
         sparse: Some(sparse),
         ..Asked::default()
     };
+    let overrides = [vec![UNLIT.to_owned()], overrides].concat();
     let job = source.as_written(&overrides)?;
     let mut trouble = None;
     let mut ask = |part: f64| {

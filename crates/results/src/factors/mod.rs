@@ -18,4 +18,6 @@ pub use counted::Counted;
 pub use fault::FactorsFault;
 pub use kept::{Kept, is_counted, merge};
 pub use question::{Asked, Question};
-pub use sparse::{Hands, SparseAnswer, SparseAsked, SparseCounted, SparseFile, count_rows, sparse_files};
+pub use sparse::{
+    Hands, SparseAnswer, SparseAsked, SparseCounted, SparseFile, UNLIT, count_rows, sparse_files,
+};

@@ -74,7 +74,7 @@ impl Question {
             return Err(FactorsFault::NoChannel.into());
         }
         job.scene = job.scene.for_exchange(asked.channel.unwrap_or(0), |_| None);
-        if asked.sparse.is_some_and(|sparse| sparse.sky.is_some()) {
+        if asked.sparse.is_some() {
             job.scene = job.scene.without_sky();
         }
         // Factors are counted by single walks; of the method only the space that they go on in is used.

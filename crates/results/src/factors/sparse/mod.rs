@@ -8,6 +8,9 @@ mod matrix;
 pub use answer::{SparseAnswer, SparseFile, sparse_files};
 pub use count::{Hands, SparseCounted, count_rows};
 
+/// The change of a job by which a mesh without light is given no lamps: it has a sky, and sparse factors leave skies out.
+pub const UNLIT: &str = "import.sky=1";
+
 /// What is asked of sparse factors, beside what is asked of all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SparseAsked {
