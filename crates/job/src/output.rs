@@ -100,7 +100,8 @@ pub struct View {
     /// Where the camera stands. Default: where most of what is lit is seen.
     pub stand: Option<Stand>,
     /// From where it looks, if nothing says where it stands. Default: from inside where people could stand or walls hide
-    /// the inside, else from outside.
+    /// the inside, else from outside. It travels behind the groups of cells.
+    #[serde(skip)]
     pub from: Option<Vantage>,
     /// Width and height of the picture [pixels]. Default: 800 on the longer side.
     pub size: Option<[u32; 2]>,
