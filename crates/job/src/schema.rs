@@ -62,7 +62,7 @@ fn job_key(key: &str) -> Value {
         "simultaneous" => told(boolean(), "Whether all intervals hold together. Default: false."),
         "light" => told(
             word::<Light>(),
-            "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf and where light is assumed, else radiant.",
+            "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf, where light is assumed and with a [[lamp]], else radiant.",
         ),
         "import" => told(table(IMPORT_KEYS, &[], import_key), "How meshes are read."),
         "method" => told(table(METHOD_KEYS, &[], method_key), "How the scene is solved."),
