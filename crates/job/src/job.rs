@@ -87,8 +87,8 @@ pub struct Job {
     pub total_target: Option<TotalTarget>,
     /// How rays look for surfaces; the answer is the same with each.
     pub index: IndexChoice,
-    /// What the numbers measure. Default: luminous for a mesh whose format gives lumens, as MGF does, or whose light was assumed, else
-    /// radiant.
+    /// What the numbers measure. Default: luminous for a mesh whose format gives lumens, as MGF does, or whose light was assumed, and for a
+    /// scene with a `[[lamp]]`, else radiant.
     pub light: Light,
     /// The files that are written beside the tally; `None`: the program chooses.
     pub files: Option<Vec<OutputFile>>,
@@ -403,6 +403,7 @@ fn left_open(
             true => Space::Continuous,
             false => partition.map_or(Space::default(), |partition| partition.space),
         },
+        lamps: !scene.spec().lamps.list.is_empty(),
     };
     (Some(open).filter(|open| !open.surfaces.is_empty()), cutting)
 }

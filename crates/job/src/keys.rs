@@ -46,7 +46,8 @@ const fn names<const N: usize>(keys: &[Key; N]) -> [&'static str; N] {
 pub(crate) const JOB_LISTS: [&str; 1] = ["source"];
 
 /// The keys of a scene file.
-pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh", "sensor", "sky"];
+pub(crate) const SCENE_KEYS: &[&str] =
+    &["material", "surface", "mesh", "sensor", "sky", "lamp", "plane", "points"];
 
 /// The keys at the top of a scene that are lists of tables.
-pub(crate) const LISTS: [&str; 3] = ["surface", "mesh", "sensor"];
+pub(crate) const LISTS: [&str; 6] = ["surface", "mesh", "sensor", "lamp", "plane", "points"];

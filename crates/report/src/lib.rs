@@ -26,6 +26,7 @@ mod page;
 mod partition;
 mod patches;
 mod picture;
+mod planes;
 mod precision;
 mod replay;
 #[cfg(test)]
@@ -61,6 +62,7 @@ pub use page::{Live, Milestone, Page};
 pub use partition::{ChoiceSummary, PartitionSummary};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
+pub use planes::{Interval, PerChannel, PlaneSummary, plane_summaries, write_planes};
 pub use precision::{ApartSummary, DiscretisedSummary, HeadlineSummary, PrecisionSummary};
 pub use replay::walk_lines;
 pub use sensitivities::{SensitivitySummary, sensitivity_summaries, write_sensitivities};

@@ -161,10 +161,11 @@ pub(crate) fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub(crate) const DERIVED: [&str; 12] = [
+pub(crate) const DERIVED: [&str; 13] = [
     "patches.csv",
     PARTITION,
     SENSORS,
+    PLANES,
     SOURCES,
     SENSITIVITIES,
     "summary.json",
@@ -181,6 +182,9 @@ pub(crate) const PARTITION: &str = "partition.toml";
 
 /// What sensors read; absent where there are none.
 pub(crate) const SENSORS: &str = "sensors.csv";
+
+/// What the points of planes read; absent where there are none.
+pub(crate) const PLANES: &str = "planes.csv";
 
 /// What each source does; absent where none are told apart.
 pub(crate) const SOURCES: &str = "sources.csv";

@@ -18,7 +18,7 @@ pub(crate) const JOB: [Key; 15] = [
     Key::new("seed", || integer(0, i64::MAX as u64), "The seed of all random numbers. Default: 0."),
     Key::new("confidence", || json!({"type": "number", "minimum": 0.5, "exclusiveMaximum": 1}), "The level of every interval. Default: 0.95."),
     Key::new("simultaneous", boolean, "Whether all intervals hold together. Default: false."),
-    Key::new("light", word::<Light>, "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf and where light is assumed, else radiant."),
+    Key::new("light", word::<Light>, "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf, where light is assumed and with a [[lamp]], else radiant."),
     Key::new("import", || table_of(&IMPORT), "How meshes are read."),
     Key::new("method", || table_of(&METHOD), "How the scene is solved."),
     Key::new("budget", || table_of(&BUDGET), "What the run may cost.").required(),
