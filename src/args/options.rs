@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use job::OutputFile;
 
 use super::values::{Lamp, count, factor, illuminance, lamp, output_file, rays, threads, tolerance, workers};
-use crate::lead::Team;
+use crate::team::Team;
 
 /// How a mesh is lit, and read.
 #[derive(Args)]
