@@ -112,7 +112,7 @@ fn open(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::sure("none escapes where there is no gap", closed.value == 0.0).instead());
     let told = [said_of_a_gap(1e-3, walks)?, said_of_a_gap(1.0, walks)?].concat();
     claims.push(Claim::told(&told, "if it is meant to be closed, it has a gap"));
-    claims.push(Claim::told(&told, "passes"));
+    claims.push(Claim::told(&told, "passed"));
     let (narrowest, escaped) = sweep.curve.marks()[0];
     Ok(Finding {
         predicted: "Walks that leave carry their power away: what escapes is Φ_T − Σ(1 − R_i)φ_i, by the exact \
