@@ -191,6 +191,6 @@ fn exit_code_of(error: &results::Error) -> u8 {
         Error::Incomparable { .. } | Error::NoTable { .. } | Error::Mixture { .. } => 2,
         Error::BeyondBudget { .. } | Error::OtherBatches { .. } => 2,
         Error::Job(_) | Error::Unfit(_) | Error::Factors(_) | Error::NoRoom { .. } => 2,
-        Error::OtherTable { .. } | Error::Overflow | Error::System { .. } => 3,
+        Error::OtherTable { .. } | Error::Overflow | Error::System { .. } | Error::Rows { .. } => 3,
     }
 }

@@ -4,8 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use job::OutputFile;
+use results::factors::{MatrixFile, SparseFile};
 
-use super::values::{Lamp, count, factor, illuminance, lamp, output_file, rays, threads, tolerance, workers};
+use super::values::{
+    Lamp, count, factor, illuminance, lamp, output_file, part, rays, row_walks, sky_patches, threads,
+    tolerance, workers,
+};
 use crate::team::Team;
 
 /// How a mesh is lit, and read.
@@ -353,9 +357,27 @@ pub(crate) struct FactorsArgs {
     /// Solve for the heat between the groups: a file of temperatures [K] or fluxes [W] of each; implies --reflections
     #[arg(long, value_name = "FILE")]
     pub temperatures: Option<PathBuf>,
-    /// Write the factors as matrices, too; may be a list
+    /// Write the factors as matrices, too; may be a list [default of --sparse: mtx]
     #[arg(long, value_name = "FILE", value_delimiter = ',', value_enum)]
     pub export: Vec<MatrixWord>,
+    /// Count row by row and keep the factors that are not 0: for any number of groups, by default every patch
+    #[arg(long, conflicts_with_all = ["pairs", "smooth", "listen"])]
+    pub sparse: bool,
+    /// Walks of each row; with --tolerance, the most [default: 10000]
+    #[arg(long, value_name = "N", value_parser = row_walks, requires = "sparse", conflicts_with = "paths")]
+    pub rays: Option<u32>,
+    /// Leave out factors below this; a column `rest` holds their sum
+    #[arg(long, value_name = "LEAST", value_parser = tolerance, requires = "sparse")]
+    pub drop: Option<f64>,
+    /// Tell what leaves the scene apart by so many patches of the sky: 145 (Tregenza), 577 or 2305 (Reinhart)
+    #[arg(long, value_name = "N", value_parser = sky_patches, requires = "sparse")]
+    pub sky_patches: Option<u32>,
+    /// Count this part of the rows, e.g. 1/4 on the first of four machines
+    #[arg(long, value_name = "K/N", value_parser = part, requires = "sparse")]
+    pub part: Option<[u32; 2]>,
+    /// Take the rows from these folders, where parts of them were counted
+    #[arg(long, value_name = "DIR", value_delimiter = ',', requires = "sparse", conflicts_with_all = ["part", "resume"])]
+    pub join: Vec<PathBuf>,
     #[command(flatten)]
     pub team: TeamArgs,
     /// Listen for workers that are started elsewhere, as coordinate does, in place of starting some here
@@ -373,20 +395,43 @@ pub(crate) struct FactorsArgs {
     pub resume: bool,
 }
 
-/// A format of matrices.
+/// A file of factors.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum MatrixWord {
-    /// factors.npz: arrays of factors, errors and names for NumPy
+    /// factors.npz: arrays of factors, errors and names for NumPy; of --sparse, compressed rows for SciPy
     Npz,
     /// factors.mtx: the factors that are not 0, in the format of Matrix Market
     Mtx,
+    /// factors.vf of View3D (--sparse)
+    View3d,
+    /// vfsparse.inp and svf.inp of uDALES (--sparse)
+    Udales,
+    /// factors.idf: ZoneProperty:UserViewFactors:BySurfaceName of EnergyPlus (--sparse)
+    Energyplus,
+    /// F and globalFaceFaces of OpenFOAM (--sparse)
+    Openfoam,
 }
 
-impl From<MatrixWord> for results::factors::MatrixFile {
+impl MatrixWord {
+    /// The matrix of dense factors; `None` where only sparse ones are written so.
+    pub(crate) fn dense(self) -> Option<MatrixFile> {
+        match self {
+            MatrixWord::Npz => Some(MatrixFile::Npz),
+            MatrixWord::Mtx => Some(MatrixFile::Mtx),
+            _ => None,
+        }
+    }
+}
+
+impl From<MatrixWord> for SparseFile {
     fn from(word: MatrixWord) -> Self {
         match word {
-            MatrixWord::Npz => Self::Npz,
-            MatrixWord::Mtx => Self::Mtx,
+            MatrixWord::Npz => SparseFile::Npz,
+            MatrixWord::Mtx => SparseFile::Mtx,
+            MatrixWord::View3d => SparseFile::View3d,
+            MatrixWord::Udales => SparseFile::Udales,
+            MatrixWord::Energyplus => SparseFile::EnergyPlus,
+            MatrixWord::Openfoam => SparseFile::OpenFoam,
         }
     }
 }

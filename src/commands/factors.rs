@@ -3,7 +3,10 @@
 use protocol::Look;
 use radiosity::{Experiment, Tally};
 use report::OutputFolder;
-use results::factors::{Answer, Asked, FILES, MatrixFile, Question, Round, Walked, count};
+use results::factors::{
+    Answer, Asked, FILES, FactorsFault, Hands as RowHands, Question, Round, SparseAnswer, SparseAsked,
+    SparseFile, UNLIT, Walked, count, count_rows, sparse_files,
+};
 use results::{Identity, Settings};
 use tracing::{info, warn};
 use voice::{Phase, say};
@@ -19,18 +22,12 @@ use crate::signals;
 /// Counts exchange factors and writes them.
 pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
-    let job = load_given(&args.job.job, &args.job.overrides(), "factors")?;
-    let asked = Asked {
-        groups: args.groups.as_deref(),
-        reflections: args.reflections,
-        channel: args.channel.map(|channel| channel as usize),
-        tolerance: args.tolerance,
-        pairs: &args.pairs,
-        smooth: args.smooth,
-        temperatures: args.temperatures.as_deref(),
-    };
-    let question = Question::of(job, &asked)?;
-    question.job.scene.notes().iter().for_each(|note| info!("note: {note}"));
+    if let Some(asked) = sparse(args) {
+        return sparse_factors(args, &asked, phase);
+    }
+    let exports = args.export.iter().map(|word| word.dense()).collect::<Option<Vec<_>>>();
+    let exports = exports.ok_or_else(|| results::Error::from(FactorsFault::SparseExports))?;
+    let question = question(args, None)?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
     let folder = OutputFolder::claim(&path, &FILES, args.out.force || args.resume)?;
     if args.out.force {
@@ -54,7 +51,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
         return Ok(Outcome::Interrupted);
     }
     let answer = Answer::of(&question, counted).map_err(results::Error::from)?;
-    answer.write(&folder, &args.export.iter().map(|&word| word.into()).collect::<Vec<MatrixFile>>())?;
+    answer.write(&folder, &exports)?;
     if !args.out.quiet {
         tell(&answer, &folder);
     }
@@ -63,6 +60,82 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
         (false, Some(false)) => Outcome::TargetMissed,
         (false, _) => Outcome::Done,
     })
+}
+
+/// What is asked, by the words of the command.
+fn question(args: &FactorsArgs, sparse: Option<SparseAsked>) -> Result<Question, Fault> {
+    let unlit = sparse.map(|_| UNLIT.to_owned());
+    let overrides: Vec<String> = unlit.into_iter().chain(args.job.overrides()).collect();
+    let job = load_given(&args.job.job, &overrides, "factors")?;
+    let asked = Asked {
+        groups: args.groups.as_deref(),
+        reflections: args.reflections,
+        channel: args.channel.map(|channel| channel as usize),
+        tolerance: args.tolerance,
+        pairs: &args.pairs,
+        smooth: args.smooth,
+        temperatures: args.temperatures.as_deref(),
+        sparse,
+    };
+    let question = Question::of(job, &asked)?;
+    question.job.scene.notes().iter().for_each(|note| info!("note: {note}"));
+    Ok(question)
+}
+
+/// What is asked of sparse factors; `None` where these are not asked for.
+fn sparse(args: &FactorsArgs) -> Option<SparseAsked> {
+    args.sparse.then(|| SparseAsked {
+        rays: args.rays.unwrap_or(SparseAsked::RAYS),
+        least: args.drop.unwrap_or(0.0),
+        sky: args.sky_patches,
+        part: args.part.unwrap_or([1, 1]),
+    })
+}
+
+/// Counts rows on threads of this process and writes what they say, once there are all.
+fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Result<Outcome, Fault> {
+    let question = question(args, Some(*asked))?;
+    let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
+    let files = sparse_files();
+    let folder = OutputFolder::claim(&path, &files, args.out.force || args.resume)?;
+    if args.out.force {
+        folder.remove(&files)?;
+    }
+    signals::catch();
+    phase.now("counting rows");
+    let team = args.team.team();
+    let mut watch = |part| {
+        phase.done(part);
+        !signals::stop_asked()
+    };
+    let hands = RowHands { threads: team.workers * team.threads as usize, watch: &mut watch };
+    let counted = count_rows(&question, asked, (&folder, args.resume, &args.join), hands)?;
+    if counted.interrupted {
+        drop(phase);
+        warn!("interrupted; the rows that are done are kept, go on with --resume");
+        return Ok(Outcome::Interrupted);
+    }
+    if asked.part[1] > 1 {
+        drop(phase);
+        info!(
+            "part {}/{} of the rows is in {}; put all together with --join",
+            asked.part[0],
+            asked.part[1],
+            path.display()
+        );
+        return Ok(Outcome::Done);
+    }
+    phase.now("writing matrices");
+    let answer = SparseAnswer::of(&question, asked, counted, &folder)?;
+    let files: Vec<SparseFile> = args.export.iter().map(|&word| word.into()).collect();
+    answer.write(&folder, if files.is_empty() { &[SparseFile::Mtx] } else { &files })?;
+    drop(phase);
+    if !args.out.quiet {
+        answer.warnings().iter().for_each(|warning| warn!("{warning}"));
+        answer.lines().iter().for_each(|line| say(line));
+        say(&format!("written to {}", folder.path().display()));
+    }
+    Ok(if answer.reached() == Some(false) { Outcome::TargetMissed } else { Outcome::Done })
 }
 
 /// Says what was found, and where it is.

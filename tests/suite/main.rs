@@ -48,6 +48,7 @@ mod sensors;
 mod sign;
 mod sobol_run;
 mod sources;
+mod sparse_factors;
 mod stuck;
 #[cfg(target_os = "linux")]
 mod terminal;

@@ -44,10 +44,15 @@ pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
-pub use export::{Cells, Column, columns, corners, read_table, write_glb, write_parquet, write_vtu};
+pub use export::{
+    Cells, Column, CsrKind, CsrNumbers, FoamList, MatrixRow, MatrixRows, columns, corners, read_table,
+    write_csr, write_energyplus, write_glb, write_mtx, write_openfoam, write_parquet, write_udales,
+    write_udales_sky, write_view3d, write_vtu,
+};
 pub use factors::{
-    BACK, ESCAPE, FactorsSummary, GroupRow, SmoothingSummary, ToleranceSummary, is_outside,
-    write_exact_factors, write_factors, write_factors_mtx, write_factors_npz, write_groups, write_thermal,
+    BACK, DroppedSummary, ESCAPE, FactorsSummary, GroupRow, REST, SmoothingSummary, SparseSummary,
+    ToleranceSummary, is_outside, write_exact_factors, write_factors, write_factors_mtx, write_factors_npz,
+    write_groups, write_json, write_thermal,
 };
 pub use markdown::Markdown;
 pub use method::MethodWords;
