@@ -3,13 +3,12 @@
 use radiosity::{EstimatorKind, IndexChoice, Quantity, RayBirths, Sampler, Space};
 use serde_json::{Value, json};
 
-use super::{Key, names};
-use crate::budget::MAX_STREAM_PATHS;
-use crate::job::Light;
-use crate::method::{Basis, EndWord, SolveWord, WalkKind};
-use crate::output::{FOV, MAX_PIXELS, OutputFile, Vantage};
+use crate::key::{Key, names};
+use crate::method::table::{Basis, WalkKind};
 use crate::schema::parts::*;
-use crate::target::Unhit;
+use crate::vocabulary::{
+    EndWord, FOV, Light, MAX_PIXELS, MAX_STREAM_PATHS, OutputFile, SolveWord, Unhit, Vantage,
+};
 
 /// The keys of a job file.
 pub(crate) const JOB: [Key; 15] = [

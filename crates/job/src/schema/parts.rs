@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::keys::Key;
+use crate::key::Key;
 use crate::word::Word;
 
 /// The dialect that the schemas are written in.
