@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use job::OutputFile;
 use results::factors::{MatrixFile, SparseFile};
-use studies::compare::Team;
 
 use super::values::{
     Lamp, count, factor, illuminance, lamp, output_file, part, rays, row_walks, sky_patches, threads,
     tolerance, workers,
 };
+use crate::lead::Team;
 
 /// How a mesh is lit, and read.
 #[derive(Args)]
@@ -77,7 +77,7 @@ impl JobArgs {
 /// Where results go, and which messages are shown.
 #[derive(Args)]
 pub(crate) struct OutArgs {
-    /// The output folder [default: out/<job name>; of reproduce: out/papers]
+    /// The output folder [default: out/<job name>]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Replace results that are in the output folder
@@ -459,19 +459,11 @@ pub(crate) struct PlanArgs {
     pub json: bool,
 }
 
+/// Whatever a command took that is in the laboratory now.
 #[derive(Args)]
-pub(crate) struct ReproduceArgs {
-    /// Everything at reduced size: a minute
-    #[arg(long)]
-    pub quick: bool,
-    /// Configurations with closed forms in place of the papers: the scorecard [default folder: out/validation]
-    #[arg(long)]
-    pub validation: bool,
-    #[command(flatten)]
-    pub out: OutArgs,
-    /// Threads; the answer does not depend on them [default: one per core]
-    #[arg(long, value_name = "T", value_parser = threads)]
-    pub threads: Option<u32>,
+pub(crate) struct MovedArgs {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    _words: Vec<String>,
 }
 
 #[derive(Args)]
@@ -516,18 +508,6 @@ pub(crate) struct LampArgs {
     /// What is in the file as JSON on stdout
     #[arg(long)]
     pub json: bool,
-}
-
-#[derive(Args)]
-pub(crate) struct StabilityArgs {
-    #[command(flatten)]
-    pub out: OutArgs,
-    /// Fewer walks and shorter sweeps
-    #[arg(long)]
-    pub quick: bool,
-    /// This entry only; may be repeated
-    #[arg(long, value_name = "NAME")]
-    pub only: Vec<String>,
 }
 
 #[derive(Args)]

@@ -16,8 +16,8 @@ use crate::build::BUILD;
 use crate::choose::load_given;
 use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
+use crate::lead::{Executor, Remote, walk};
 use crate::signals;
-use crate::team::{Hands, Remote, walk};
 
 /// Counts exchange factors and writes them.
 pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
@@ -35,12 +35,12 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     }
     drop(phase);
     signals::catch();
-    let hands = hands(args, &question, &folder)?;
+    let executor = executor(args, &question, &folder)?;
     let phase = Phase::begin("counting walks between groups");
-    let mut walk = |round: Round<'_>| walk_round(&hands, &round);
+    let mut walk = |round: Round<'_>| walk_round(&executor, &round);
     let counted = count(&question, BUILD, (&folder, args.resume), &mut walk, &|part| phase.done(part));
     drop(phase);
-    if let Hands::Remote(remote) = hands {
+    if let Executor::Remote(remote) = executor {
         dismiss(remote, &question)?;
     }
     let counted = counted?;
@@ -146,11 +146,11 @@ pub(crate) fn tell(answer: &Answer, folder: &OutputFolder) {
 }
 
 /// The processes that walk.
-fn hands(args: &FactorsArgs, question: &Question, folder: &OutputFolder) -> Result<Hands, Fault> {
-    let Some(address) = &args.listen else { return Ok(Hands::Local(args.team.team())) };
+fn executor(args: &FactorsArgs, question: &Question, folder: &OutputFolder) -> Result<Executor, Fault> {
+    let Some(address) = &args.listen else { return Ok(Executor::Local(args.team.team())) };
     let file = args.access.clone().unwrap_or_else(|| folder.path().join("access.json"));
     let address = (&**address, args.advertise.as_deref());
-    Ok(Hands::Remote(Remote::open(question.scene.hash(), address, file)?))
+    Ok(Executor::Remote(Remote::open(question.scene.hash(), address, file)?))
 }
 
 /// Tells workers that are started elsewhere that there are no more walks.
@@ -161,13 +161,13 @@ fn dismiss(remote: Remote, question: &Question) -> Result<(), Fault> {
 }
 
 /// Walks a look on worker processes; `None` where a signal ended it.
-fn walk_round(hands: &Hands, round: &Round<'_>) -> Result<Option<Walked>, Fault> {
+fn walk_round(executor: &Executor, round: &Round<'_>) -> Result<Option<Walked>, Fault> {
     let Round { identity, experiment, budget, walks, watch } = round;
     let judge = |prefix: &Tally, _: &[Look]| {
         let counts = prefix.counts;
         Look { walks: counts.walks, rays: counts.rays, ..Look::default() }
     };
-    match walk(hands, identity, budget, experiment, (vec![*walks], Box::new(judge)), watch) {
+    match walk(executor, identity, budget, experiment, (vec![*walks], Box::new(judge)), watch) {
         Ok(walked) => Ok(Some(Walked { tally: walked.tally, cpu_seconds: walked.cpu_seconds })),
         Err(Fault::Interrupted) => Ok(None),
         Err(fault) => Err(fault),

@@ -41,7 +41,6 @@ mod plan;
 mod refusals;
 mod relay;
 mod report;
-mod reproduce;
 mod resume;
 mod rooms;
 mod run;
@@ -50,7 +49,6 @@ mod sign;
 mod sobol_run;
 mod sources;
 mod sparse_factors;
-mod stability;
 mod stuck;
 #[cfg(target_os = "linux")]
 mod terminal;

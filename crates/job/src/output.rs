@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
+use crate::keys::VIEW_KEYS;
 use crate::shape::read_point;
 use crate::word::Word;
 
@@ -148,10 +149,6 @@ const DEFAULT_FOV: f64 = 40.0;
 
 /// The sine of the smallest angle between the direction of view and the one that is up.
 const PARALLEL: f64 = 1e-6;
-
-pub(crate) const OUTPUT_KEYS: &[&str] = &["files"];
-
-pub(crate) const VIEW_KEYS: &[&str] = &["from", "eye", "look_at", "up", "fov", "size", "exposure"];
 
 /// Reads `[output]`; `None` where the job leaves the choice of files to the program.
 pub(crate) fn read_output(mut table: Table<'_>) -> Result<Option<Vec<OutputFile>>, Error> {

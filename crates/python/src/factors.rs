@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use report::OutputFolder;
 use results::factors::{
-    Asked, Hands, Question, SparseAnswer, SparseAsked, SparseFile, count_rows, sparse_files,
+    Asked, Hands, Question, SparseAnswer, SparseAsked, SparseFile, UNLIT, count_rows, sparse_files,
 };
 
 use crate::refusal::refuse;

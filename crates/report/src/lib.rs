@@ -9,7 +9,6 @@ mod atomic;
 mod bounds;
 mod camera;
 mod chart;
-mod cores;
 mod dials;
 mod error;
 mod exact_csv;
@@ -17,8 +16,10 @@ mod export;
 mod factors;
 mod flow;
 mod mark;
+mod markdown;
 mod method;
 mod model;
+mod numbers;
 mod outlines;
 mod pack;
 mod page;
@@ -41,7 +42,6 @@ pub use accuracy::{AccuracySummary, TotalSummary};
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, write_soon};
 pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};
-pub use cores::on_all_cores;
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use export::{
@@ -54,6 +54,7 @@ pub use factors::{
     ToleranceSummary, is_outside, write_exact_factors, write_factors, write_factors_mtx, write_factors_npz,
     write_groups, write_json, write_thermal,
 };
+pub use markdown::Markdown;
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
