@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn cuts_are_where_the_light_varies() {
-        let tree = corner(4).triangles(1e3, 1e3);
+        let tree = corner(4).triangles(1e2, 1e2);
         assert_eq!(tree.rows, 16);
         // Three quarters of each level, and the last four.
         assert_eq!(tree.patch_of_cell.iter().max(), Some(&12));

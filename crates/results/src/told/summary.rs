@@ -3,8 +3,8 @@
 use job::{OutputFile, Word};
 use report::words::{counted, duration, percent, quantity};
 use report::{
-    AccuracySummary, ChoiceSummary, PartitionSummary, SensitivitySummary, SensorSummary, SensorsSummary,
-    SourceSummary, Summary, Target, TotalSummary, Verdict, WorstPatch,
+    AccuracySummary, ChoiceSummary, PartitionSummary, PlaneSummary, SensitivitySummary, SensorSummary,
+    SensorsSummary, SourceSummary, Summary, Target, TotalSummary, Verdict, WorstPatch,
 };
 
 use crate::outputs::RunOutput;
@@ -29,6 +29,8 @@ pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>
     lines.extend(
         summary.sensors.iter().flat_map(|sensors| of_sensors(sensors, summary.discretised.is_some())),
     );
+    let unit = summary.units.irradiance;
+    lines.extend(summary.planes.iter().map(|plane| of_plane(plane, unit)));
     lines.extend(summary.sources.iter().map(|source| of_source(source, summary.units.power)));
     if let Some((most, others)) = summary.sensitivities.split_first() {
         lines.push(of_sensitivities(most, others));
@@ -177,6 +179,18 @@ fn of_sensors(sensors: &SensorsSummary, discretised: bool) -> Vec<String> {
         format!("target of sensors {}{system}", if reached { "reached" } else { "not reached" })
     });
     sensors.list.iter().map(of_sensor).chain(verdict).collect()
+}
+
+/// What a plane of points has found.
+fn of_plane(plane: &PlaneSummary, unit: &str) -> String {
+    let PlaneSummary { name, points, mean, minimum, uniformity, .. } = plane;
+    format!(
+        "plane {name:?} ({}): mean {} {unit}, minimum {} {unit}, U₀ {}",
+        counted(*points as u64, "point"),
+        mean.words(),
+        minimum.words(),
+        uniformity.words()
+    )
 }
 
 /// How well the light of one source is known.

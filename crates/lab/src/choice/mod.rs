@@ -1,0 +1,33 @@
+//! What the program chooses without words against jobs that are tuned by hand: processor time to the same error.
+//!
+//! `radwalk-lab choice FOLDER MILLIONS ROOM…` writes `choice.md` into the folder. Rooms are meshes, or scenes in TOML
+//! of which no cells are written. Light is measured at points of all faces against two references of so many million walks on small cells.
+
+mod page;
+mod runs;
+mod truth;
+
+use std::path::Path;
+
+use self::runs::{Room, chosen, given};
+use self::truth::Truth;
+use crate::walking::Failure;
+
+pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
+    let mut args = words.iter();
+    let usage = "usage: choice FOLDER MILLIONS ROOM…";
+    let folder = args.next().ok_or(usage)?;
+    let millions: u64 = args.next().ok_or(usage)?.parse()?;
+    let files: Vec<&String> = args.collect();
+    let names: Vec<_> =
+        files.iter().map(|file| Path::new(file).file_name().unwrap_or_default().to_string_lossy()).collect();
+    let mut studied = Vec::new();
+    for file in &files {
+        let room = Room::new(Path::new(file))?;
+        let truth = Truth::new(&room, millions * 1_000_000)?;
+        let (chosen, given) = (chosen(&room, &truth)?, given(&room, &truth)?);
+        studied.push((room, chosen, given));
+        page::write(Path::new(folder), (millions, &names.join(" ")), &studied)?;
+    }
+    Ok(())
+}
