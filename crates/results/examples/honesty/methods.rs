@@ -87,10 +87,10 @@ pub const METHODS: [Method; 12] = [
         longer: 1,
     },
     Method { name: "auto patches", set: &["scene.patches=auto"], seeds: 16, in_rooms: false, longer: 4 },
-    Method { name: "default", set: &[], seeds: 16, in_rooms: false, longer: 4 },
+    Method { name: "default", set: &[], seeds: 16, in_rooms: true, longer: 4 },
 ];
 
-/// Walks of the plainest runs in made scenes; in rooms, for each of their faces.
+/// Walks of the plainest runs; in rooms, at least, and for each of their faces.
 const WALKS: u64 = 4096;
 const WALKS_PER_FACE: u64 = 20;
 
@@ -100,7 +100,7 @@ const CHAIN_RAYS: u64 = 8 * 32;
 impl Method {
     /// The paths of its runs in a scene of so many faces.
     pub fn paths(&self, site: &Site, faces: usize) -> u64 {
-        let plain = if site.made { WALKS } else { WALKS_PER_FACE * faces as u64 };
+        let plain = if site.made { WALKS } else { WALKS.max(WALKS_PER_FACE * faces as u64) };
         if self.longer == 0 { CHAIN_RAYS * faces as u64 } else { self.longer * plain }
     }
 
