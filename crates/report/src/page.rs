@@ -29,7 +29,7 @@ use crate::sensors::write_sensors;
 use crate::smooth::Smooth;
 use crate::sources::SourceSummary;
 use crate::summary::{Energy, Summary, Verdict};
-use crate::words::percent;
+use crate::words::{self, percent};
 pub use charts::Milestone;
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
@@ -233,8 +233,9 @@ impl Page<'_> {
         let target = self.summary.target.as_ref()?;
         let reached = if target.reached { "reached" } else { "not reached" };
         Some(format!(
-            "The target is {reached}: {}; {:.2} % was asked for.",
+            "The target is {reached}: {}{}; {:.2} % was asked for.",
             target.achieved_words(),
+            self.summary.system(),
             100.0 * target.fraction
         ))
     }
@@ -418,7 +419,7 @@ fn shares(estimates: &Estimates, summary: &Summary) -> (Vec<Share>, String) {
     ];
     let share = |((kind, words), amount): ((&'static str, &'static str), f64)| {
         let part = amount / total;
-        Share { kind, words, share: 100.0 * part, percent: percent(part), amount: amount.to_string() }
+        Share { kind, words, share: 100.0 * part, percent: words::share(part), amount: amount.to_string() }
     };
     let shown = kinds.into_iter().zip(amounts).filter(|&(_, amount)| amount > 0.0);
     (shown.map(share).collect(), unit)

@@ -19,6 +19,9 @@ use crate::truth::{Fine, Truth};
 /// root mean squared error of a run, and never more than its mean number of hits.
 pub const CLASSES: [f64; 5] = [1.0, 4.0, 16.0, 64.0, f64::INFINITY];
 
+/// Relative errors below this are those of sums of whole units, not of walks.
+const ROUNDING: f64 = 1e-7;
+
 /// The columns of radiosities, grey and in colour.
 const CHANNELS: [&str; 4] = ["", "_r", "_g", "_b"];
 
@@ -129,9 +132,9 @@ pub fn all(site: &Site) -> Result<Vec<Row>, Failure> {
     let mut rows = Vec::new();
     for method in METHODS.iter().filter(|method| site.made || method.in_rooms) {
         let paths = method.paths(site, scene.faces().len());
-        let done = match method.name {
-            "auto patches" | "default" => of_chosen(site, method, paths, fine.as_ref()),
-            _ => of_given(
+        let done = match method.chooses() {
+            true => of_chosen(site, method, paths, fine.as_ref()),
+            false => of_given(
                 site,
                 method,
                 paths,
@@ -231,12 +234,13 @@ fn of_given(site: &Site, method: &Method, paths: u64, known: &Known) -> Result<V
     patches.judge(&mut row, &runs);
     row.alarms = alarms(&runs);
     (row.total, row.predicted) = totals(&done.iter().filter_map(|(_, error, _)| *error).collect::<Vec<_>>());
-    if TARGETS.contains(&method.name) {
+    if TARGETS.contains(&method.name) && (site.made || method.name == METHODS[0].name) {
         row.reached = reached(site, method, paths, &patches, &runs)?;
     }
-    if DISTANCES.contains(&method.name) {
-        row.distance = distance_told(site, method, paths, distance)?;
-    }
+    row.distance = match site.made && DISTANCES.contains(&method.name) {
+        true => distance_told(&longer(site, method, paths)?, distance),
+        false => distance_told(runs.iter().map(|run| &run.summary), distance),
+    };
     let mut rows = vec![row];
     if site.name == CONTROL && method.name == METHODS[0].name {
         let narrowed: Vec<Run> = runs.iter().map(|run| run.narrowed()).collect();
@@ -265,26 +269,29 @@ impl Run {
     }
 }
 
-/// What runs tell of the distance of the discretised system; `None` where they examine none.
-fn distance_told(site: &Site, method: &Method, paths: u64, truth: f64) -> Result<Option<Distance>, Failure> {
-    let seeds = method.seeds(site).min(DISTANCE_SEEDS);
-    let runs = for_seeds(seeds, |seed| {
+/// Summaries of runs of a made scene that are long enough for the distance of the discretised system to be examined.
+fn longer(site: &Site, method: &Method, paths: u64) -> Result<Vec<Value>, Failure> {
+    for_seeds(method.seeds(site).min(DISTANCE_SEEDS), |seed| {
         let kept = method.run(site, DISTANCE_LONGER * paths, 2000 + seed, &[])?;
         Ok(serde_json::to_value(kept.summary("study"))?)
-    })?;
-    let of = |summary: &Value| {
+    })
+}
+
+/// What runs tell of the distance of the discretised system; `None` where they examine none.
+fn distance_told<'a>(runs: impl IntoIterator<Item = &'a Value>, truth: f64) -> Option<Distance> {
+    let of = |summary: &'a Value| {
         let ends = ["distance", "low", "high"].map(|name| summary["discretised"][name].as_f64());
         Some([ends[0]?, ends[1]?, ends[2]?])
     };
-    let told: Vec<[f64; 3]> = runs.iter().filter_map(of).collect();
+    let told: Vec<[f64; 3]> = runs.into_iter().filter_map(of).collect();
     let holds: Vec<f64> =
         told.iter().map(|[_, low, high]| f64::from(u8::from(*low <= truth && truth <= *high))).collect();
     let mut distances: Vec<f64> = told.iter().map(|[distance, ..]| *distance).collect();
     distances.sort_by(f64::total_cmp);
-    Ok((told.len() > 1).then(|| Distance {
+    (told.len() > 1).then(|| Distance {
         pair: Pair { told: distances[distances.len() / 2], truth },
         coverage: Measured::of(&holds),
-    }))
+    })
 }
 
 /// A method whose patches a pilot chooses: no two runs need have the same.
@@ -407,7 +414,7 @@ impl Patches {
             let holds = |run: &&Run| {
                 let inside = members.iter().filter(|&&k| {
                     let (b, Told { low, high, .. }) = (self.of[k][3], run.told[k]);
-                    let slack = 1e-9 * b;
+                    let slack = ROUNDING * b;
                     low - slack <= b && b <= high + slack
                 });
                 inside.count() as f64 / members.len() as f64
@@ -430,8 +437,11 @@ impl Patches {
                     }
                 }
             }
-            let (std_error, chance) = ratio_of_roots(&squares);
-            Class { coverage: Some(Measured::of(&each)), width: widths / truths, std_error, chance }
+            // What is exact but for rounding has no error to compare with.
+            let exact = truths <= ROUNDING * members.len() as f64;
+            let (std_error, chance) = if exact { (f64::NAN, 0.0) } else { ratio_of_roots(&squares) };
+            let width = if exact { f64::NAN } else { widths / truths };
+            Class { coverage: Some(Measured::of(&each)), width, std_error, chance }
         })
     }
 
@@ -452,7 +462,7 @@ impl Patches {
             let (mut inside, mut all) = (0.0, 0.0);
             for (&[.., h], told) in self.of.iter().zip(&run.told) {
                 let Some([low, high]) = told.h_interval else { continue };
-                let slack = 1e-9 * h;
+                let slack = ROUNDING * h;
                 all += 1.0;
                 inside += f64::from(u8::from(low - slack <= h && h <= high + slack));
             }
@@ -497,7 +507,7 @@ impl Patches {
                 below += area;
                 below >= part * total * (1.0 - 1e-12)
             });
-            reached.map_or(f64::NAN, |(error, _)| *error)
+            reached.map_or(f64::NAN, |(error, _)| if *error <= ROUNDING { f64::NAN } else { *error })
         };
         Some([
             Pair { told: told("/headline/median")?, truth: at(0.5) },
