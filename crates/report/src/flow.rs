@@ -261,6 +261,7 @@ mod tests {
             choice: None,
             partition: None,
             sensors: None,
+            planes: Vec::new(),
             sources: Vec::new(),
             sensitivities: Vec::new(),
             import: Vec::new(),

@@ -25,7 +25,7 @@ use crate::patches::{per_channel, write_patches};
 use crate::picture::Shot;
 use crate::precision::HeadlineSummary;
 use crate::sensitivities::SensitivitySummary;
-use crate::sensors::write_sensors;
+use crate::sensors::write_cells;
 use crate::smooth::Smooth;
 use crate::sources::SourceSummary;
 use crate::summary::{Energy, Summary, Verdict};
@@ -156,8 +156,11 @@ impl Page<'_> {
             false => (None, None),
         };
         let rounded = layout.as_ref().map(Layout::words);
-        let sensor_table =
-            self.readings.map(|readings| pack(|zlib| write_sensors(zlib, readings))).transpose()?;
+        let sensor_table = self.readings.map(|readings| {
+            let cells = 0..readings.sensors().cell_count();
+            pack(|zlib| write_cells(zlib, readings, cells))
+        });
+        let sensor_table = sensor_table.transpose()?;
         Ok(context! {
             name => self.name,
             summary => summary,

@@ -3,8 +3,8 @@
 use job::{OutputFile, Unhit, Word};
 use report::words::{counted, duration, percent, quantity};
 use report::{
-    AccuracySummary, ChoiceSummary, PartitionSummary, SensitivitySummary, SensorSummary, SensorsSummary,
-    SourceSummary, Summary, Target, TotalSummary, Verdict, WorstPatch,
+    AccuracySummary, ChoiceSummary, PartitionSummary, PlaneSummary, SensitivitySummary, SensorSummary,
+    SensorsSummary, SourceSummary, Summary, Target, TotalSummary, Verdict, WorstPatch,
 };
 
 use crate::outputs::RunOutput;
@@ -27,6 +27,7 @@ pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>
     }
     lines.extend(summary.target.iter().flat_map(|target| of_target(target, summary, settings)));
     lines.extend(summary.sensors.iter().flat_map(|sensors| of_sensors(sensors, summary.system())));
+    lines.extend(summary.planes.iter().map(|plane| of_plane(plane, summary)));
     lines.extend(summary.sources.iter().map(|source| of_source(source, summary)));
     if let Some((most, others)) = summary.sensitivities.split_first() {
         lines.push(of_sensitivities(most, others));
@@ -183,6 +184,19 @@ fn of_sensors(sensors: &SensorsSummary, system: &str) -> Vec<String> {
         format!("target of sensors {}{system}", if reached { "reached" } else { "not reached" })
     });
     sensors.list.iter().map(of_sensor).chain(verdict).collect()
+}
+
+/// What a plane of points has found.
+fn of_plane(plane: &PlaneSummary, summary: &Summary) -> String {
+    let PlaneSummary { name, points, mean, minimum, uniformity, .. } = plane;
+    let (unit, system) = (summary.units.irradiance, summary.system());
+    format!(
+        "plane {name:?} ({}): mean {} {unit}, minimum {} {unit}, U₀ {}{system}",
+        counted(*points as u64, "point"),
+        mean.words(),
+        minimum.words(),
+        uniformity.words()
+    )
 }
 
 /// How well the light of one source is known.
