@@ -1,8 +1,8 @@
 //! Whether the figures that the program tells are true: told over true, for each figure, method and scene.
 //!
-//! `radwalk-lab honesty FOLDER [--quick] [SCENE…] [ROOM…]` writes `honesty.md` into the folder. Rooms are files of
-//! meshes or jobs, which are studied beside the made scenes; the names of made scenes choose these alone; `--quick` takes a quarter of the seeds. Told is what
-//! `patches.csv` and `summary.json` hold. The study fails where it takes figures that are false on purpose for true.
+//! `radwalk-lab honesty FOLDER [--quick] [SCENE…] [ROOM…]` writes `honesty.md` into the folder. Rooms are files of meshes or jobs, which are studied
+//! beside the made scenes; the names of made scenes choose these alone; `--quick` takes a quarter of the seeds. Told is what `patches.csv` and
+//! `summary.json` hold. The study fails where it takes figures that are false on purpose for true.
 
 mod measure;
 mod methods;

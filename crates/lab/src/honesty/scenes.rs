@@ -1,6 +1,5 @@
 //! The scenes of the study.
 
-use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -38,10 +37,8 @@ impl Site {
 
     /// A room from elsewhere.
     pub fn room(path: &Path) -> Result<Self, Failure> {
-        let part = |of: Option<&OsStr>| {
-            Ok::<_, Failure>(of.ok_or("a room is a file")?.to_string_lossy().into_owned())
-        };
-        let (name, file) = (part(path.file_stem())?, part(path.file_name())?);
+        let file = path.file_name().ok_or("a room is a file")?.to_string_lossy().into_owned();
+        let name = file.clone();
         Ok(Site {
             name,
             file,

@@ -27,8 +27,7 @@ pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>
     }
     lines.extend(summary.target.iter().flat_map(|target| of_target(target, summary, settings)));
     lines.extend(summary.sensors.iter().flat_map(|sensors| of_sensors(sensors, summary.system())));
-    let unit = summary.units.irradiance;
-    lines.extend(summary.planes.iter().map(|plane| of_plane(plane, unit)));
+    lines.extend(summary.planes.iter().map(|plane| of_plane(plane, summary)));
     lines.extend(summary.sources.iter().map(|source| of_source(source, summary)));
     if let Some((most, others)) = summary.sensitivities.split_first() {
         lines.push(of_sensitivities(most, others));
@@ -188,10 +187,11 @@ fn of_sensors(sensors: &SensorsSummary, system: &str) -> Vec<String> {
 }
 
 /// What a plane of points has found.
-fn of_plane(plane: &PlaneSummary, unit: &str) -> String {
+fn of_plane(plane: &PlaneSummary, summary: &Summary) -> String {
     let PlaneSummary { name, points, mean, minimum, uniformity, .. } = plane;
+    let (unit, system) = (summary.units.irradiance, summary.system());
     format!(
-        "plane {name:?} ({}): mean {} {unit}, minimum {} {unit}, U₀ {}",
+        "plane {name:?} ({}): mean {} {unit}, minimum {} {unit}, U₀ {}{system}",
         counted(*points as u64, "point"),
         mean.words(),
         minimum.words(),
