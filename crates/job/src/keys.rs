@@ -23,7 +23,7 @@ pub(crate) const JOB_KEYS: &[&str] = &[
 pub(crate) const JOB_LISTS: [&str; 1] = ["source"];
 
 /// The keys of a `[[source]]`.
-pub(crate) const SOURCE_KEYS: &[&str] = &["name", "surfaces", "materials", "patches"];
+pub(crate) const SOURCE_KEYS: &[&str] = &["name", "surfaces", "materials", "patches", "lamps"];
 
 /// The keys of `[sensitivity]`.
 pub(crate) const SENSITIVITY_KEYS: &[&str] = &["materials"];

@@ -106,6 +106,10 @@ fn source_key(key: &str) -> Value {
             "All surfaces of materials by name, * standing for any text.",
         ),
         "patches" => told(patches(), "Patches by number."),
+        "lamps" => told(
+            json!({"type": "array"}),
+            "Lamps without area by name, `*` standing for any text, or by number.",
+        ),
         _ => json!({}),
     }
 }

@@ -21,11 +21,23 @@ pub struct PlaneSummary {
     pub minimum: PerChannel,
     /// U₀: the minimum over the mean.
     pub uniformity: PerChannel,
+    /// What each source brings to the mean; absent where sources are not told apart.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<PlaneSource>,
     /// The largest half-width over the estimate of a point; `null` where nothing was found for one.
     pub relative_error: f64,
     /// What the target asks of every point; absent where it asks nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<f64>,
+}
+
+/// The part of a source in the mean of a plane.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlaneSource {
+    /// The name of the source.
+    pub name: String,
+    /// The mean illuminance by its light alone.
+    pub mean: PerChannel,
 }
 
 /// A figure of a grey scene, or of every channel of a coloured one.
@@ -76,9 +88,18 @@ impl PerChannel {
     }
 }
 
-/// The figures of every plane; `asked` is what the target asks of a sensor.
-pub fn plane_summaries(readings: &Readings, asked: impl Fn(usize) -> Option<f64>) -> Vec<PlaneSummary> {
+/// The figures of every plane, where the `names` are those of sources that are told apart; `asked` is what the target asks of a sensor.
+pub fn plane_summaries(
+    readings: &Readings,
+    names: &[String],
+    asked: impl Fn(usize) -> Option<f64>,
+) -> Vec<PlaneSummary> {
     let sensors = readings.sensors();
+    let of_source = |name: &String, source: usize, number: usize| {
+        let own = readings.of_source(source)?;
+        let means = (0..own.channels()).map(|c| own.plane(number, c).mean).collect();
+        Some(PlaneSource { name: name.clone(), mean: PerChannel::of(means) })
+    };
     let summary = |(number, sensor): (usize, usize)| {
         let figures: Vec<_> = (0..readings.channels()).map(|c| readings.plane(number, c)).collect();
         let per = |of: &dyn Fn(&radiosity::PlaneFigures) -> Figure| {
@@ -90,6 +111,11 @@ pub fn plane_summaries(readings: &Readings, asked: impl Fn(usize) -> Option<f64>
             mean: per(&|figures| figures.mean),
             minimum: per(&|figures| figures.minimum),
             uniformity: per(&|figures| figures.uniformity),
+            sources: names
+                .iter()
+                .zip(0..)
+                .filter_map(|(name, source)| of_source(name, source, number))
+                .collect(),
             relative_error: readings.worst_error(sensor, false),
             target: asked(sensor),
         }

@@ -1,6 +1,6 @@
 //! The figures of planes of points: mean, minimum and uniformity, each with its interval.
 
-use stats::{Interval, Moments, minimum_interval};
+use stats::{Interval, minimum_interval};
 
 use super::readings::{Reading, Readings};
 
@@ -66,18 +66,11 @@ impl Readings<'_> {
             };
         }
         let estimate = |cell: usize, reading: &Reading| {
-            let error = self.moments(self.row_of(cell), channel).standard_error().unwrap_or(0.0);
-            [reading.irradiance.unwrap_or(0.0), error * self.per_unit(channel)]
+            [reading.irradiance.unwrap_or(0.0), self.sample_error(cell, channel)]
         };
         let estimates: Vec<[f64; 2]> =
             cells.zip(&readings).map(|(cell, reading)| estimate(cell, reading)).collect();
         let Interval { low, high } = minimum_interval(&estimates, self.confidence(), self.samples() - 1);
         Figure { value, low: low.max(0.0), high }
-    }
-
-    /// Σx and Σx² of a row of sensors.
-    pub(super) fn moments(&self, row: usize, channel: usize) -> Moments {
-        let sums = self.tally().patch(row, channel);
-        Moments { n: self.samples(), sum: sums[0], sum_sq: sums[1] }
     }
 }
