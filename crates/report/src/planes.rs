@@ -6,7 +6,6 @@ use radiosity::{Figure, Reading, Readings, SensorCell};
 use serde::Serialize;
 
 use crate::patches::per_channel;
-use crate::words::quantity;
 
 /// The figures of a plane, or a list, of points.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -80,12 +79,23 @@ impl PerChannel {
 
     /// The figures with their intervals, in words.
     pub fn words(&self) -> String {
-        let one = |Interval { value, low, high }: &Interval| {
-            let value = value.map_or("unknown".into(), quantity);
-            format!("{value} ({} … {})", quantity(*low), quantity(*high))
+        let one = |figure: &Interval| {
+            let Interval { value, low, high } = *figure;
+            let decimals = decimals(figure);
+            let value = value.map_or("unknown".into(), |value| format!("{value:.decimals$}"));
+            format!("{value} ({low:.decimals$} … {high:.decimals$})")
         };
         self.each().iter().map(one).collect::<Vec<_>>().join(", ")
     }
+}
+
+/// Decimals that show two digits of half of an interval, or four of a number without one.
+fn decimals(&Interval { value, low, high }: &Interval) -> usize {
+    let shown = match 0.5 * (high - low) {
+        half if half > 0.0 => 0.1 * half,
+        _ => 1e-3 * value.unwrap_or(1.0).abs(),
+    };
+    (-shown.max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize
 }
 
 /// The figures of every plane, where the `names` are those of sources that are told apart; `asked` is what the target asks of a sensor.
@@ -143,4 +153,20 @@ pub fn write_planes(writer: impl Write, readings: &Readings) -> io::Result<()> {
         table.serialize((middle.to_array(), normal.to_array(), light))?;
     }
     table.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_show_two_digits_of_their_intervals() {
+        let words = |value: f64, half: f64| {
+            let figure = Interval { value: Some(value), low: value - half, high: value + half };
+            PerChannel::Grey(figure).words()
+        };
+        assert_eq!(words(389.652, 0.1208), "389.65 (389.53 … 389.77)");
+        assert_eq!(words(1272.4, 34.0), "1272 (1238 … 1306)");
+        assert_eq!(words(0.74244, 0.0), "0.7424 (0.7424 … 0.7424)");
+    }
 }
