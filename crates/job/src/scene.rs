@@ -273,6 +273,15 @@ impl SceneFile {
         scene
     }
 
+    /// The scene without its sky: what would end there escapes.
+    pub fn without_sky(&self) -> Self {
+        let mut scene = SceneFile { sky: None, ..self.clone() };
+        if let Some(first) = self.sky {
+            scene.spec.surfaces.truncate(first);
+        }
+        scene
+    }
+
     /// Turns round what the doctor finds flipped, in memory: the file stays as it is.
     fn turn_flipped(&mut self) -> Result<(), Error> {
         let turned = doctor::turn_flipped(&mut self.spec).map_err(|error| self.locate(error))?;

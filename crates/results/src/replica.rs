@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use job::Partition;
+use job::{Partition, Vantage};
 use judge::MOMENTS;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
@@ -25,6 +25,8 @@ struct Packed {
     quantity: Quantity,
     /// [`Settings::chooses_method`].
     chooses_method: bool,
+    /// From where the picture of [`Settings::view`] looks.
+    vantage: Option<Vantage>,
     /// [`SceneSpec::lamps`].
     lamps: LampsSpec,
 }
@@ -32,8 +34,8 @@ struct Packed {
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
 /// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, the
-/// quantity that a target is about, whether the program chose the method, and the two lists of lamps.
-const LATER_SETTINGS: usize = 21;
+/// quantity that a target is about, whether the program chose the method, from where the picture looks, and the two lists of lamps.
+const LATER_SETTINGS: usize = 22;
 
 /// The bytes of a job.
 ///
@@ -47,6 +49,7 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
         patch_of_cell: spec.patch_of_cell.clone(),
         quantity: quantity_of(settings),
         chooses_method: settings.chooses_method,
+        vantage: settings.view.from,
         lamps: spec.lamps.clone(),
     })
 }
@@ -59,6 +62,7 @@ pub(crate) fn repack(bytes: &[u8], change: impl FnOnce(&mut Settings)) -> Result
     let mut packed = decode(bytes)?;
     change(&mut packed.settings);
     packed.quantity = quantity_of(&packed.settings);
+    packed.vantage = packed.settings.view.from;
     encode_serde(&packed).map_err(|error| error.to_string())
 }
 
@@ -80,6 +84,7 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
         target.quantity = packed.quantity;
     }
     packed.settings.chooses_method = packed.chooses_method;
+    packed.settings.view.from = packed.vantage;
     Ok(packed)
 }
 

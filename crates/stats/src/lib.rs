@@ -22,6 +22,6 @@ pub use measured::Measured;
 pub use minimum::minimum_interval;
 pub use moments::{Moments, Sample, variance_of_blocks};
 pub use normal::{normal_cdf, normal_quantile};
-pub use proportion::proportion_interval;
+pub use proportion::{mid_p_interval, proportion_interval};
 pub use stopping::{DoubleSampling, foresight};
 pub use student::student_quantile;

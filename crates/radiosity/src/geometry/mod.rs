@@ -14,6 +14,7 @@ pub(crate) mod piece;
 pub(crate) mod places;
 pub(crate) mod planes;
 pub(crate) mod sensor;
+pub(crate) mod sky;
 pub(crate) mod spec;
 pub(crate) mod surface;
 pub(crate) mod tints;

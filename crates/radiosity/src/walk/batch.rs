@@ -163,6 +163,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.generators.arrivals(self.isa, &mut draws);
             arrivals.locate(self.isa, self.scene, self.space, self.len, &hits, &draws);
             self.estimator.expect(&arrivals.face[..self.len]);
+            self.estimator.lose(Lanes::first(self.len).without(arrivals.met), &rays);
             let (decided, ended) = self.decide(&hits, &arrivals);
             self.go_on(&hits, &arrivals, decided.survived, &draws);
             let pieces = arrivals.pieces(self.scene);
