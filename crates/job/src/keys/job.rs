@@ -68,7 +68,11 @@ pub(crate) const SOURCE: [Key; 5] = [
         "All surfaces of materials by name, * standing for any text.",
     ),
     Key::new("patches", patches, "Patches by number."),
-    Key::new("lamps", surfaces, "Lamps without area by name, * standing for any text, or by number."),
+    Key::new(
+        "lamps",
+        || json!({"type": "array", "items": {"anyOf": [text(), count(0)]}}),
+        "Lamps without area by name, * standing for any text, or by number.",
+    ),
 ];
 
 pub(crate) const SOURCE_KEYS: &[&str] = &names(&SOURCE);
