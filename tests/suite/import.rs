@@ -349,7 +349,7 @@ fn every_remedy_can_be_copied_and_works() {
     let mut tried = 0;
     for (name, content) in [
         ("dark.obj", &dark[..]),
-        ("lit.obj", &lit),
+        ("lit.obj", &lit[..]),
         ("large.obj", large),
         ("curved.mgf", mgf),
         ("lights.gltf", gltf),

@@ -10,7 +10,8 @@ use crate::error::Error;
 use crate::keys::LISTS;
 use crate::near;
 use crate::shape::{read_corners, read_grid, read_point};
-use crate::target::{Unhit, read_relative_error};
+use crate::target::read_relative_error;
+use crate::vocabulary::Unhit;
 
 pub(crate) const SENSOR_KEYS: &[&str] = &["name", "quad", "patches", "point", "normal"];
 

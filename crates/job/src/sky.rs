@@ -52,11 +52,12 @@ pub(crate) fn sky_box(
     sensors: &[SensorSpec],
     emittance: Spectrum,
 ) -> Vec<SurfaceSpec> {
-    let of_sensor = |sensor: &SensorSpec| match sensor.shape {
-        SensorShape::Quad { corner, corner_u, corner_v, .. } => {
+    let of_sensor = |sensor: &SensorSpec| match &sensor.shape {
+        &SensorShape::Quad { corner, corner_u, corner_v, .. } => {
             vec![corner, corner_u, corner_v, corner_u + corner_v - corner]
         }
-        SensorShape::Point { point, .. } => vec![point],
+        SensorShape::Point { point, .. } => vec![*point],
+        SensorShape::Points { points, .. } => points.iter().map(|[point, _]| *point).collect(),
     };
     let corners = surfaces.iter().flat_map(|surface| surface.shape.corners());
     let all: Vec<DVec3> = corners.chain(sensors.iter().flat_map(of_sensor)).collect();

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use radiosity::{Estimate, Estimates, Experiment, Quantity, Tally};
 use serde::Serialize;
 
-use crate::patches::{per_channel, side_columns, side_heads};
+use crate::patches::{known_error, per_channel, side_columns, side_heads};
 
 /// What is told of one source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -47,7 +47,7 @@ type Column = (&'static str, fn(f64, &Estimate) -> Option<f64>);
 const LIGHT: [Column; 9] = [
     ("emittance", |emittance, _| Some(emittance)),
     ("radiosity", |_, e| e.known_radiosity()),
-    ("std_error", |_, e| e.std_error),
+    ("std_error", |_, e| known_error(e)),
     ("ci_low", |_, e| Some(e.ci_low)),
     ("ci_high", |_, e| Some(e.ci_high)),
     ("irradiance", |_, e| e.irradiance),

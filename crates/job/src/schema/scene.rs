@@ -5,8 +5,10 @@ use serde_json::{Value, json};
 use super::parts::*;
 use crate::emit::EMIT_KEYS;
 use crate::keys::SCENE_KEYS;
+use crate::lamps::LAMP_KEYS;
 use crate::material::MATERIAL_KEYS;
 use crate::partition::AUTO;
+use crate::planes::{PLANE_KEYS, POINTS_KEYS};
 use crate::scene::{MESH_KEYS, SURFACE_KEYS};
 use crate::sensors::SENSOR_KEYS;
 use crate::sky::SKY_KEYS;
@@ -33,6 +35,18 @@ fn scene_key(key: &str) -> Value {
         "sensor" => told(
             list_of(table(SENSOR_KEYS, &[], sensor_key), 0),
             "Places where light is measured that block none.",
+        ),
+        "lamp" => told(
+            list_of(table(LAMP_KEYS, &[], lamp_key), 0),
+            "Lamps without area: luminaires from files, or a number of candelas. They make the unit of light the lumen.",
+        ),
+        "plane" => told(
+            list_of(table(PLANE_KEYS, &["origin", "u", "v", "spacing"], plane_key), 0),
+            "Grids of points at which light is measured: work planes.",
+        ),
+        "points" => told(
+            list_of(table(POINTS_KEYS, &["file"], points_key), 0),
+            "Points of files at which light is measured.",
         ),
         "sky" => told(
             table(SKY_KEYS, &["emittance"], sky_key),
@@ -94,6 +108,61 @@ fn sensor_key(key: &str) -> Value {
         }
         "point" => told(point(), "A point, in place of a quad [m]."),
         "normal" => told(point(), "The direction that the point faces, of any length."),
+        _ => json!({}),
+    }
+}
+
+fn lamp_key(key: &str) -> Value {
+    let number = || json!({"type": "number"});
+    match key {
+        "name" => told(text(), "Sources tell lamps by it. Default: its number."),
+        "file" => told(text(), "A luminaire, .ies or .ldt, relative to this file."),
+        "intensity" => told(
+            light(),
+            "In place of a file: the same in every direction [cd]; a number, or [red, green, blue].",
+        ),
+        "cone" => told(
+            exactly(number(), 2),
+            "With `intensity`: a spot, full up to the first angle from its axis and dark from the second on [°].",
+        ),
+        "illuminance" => told(
+            light(),
+            "In place of a file: light from far away, on a plane across its way [lx]; a number, or [red, green, blue].",
+        ),
+        "diameter" => {
+            told(positive(), "With `illuminance`: the angle that the lamp takes up [°]. Default: 0.")
+        }
+        "position" => told(point(), "The centre of its luminous opening [m]."),
+        "aim" => told(point(), "The direction of γ = 0, of any length. Default: down."),
+        "rotation" => told(
+            number(),
+            "By which it is turned about its axis [°]: of a lamp that is aimed down, counter-clockwise as seen from above. Default: 0.",
+        ),
+        "factor" => told(light(), "Its light is multiplied by it: maintenance, dimming, colour. Default: 1."),
+        _ => json!({}),
+    }
+}
+
+fn plane_key(key: &str) -> Value {
+    match key {
+        "name" => told(text(), "Its figures are shown by it. Default: `plane` and its number."),
+        "origin" => told(point(), "A corner of the plane [m]."),
+        "u" | "v" => told(point(), "A side of the plane, from its corner [m]."),
+        "spacing" => {
+            told(positive(), "The distance of the points, about [m]: they are the middles of equal cells.")
+        }
+        "height" => {
+            told(json!({"type": "number"}), "By which the plane is raised along its normal [m]. Default: 0.")
+        }
+        "normal" => told(point(), "The direction that the points face. Default: across u and v, upwards."),
+        _ => json!({}),
+    }
+}
+
+fn points_key(key: &str) -> Value {
+    match key {
+        "name" => told(text(), "Their figures are shown by it. Default: the name of the file."),
+        "file" => told(text(), "A point a line, x y z dx dy dz, relative to this file."),
         _ => json!({}),
     }
 }

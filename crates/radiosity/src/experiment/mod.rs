@@ -7,9 +7,11 @@ pub(crate) mod exchange;
 mod gathering;
 mod groups;
 pub(crate) mod influence;
+mod lit;
 mod lost;
 mod meaning;
 mod mixture;
+pub(crate) mod planes;
 pub(crate) mod precision;
 pub(crate) mod readings;
 pub(crate) mod replay;
@@ -44,6 +46,7 @@ use board::{Apart, Scores, Sensing, with_board};
 use exchange::{Exchange, ExchangeSpec};
 use gathering::Gathering;
 use groups::Mixture;
+use lit::LampsAtCells;
 use unfit::{check, check_sensors};
 
 /// A scene and a method that fits it.
@@ -65,6 +68,8 @@ pub struct Experiment {
     mixture: Option<Arc<Mixture>>,
     /// Groups of faces that walks are counted by; `None` where faces score.
     exchange: Option<Arc<Exchange>>,
+    /// What lamps without area bring to the points of sensors, once that is asked for.
+    lamps_at_cells: OnceLock<Arc<LampsAtCells>>,
     /// The part of the rays of a chain that each face shoots, once a chain has asked.
     aim: OnceLock<Arc<[f64]>>,
 }
@@ -88,7 +93,7 @@ impl Experiment {
             // Now, and not while walks are under way.
             scene.planes();
         }
-        let largest_radiosity = jacobi::largest_radiosity(&scene);
+        let largest_radiosity = lit::largest_radiosity(&scene);
         let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
         Ok(Experiment {
             scene,
@@ -100,6 +105,7 @@ impl Experiment {
             groups: None,
             mixture: None,
             exchange: None,
+            lamps_at_cells: OnceLock::new(),
             aim: OnceLock::new(),
         })
     }
@@ -113,6 +119,11 @@ impl Experiment {
         self.sensors = Sensors::new(&self.scene, specs)?.map(Arc::new);
         if self.sensors.is_some() {
             check_sensors(&self.method)?;
+        }
+        if let Some(sensors) = &self.sensors {
+            let at_cells = lit::most_at_quads(&self.scene, sensors);
+            let radiosity = self.largest_radiosity.iter_mut().zip(at_cells);
+            radiosity.for_each(|(largest, most)| *largest = largest.max(most));
         }
         self.check_groups()
     }
@@ -152,6 +163,12 @@ impl Experiment {
     /// The sensors, where there are any.
     pub fn sensors(&self) -> Option<&Sensors> {
         self.sensors.as_deref()
+    }
+
+    /// What the scores of batches, chains and sensors are parts of [W/m²]: no radiosity exceeds it, nor does what a sample of a sensor finds
+    /// of lamps without area.
+    pub fn largest_radiosity(&self, channel: usize) -> f64 {
+        self.largest_radiosity[channel]
     }
 
     /// The scene of the experiment.
@@ -195,7 +212,7 @@ impl Experiment {
         if let Some(exchange) = &self.exchange {
             return exchange.rows();
         }
-        let of_sensors = self.sensors().map_or(0, |sensors| 1 + sensors.cell_count());
+        let of_sensors = self.sensors().map_or(0, |sensors| 1 + sensors.row_count());
         let of_groups = self.groups().map_or(0, |groups| groups.class_rows() + groups.material_rows());
         self.scene.faces().len() + of_sensors + of_groups
     }
@@ -209,7 +226,7 @@ impl Experiment {
     pub fn board<const M: usize>(&self) -> Board<M> {
         let sensing = self
             .sensors()
-            .map(|sensors| Sensing::new(self.scene.faces().len(), sensors.cell_count(), self.layout::<M>()));
+            .map(|sensors| Sensing::new(self.scene.faces().len(), sensors.row_count(), self.layout::<M>()));
         let faces = self.exchange.as_ref().map_or(self.scene.faces().len(), |exchange| exchange.rows());
         // Exchange factors are counted in place of light.
         let groups = self.groups().filter(|_| self.exchange.is_none());

@@ -1,7 +1,5 @@
 //! The readings of sensors, from a tally.
 
-use stats::Moments;
-
 use super::Experiment;
 use super::board::units;
 use super::chains::{By, Student, Told};
@@ -40,6 +38,7 @@ pub struct Readings<'a> {
     sensors: &'a Sensors,
     tally: &'a Tally,
     student: Student,
+    confidence: f64,
 }
 
 impl<'a> Readings<'a> {
@@ -47,7 +46,21 @@ impl<'a> Readings<'a> {
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Option<Self> {
         let sensors = experiment.sensors()?;
         let samples = samples(experiment, tally);
-        Some(Readings { experiment, sensors, tally, student: Student::new(samples, confidence) })
+        Some(Readings { experiment, sensors, tally, student: Student::new(samples, confidence), confidence })
+    }
+
+    /// The same readings with intervals of another level.
+    pub(super) fn at_level(&self, confidence: f64) -> Self {
+        Readings { student: Student::new(self.samples(), confidence), confidence, ..*self }
+    }
+
+    /// The level of the intervals.
+    pub(super) fn confidence(&self) -> f64 {
+        self.confidence
+    }
+
+    pub(super) fn tally(&self) -> &'a Tally {
+        self.tally
     }
 
     /// The sensors that are read.
@@ -98,15 +111,49 @@ impl<'a> Readings<'a> {
         readings.filter(counts).map(|reading| reading.relative_error())
     }
 
-    fn reading(&self, cell: usize, channel: usize) -> Reading {
-        let row = self.experiment.scene().faces().len() + 1 + cell;
-        let sums = self.tally.patch(row, channel);
-        let moments = Moments { n: self.samples(), sum: sums[0], sum_sq: sums[1] };
-        // No irradiance exceeds the largest radiosity there can be.
+    /// What is known of a cell in one channel.
+    pub(super) fn reading(&self, cell: usize, channel: usize) -> Reading {
+        let direct = self.experiment.lamps_at_cells().of_cell(cell)[channel];
+        self.read(self.row_of(cell), channel, direct)
+    }
+
+    /// What is known of the mean over the points of a plane in one channel.
+    pub(super) fn plane_reading(&self, plane: usize, channel: usize) -> Reading {
+        let sensor = self.sensors.planes().nth(plane).expect("a plane of the job");
+        let cells = self.sensors.cells_of(sensor);
+        let points = cells.len() as f64;
+        let direct: f64 =
+            cells.map(|cell| self.experiment.lamps_at_cells().of_cell(cell)[channel] / points).sum();
+        self.read(self.row_of(self.sensors.cell_count() + plane), channel, direct)
+    }
+
+    /// The row of a cell in a tally; the means of planes follow the cells.
+    pub(super) fn row_of(&self, cell: usize) -> usize {
+        self.experiment.scene().faces().len() + 1 + cell
+    }
+
+    /// What a unit of score is worth [W/m²].
+    pub(super) fn per_unit(&self, channel: usize) -> f64 {
+        self.experiment.largest_radiosity[channel] / units(self.tally.layout().moments)
+    }
+
+    /// What samples have found, and the direct light that is known exactly.
+    fn read(&self, row: usize, channel: usize, direct: f64) -> Reading {
+        let moments = self.moments(row, channel);
+        if moments.n > 0 && self.experiment.is_all_direct(channel) {
+            let irradiance = Some(direct);
+            return Reading { irradiance, std_error: Some(0.0), ci_low: direct, ci_high: direct };
+        }
+        // No irradiance by patches exceeds the largest radiosity there can be.
         let largest = self.experiment.largest_radiosity[channel];
-        let per_unit = largest / units(self.tally.layout().moments);
-        let Told { mean, error, low, high } = self.student.told(&moments, per_unit, largest, By::Many);
-        Reading { irradiance: (moments.n > 0).then_some(mean), std_error: error, ci_low: low, ci_high: high }
+        let told = self.student.told(&moments, self.per_unit(channel), largest, By::Many);
+        let Told { mean, error, low, high } = told;
+        Reading {
+            irradiance: (moments.n > 0).then_some(direct + mean),
+            std_error: error,
+            ci_low: direct + low,
+            ci_high: direct + high,
+        }
     }
 
     fn counted(&self, column: usize) -> u128 {

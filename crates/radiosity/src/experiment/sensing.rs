@@ -46,13 +46,14 @@ impl Experiment {
         let mut view = SensorView::default();
         let Some(sensors) = self.sensors() else { return view };
         let mut rng = Sequence::new(0).walk(SENSING_RAYS + sensor as u64);
-        let mut ray = || {
+        let frames = sensors.frames_of(sensor);
+        let mut ray = |number: u32| {
             let place = rng.pair();
-            let frame = sensors.frame(sensor);
+            let frame = &frames[number as usize % frames.len()];
             let direction = frame.direction(1.0, cosine_direction(rng.bits()));
             Ray { origin: frame.point(place).into(), direction: direction.into(), from: Ray::FREE }
         };
-        let rays: Vec<Ray> = (0..rays).map(|_| ray()).collect();
+        let rays: Vec<Ray> = (0..rays).map(&mut ray).collect();
         for hit in self.scene.closest_hits(&rays) {
             match hit {
                 None => view.nothing += 1,

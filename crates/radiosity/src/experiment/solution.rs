@@ -371,7 +371,7 @@ fn estimate_of_chains(
     let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
     let Told { mean, error, low, high } = student.told(moments, meaning.unit * per_event, per_event, by);
     let irradiance = meaning.irradiance_per_event;
-    // Rays may land and bring no light.
+    // Rays may land and bring no light, and shadow rays bring light where no ray has landed.
     let scored = moments.sum > 0;
     // A channel without light is known to have none.
     let dark = irradiance == Some(0.0);
@@ -386,7 +386,7 @@ fn estimate_of_chains(
         irradiance_interval: irradiance
             .map(|_| [low, high + bias_of_irradiance(face, channel, meaning.bias_bound)]),
         hits: landed,
-        effective_scores: if scored { landed as f64 } else { 0.0 },
+        effective_scores: if scored { landed.max(1) as f64 } else { 0.0 },
         bias_bound: meaning.bias_bound,
     }
 }

@@ -72,7 +72,8 @@ pub(crate) fn final_gather(
     gathered.collect()
 }
 
-/// Gathers H of every cell of sensors as [`final_gather`] does of faces.
+/// Gathers H of every cell of sensors as [`final_gather`] does of faces, and then the mean of every plane of points. What lamps without
+/// area bring to points in one direction is left out: it is known exactly.
 pub(crate) fn sense(
     faces: &FaceTable,
     sensors: &Sensors,
@@ -85,10 +86,25 @@ pub(crate) fn sense(
     let mut gatherer = Gatherer::new(faces, reflected, per_cell, go_on);
     let gathered = (0..sensors.cell_count() as u32).map(|number| {
         let station = Station::Cell(sensors, sensors.cell(number as usize));
-        let (irradiance, landed) = gatherer.irradiance(number, &station, &mut rng)?;
+        let (mut irradiance, landed) = gatherer.irradiance(number, &station, &mut rng)?;
+        gatherer.light_of_lamps(&station, &mut rng, &mut irradiance)?;
         Some(Gathered { face: number, irradiance, landed, rays: per_cell })
     });
-    gathered.collect()
+    let mut gathered = gathered.collect::<Option<Vec<_>>>()?;
+    for plane in sensors.planes() {
+        let mean = mean_of(&gathered[sensors.cells_of(plane)]);
+        gathered.push(Gathered { face: gathered.len() as u32, irradiance: mean, landed: 0, rays: 0 });
+    }
+    Some(gathered)
+}
+
+/// The mean H of some cells, channel by channel [W/m²].
+fn mean_of(cells: &[Gathered]) -> Vec<f64> {
+    let mut mean = vec![0.0; cells[0].irradiance.len()];
+    for cell in cells {
+        mean.iter_mut().zip(&cell.irradiance).for_each(|(mean, h)| *mean += h / cells.len() as f64);
+    }
+    mean
 }
 
 /// Where rays set out from.
@@ -112,7 +128,7 @@ impl Station<'_> {
     fn frame(&self) -> u32 {
         match self {
             Station::Face(_, face) => face.surface,
-            Station::Cell(_, cell) => cell.sensor as u32,
+            Station::Cell(_, cell) => cell.frame(),
         }
     }
 
@@ -122,6 +138,11 @@ impl Station<'_> {
             Station::Face(_, face) => face.surface,
             Station::Cell(..) => Ray::FREE,
         }
+    }
+
+    /// Whether it is one point.
+    fn is_point(&self) -> bool {
+        matches!(self, Station::Cell(_, cell) if cell.area == 0.0)
     }
 
     /// 1 where rays leave the front of the frame, −1 where the back.
@@ -144,7 +165,7 @@ impl Station<'_> {
     fn point(&self, uv: [f64; 2]) -> DVec3 {
         match self {
             Station::Face(scene, face) => surface(scene, face).point(uv),
-            Station::Cell(sensors, cell) => sensors.frame(cell.sensor).point(uv).into(),
+            Station::Cell(sensors, cell) => sensors.frame(cell).point(uv).into(),
         }
     }
 
@@ -152,7 +173,7 @@ impl Station<'_> {
     fn normal(&self) -> DVec3 {
         match self {
             Station::Face(scene, face) => surface(scene, face).normal(),
-            Station::Cell(sensors, cell) => sensors.frame(cell.sensor).normal(),
+            Station::Cell(sensors, cell) => sensors.frame(cell).normal(),
         }
     }
 }
@@ -199,6 +220,40 @@ impl<'a> Gatherer<'a> {
             self.light(station, SobolNumbers::apart(rng), offset, &mut irradiance)?;
         }
         Some((irradiance, landed))
+    }
+
+    /// What lamps without area bring to a station: shadow rays from uniform points, to one place each on the disc of a distant lamp.
+    /// Nothing is drawn where there is nothing to do.
+    fn light_of_lamps(&mut self, station: &Station, rng: &mut WalkRng, irradiance: &mut [f64]) -> Option<()> {
+        let scene = self.faces.scene;
+        let lamps = &scene.parts.lamps;
+        let sampled: Vec<usize> =
+            (0..lamps.len()).filter(|&lamp| !(station.is_point() && lamps.is_sharp(lamp))).collect();
+        if sampled.is_empty() {
+            return Some(());
+        }
+        let rays = self.rays[0] / SHADOW_SHARE / sampled.len() as u64 + 1;
+        let mut numbers = SobolNumbers::apart(rng);
+        for lamp in sampled {
+            numbers.leave(lamp as u32, 0);
+            for first in (0..rays).step_by(WIDTH) {
+                let len = (rays - first).min(WIDTH as u64) as usize;
+                (0..len).for_each(|i| numbers.draw(i));
+                let [across, along, polar, turn] = numbers.points(scene.parts.isa);
+                for i in 0..len {
+                    let place = station.point(station.place([across[i], along[i]]));
+                    let normal = station.normal() * station.facing();
+                    let bits = u64::from(polar[i]) << 32 | u64::from(turn[i]);
+                    if let Some(light) = scene.lamp_light(lamp, (place, normal, station.surface()), bits) {
+                        irradiance.iter_mut().zip(light).for_each(|(h, light)| *h += light / rays as f64);
+                    }
+                }
+            }
+            if !(self.go_on)() {
+                return None;
+            }
+        }
+        Some(())
     }
 
     /// Cosine-distributed rays from uniform points of a station.

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use crate::random::rng::{Generators, Numbers, Sequence, unit_32};
 use crate::scene::Scene;
-use crate::scene::births::{Births, Origin};
+use crate::scene::births::{Birthplace, Births, Origin};
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::Isa;
 use crate::tally::Counts;
@@ -117,7 +117,7 @@ impl<'a, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, N, I> {
 
     /// Where it is born and the weights it sets out with.
     #[inline(always)]
-    fn birth<const C: usize>(&self, newborn: usize) -> (Origin, [f64; C]) {
+    fn birth<const C: usize>(&self, newborn: usize) -> (Birthplace, [f64; C]) {
         self.births.choose([self.draws[0][newborn], self.draws[1][newborn]])
     }
 }
@@ -163,6 +163,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.generators.arrivals(self.isa, &mut draws);
             arrivals.locate(self.isa, self.scene, self.space, self.len, &hits, &draws);
             self.estimator.expect(&arrivals.face[..self.len]);
+            self.estimator.lose(Lanes::first(self.len).without(arrivals.met), &rays);
             let (decided, ended) = self.decide(&hits, &arrivals);
             self.go_on(&hits, &arrivals, decided.survived, &draws);
             let pieces = arrivals.pieces(self.scene);
@@ -178,13 +179,20 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
     fn begin(&mut self, lane: usize, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) -> bool {
         let Some(newborn) = newborns.pop() else { return false };
         self.counts.walks += 1;
-        let (Origin { surface: number, cell, side }, weights) = newborns.birth(newborn);
+        let (birthplace, weights) = newborns.birth(newborn);
         let [_, _, point, direction] = newborns.draws.each_ref().map(|row| row[newborn]);
         self.generators.set(lane, &newborns.generators.get(newborn));
         if !F::CHANCE {
             self.fates[lane] = self.fate;
             self.fates[lane].set_out(weights);
         }
+        let Origin { surface: number, cell, side } = match birthplace {
+            Birthplace::Cell(origin) => origin,
+            Birthplace::Lamp(lamp) => {
+                self.begin_at_lamp((lane, lamp), [point, direction]);
+                return true;
+            }
+        };
         let surface = &self.scene.surfaces()[number as usize];
         self.estimator.begin(lane, self.scene.face_at(number, cell, side));
         let uv = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
@@ -194,6 +202,14 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         self.departures.uv.iter_mut().zip(uv).for_each(|(row, uv)| row[lane] = uv);
         self.departures.direction[lane] = direction;
         true
+    }
+
+    /// A walk sets out from a lamp without area: lamps are numbered behind faces.
+    #[inline(always)]
+    fn begin_at_lamp(&mut self, (lane, lamp): (usize, usize), [point, direction]: [u64; 2]) {
+        let scene = self.scene;
+        self.estimator.begin(lane, (scene.faces().len() + lamp) as u32);
+        self.departures.set_free(lane, &scene.parts.lamps.birth(lamp, point, direction));
     }
 
     /// What becomes of the walks where they have arrived, and which of them have ended.
@@ -230,6 +246,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
     #[inline(always)]
     fn go_on(&mut self, hits: &Hits, arrivals: &Arrivals, survived: Lanes, draws: &[[u64; WIDTH]; 3]) {
         let [_, points, directions] = draws;
+        self.departures.bind();
         self.departures.surface = hits.surface;
         self.departures.facing = hits.facing;
         self.departures.uv = arrivals.uv;
