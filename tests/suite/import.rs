@@ -272,9 +272,10 @@ fn a_mesh_runs_as_it_is_and_each_remedy_does() {
 /// The arguments that a note offers, as they stand there: from `--` to a space outside quotes, and the word behind `--set` and `--light`.
 fn offered(note: &str) -> Vec<String> {
     let word = |text: &str| {
-        let mut quoted = false;
+        let (mut quoted, mut escaped) = (false, false);
         let ends = |letter: char| {
-            quoted ^= letter == '\'';
+            quoted ^= letter == '\'' && !escaped;
+            escaped = letter == '\\' && !quoted;
             letter == ' ' && !quoted
         };
         text.find(ends).unwrap_or(text.len())
