@@ -19,9 +19,8 @@ use crate::lighting::bounds;
 use crate::partition::misfit;
 use crate::site::{Lines, SurfaceSite};
 use crate::sky::{SKY, sky_box};
-pub(crate) use read::{MESH_KEYS, is_toml};
+pub(crate) use read::is_toml;
 pub use read::{load_scene, load_scene_with};
-pub(crate) use surface::SURFACE_KEYS;
 
 /// A scene as written, and where.
 #[derive(Clone, Debug, PartialEq)]
