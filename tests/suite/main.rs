@@ -38,6 +38,7 @@ mod operators;
 mod output;
 mod partition;
 mod plan;
+mod planes;
 mod refusals;
 mod relay;
 mod report;

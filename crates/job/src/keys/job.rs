@@ -55,7 +55,7 @@ pub(crate) const SCENE_TABLE: [Key; 2] = [
 pub(crate) const SCENE_TABLE_KEYS: &[&str] = &names(&SCENE_TABLE);
 
 /// The keys of a `[[source]]`.
-pub(crate) const SOURCE: [Key; 4] = [
+pub(crate) const SOURCE: [Key; 5] = [
     Key::new("name", text, "Names the source in outputs and for `radwalk combine`.").required(),
     Key::new(
         "surfaces",
@@ -68,6 +68,11 @@ pub(crate) const SOURCE: [Key; 4] = [
         "All surfaces of materials by name, * standing for any text.",
     ),
     Key::new("patches", patches, "Patches by number."),
+    Key::new(
+        "lamps",
+        || json!({"type": "array", "items": {"anyOf": [text(), count(0)]}}),
+        "Lamps without area by name, * standing for any text, or by number.",
+    ),
 ];
 
 pub(crate) const SOURCE_KEYS: &[&str] = &names(&SOURCE);
@@ -325,8 +330,7 @@ fn target_table() -> Value {
 /// A source holds something.
 fn source_table() -> Value {
     let mut schema = table(&SOURCE);
-    schema["anyOf"] =
-        json!([{"required": ["surfaces"]}, {"required": ["materials"]}, {"required": ["patches"]}]);
+    schema["anyOf"] = json!([{"required": ["surfaces"]}, {"required": ["materials"]}, {"required": ["patches"]}, {"required": ["lamps"]}]);
     schema
 }
 

@@ -126,8 +126,16 @@ impl<'a> Estimates<'a> {
         let Some(shares) = shares else { return self };
         let mut estimates = Estimates { shares: Some(shares), ..self };
         let faces = || estimates.scene().faces().iter().enumerate();
-        let emits =
-            |channel: usize| faces().any(|(i, face)| estimates.shown(i, face).emittance[channel] > 0.0);
+        let experiment = estimates.experiment;
+        let of_lamps = |channel: usize| {
+            let (Some(groups), Some(shares)) = (experiment.groups(), &estimates.shares) else { return false };
+            let shines = |&lamp: &usize| experiment.scene().lamp_power(lamp, channel) > 0.0;
+            let mut lamps = (0..experiment.scene().lamp_count()).filter(shines);
+            lamps.any(|lamp| shares.counts(groups.class_of_lamp(lamp)))
+        };
+        let emits = |channel: usize| {
+            of_lamps(channel) || faces().any(|(i, face)| estimates.shown(i, face).emittance[channel] > 0.0)
+        };
         estimates.lit = [0, 1, 2].map(emits);
         estimates
     }

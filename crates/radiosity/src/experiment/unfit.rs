@@ -91,11 +91,11 @@ pub enum Unfit {
         "batches and chains are one sample of the light of all sources together, and the covariances of their sources are not kept; write walk = \"shooting\" with sampler = \"random\" and without final_gather, or remove [[source]] and [sensitivity]"
     )]
     SourcesOfBatches,
-    /// Sensors gather what all sources have lit.
+    /// Marks of materials are kept of faces alone.
     #[error(
-        "sensors gather the light of all sources together; remove [[sensor]], or remove [[source]] and [sensitivity]"
+        "sensors and planes gather what walks have found, of which the derivatives by materials are not kept; remove [sensitivity], or remove each [[sensor]], [[plane]] and [[points]]"
     )]
-    SourcesOfSensors,
+    SensitiveSensors,
     /// What is cut off depends on reflectances, too.
     #[error(
         "walks are cut off, and what is cut off depends on the reflectances as well (the derivatives would lack it); write end = \"roulette\", or remove [sensitivity]"

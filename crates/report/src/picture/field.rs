@@ -74,6 +74,8 @@ struct Seen {
     normal: Vec3,
     /// The surface that the place is on.
     surface: u32,
+    /// What lamps without area bring, which has no noise.
+    direct: Vec3,
     /// The mean distance to what surrounds it, in the sense of Ward et al. [m].
     reach: f32,
     /// How wide the pixel is there, across the direction of view [m].
@@ -129,7 +131,9 @@ impl Field {
         even_reach(&mut pixels, size);
         let gathered = even_gathered(&pixels, gathered, size, samples);
         let by_lamps = even_lamps(&pixels, by_lamps, size);
-        let irradiance = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light).collect();
+        let straight = pixels.iter().map(|pixel| pixel.direct);
+        let noisy = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light);
+        let irradiance = noisy.zip(straight).map(|(noisy, straight)| noisy + straight).collect();
         Field { size, pixels, irradiance }
     }
 
@@ -364,7 +368,9 @@ impl Tracer<'_> {
             }
         }
         let width = self.camera.width_of_pixel(middle) as f32;
-        Seen { place: middle.as_vec3(), normal: normal.as_vec3(), surface: spot.surface, reach: 0.0, width }
+        let direct = DVec3::from(scene.lamps_at(middle, normal, spot.surface)).as_vec3();
+        let (place, normal) = (middle.as_vec3(), normal.as_vec3());
+        Seen { place, normal, surface: spot.surface, direct, reach: 0.0, width }
     }
 }
 
