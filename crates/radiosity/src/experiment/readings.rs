@@ -57,7 +57,11 @@ impl<'a> Readings<'a> {
     /// The readings of one source's light, as much as there is of it; `None` where sources are not told apart, or there is no such one.
     pub fn of_source(&self, source: usize) -> Option<Self> {
         let student = self.student.clone();
-        (source < self.experiment.source_count()).then(|| Readings { source: Some(source), student, ..*self })
+        (source < self.experiment.source_count()).then_some(Readings {
+            source: Some(source),
+            student,
+            ..*self
+        })
     }
 
     /// The same readings with intervals of another level.
