@@ -9,6 +9,9 @@ mod clock;
 mod commands;
 mod date;
 mod fault;
+#[cfg(debug_assertions)]
+mod faulty;
+mod lead;
 mod local;
 mod progress;
 mod shift;
@@ -26,7 +29,7 @@ use voice::{Voice, emit, record, say, unsaid};
 use crate::args::{Cli, Command};
 use crate::commands::{
     audit, check, combine, compare, coordinate, diff, exact, factors, help, lamp, merge, new, plan, relay,
-    replay, report, reproduce, stability, status, work,
+    replay, report, status, work,
 };
 use crate::fault::{Fault, Outcome};
 
@@ -53,10 +56,10 @@ fn main() -> ExitCode {
         Command::Report(args) => report::report(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Plan(args) => plan::plan(&args),
-        Command::Reproduce(args) => reproduce::reproduce(&args),
+        Command::Reproduce(_) => Err(Fault::Moved { command: "reproduce" }),
         Command::New(args) => new::new(&args),
         Command::Check(args) => check::check(&args),
-        Command::Stability(args) => stability::stability(&args),
+        Command::Stability(_) => Err(Fault::Moved { command: "stability" }),
         Command::Compare(args) => compare::compare(&args),
         Command::Lamp(args) => lamp::lamp(&args),
         Command::Help(args) => help::help(&args),

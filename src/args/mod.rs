@@ -63,9 +63,9 @@ pub(crate) enum Command {
     /// Say what a job will take: walks, rays, time, memory and traffic, by bounds and by a pilot
     #[command(after_help = PLAN)]
     Plan(PlanArgs),
-    /// Measure the papers' tables and figures again and hold them to theory
-    #[command(after_help = REPRODUCE)]
-    Reproduce(ReproduceArgs),
+    /// Moved to radwalk-lab
+    #[command(hide = true)]
+    Reproduce(MovedArgs),
     /// Write a job and a scene to begin with
     #[command(after_help = NEW)]
     New(NewArgs),
@@ -75,9 +75,9 @@ pub(crate) enum Command {
     /// Say what is in the file of a luminaire (IES or EULUMDAT), and draw its polar curve
     #[command(after_help = LAMP)]
     Lamp(LampArgs),
-    /// Drive methods to where they fail, and show prediction, measurement, messages and remedy
-    #[command(after_help = STABILITY)]
-    Stability(StabilityArgs),
+    /// Moved to radwalk-lab
+    #[command(hide = true)]
+    Stability(MovedArgs),
     /// Chart speed against accuracy of every method that fits a scene, and say what to use when
     #[command(after_help = COMPARE)]
     Compare(CompareArgs),
@@ -101,8 +101,6 @@ impl Command {
             Command::Relay(args) => Voice::new(false, args.quiet, true),
             Command::Exact(args) => of(&args.out, false),
             Command::Factors(args) => of(&args.out, false),
-            Command::Reproduce(args) => of(&args.out, false),
-            Command::Stability(args) => of(&args.out, false),
             Command::Compare(args) => of(&args.out, false),
             Command::Plan(args) => Voice::new(args.json, false, false),
             Command::Status(args) => Voice::new(args.json, false, false),
@@ -113,7 +111,11 @@ impl Command {
             Command::Audit(args) => Voice::new(false, args.quiet, false),
             Command::Report(args) => Voice::new(false, args.quiet, false),
             Command::Check(args) => Voice::new(args.json, args.quiet, false),
-            Command::Replay(_) | Command::New(_) | Command::Help(_) => Voice::new(false, false, false),
+            Command::Reproduce(_)
+            | Command::Stability(_)
+            | Command::Replay(_)
+            | Command::New(_)
+            | Command::Help(_) => Voice::new(false, false, false),
         }
     }
 }
@@ -130,7 +132,7 @@ mod tests {
         let cli = Cli::command();
         let shown =
             |command: &clap::Command| command.get_after_help().map(ToString::to_string).unwrap_or_default();
-        for command in cli.get_subcommands() {
+        for command in cli.get_subcommands().filter(|command| !command.is_hide_set()) {
             let (name, help) = (command.get_name(), shown(command));
             let own = format!("  radwalk {name} ");
             assert!(help.starts_with("Examples:") && help.contains(&own), "radwalk {name} --help: {help}");

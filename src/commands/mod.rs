@@ -16,7 +16,5 @@ pub(crate) mod plan;
 pub(crate) mod relay;
 pub(crate) mod replay;
 pub(crate) mod report;
-pub(crate) mod reproduce;
-pub(crate) mod stability;
 pub(crate) mod status;
 pub(crate) mod work;

@@ -16,6 +16,17 @@ pub struct Factor {
 }
 
 impl Factor {
+    /// The factor that `hits` of some walks say, with an interval of a level.
+    pub(crate) fn of(hits: u64, walks: u64, level: f64) -> Self {
+        let moments = Moments { n: walks, sum: hits.into(), sum_sq: hits.into() };
+        let told = hits > 0 && hits < walks;
+        Factor {
+            factor: hits as f64 / walks.max(1) as f64,
+            std_error: moments.standard_error().filter(|_| told),
+            interval: proportion_interval(hits, walks, level),
+        }
+    }
+
     /// Half of the interval's length.
     pub fn half_width(&self) -> f64 {
         0.5 * (self.interval.high - self.interval.low)
@@ -36,16 +47,19 @@ const FACTOR_BITS: i32 = 52;
 
 /// The factors n/N of a row, as multiples of 2⁻⁵² that add up to exactly 1: the sums of the first columns are rounded. Nothing
 /// is rounded where N is a power of two. A row without walks has factors of 0.
-fn row_of(counts: &[u64]) -> Vec<f64> {
-    let walks = u128::from(counts.iter().sum::<u64>().max(1));
-    let rounded = |sum: u64| ((u128::from(sum) << (FACTOR_BITS + 1)) / walks).div_ceil(2) as f64;
-    let ends = counts.iter().scan(0, |sum, count| {
+pub(crate) fn factors_of(walks: u64, counts: impl Iterator<Item = u64>) -> impl Iterator<Item = f64> {
+    let walks = u128::from(walks.max(1));
+    let rounded = move |sum: u64| ((u128::from(sum) << (FACTOR_BITS + 1)) / walks).div_ceil(2) as f64;
+    let quantum = 2.0_f64.powi(-FACTOR_BITS);
+    counts.scan(0, move |sum, count| {
         let begin = *sum;
         *sum += count;
-        Some((begin, *sum))
-    });
-    let quantum = 2.0_f64.powi(-FACTOR_BITS);
-    ends.map(|(begin, end)| (rounded(end) - rounded(begin)) * quantum).collect()
+        Some((rounded(*sum) - rounded(begin)) * quantum)
+    })
+}
+
+fn row_of(counts: &[u64]) -> Vec<f64> {
+    factors_of(counts.iter().sum(), counts.iter().copied()).collect()
 }
 
 impl<'a> Factors<'a> {
@@ -63,13 +77,7 @@ impl<'a> Factors<'a> {
     /// The factor from group i to column j: a group, or G for backs, or G + 1 for what escapes.
     pub fn get(&self, i: usize, j: usize) -> Factor {
         let (hits, walks) = (self.counts.row(i)[j], self.counts.walks(i));
-        let moments = Moments { n: walks, sum: hits.into(), sum_sq: hits.into() };
-        let told = hits > 0 && hits < walks;
-        Factor {
-            factor: self.rows[i][j],
-            std_error: moments.standard_error().filter(|_| told),
-            interval: proportion_interval(hits, walks, self.level),
-        }
+        Factor { factor: self.rows[i][j], ..Factor::of(hits, walks, self.level) }
     }
 
     /// The relative error of a whole row: the half-width of each interval over its factor, in the mean square, each factor

@@ -98,7 +98,7 @@ fn reciprocity(experiment: &Experiment, seed: u64) -> Option<Check> {
 
 /// Checks whether walks wait beyond a gap, which are not in the result.
 fn gap(book: &Book, paths_per_walk: u64) -> Check {
-    let walks: u128 = book.islands.iter().map(|island| island.deliveries.walks()).sum();
+    let walks: u128 = book.out_of_order.iter().map(|range| range.deliveries.walks()).sum();
     let message = match walks {
         0 => "no paths wait for others before them".into(),
         _ => format!(
@@ -249,7 +249,7 @@ fn lamps_face_away(scene: &Scene) -> bool {
         corners().any(|point| (point - corner).dot(outwards) > 1e-9 * extent)
     };
     let lamps = || scene.faces().iter().filter(|face| face.emittance.is_lit()).take(LAMPS);
-    !lamps().any(has_scene_in_front)
+    scene.lamp_count() == 0 && !lamps().any(has_scene_in_front)
 }
 
 /// Checks for walks that were cut off: estimates lack the light that these would have carried, which the upper ends of intervals allow for.

@@ -39,8 +39,9 @@ mod tally;
 mod trace;
 mod walk;
 
-pub use experiment::exchange::{ExchangeSpec, FactorKind, Segment, exchange_counts};
+pub use experiment::exchange::{ExchangeRows, ExchangeSpec, FactorKind, RowBoard, Segment, exchange_counts};
 pub use experiment::influence::{Derivative, Influences, Property};
+pub use experiment::planes::{Figure, PlaneFigures};
 pub use experiment::precision::{Apart, FLOOR, Headline, Judged, Precision, QUANTILES, Quantity, TINY};
 pub use experiment::readings::{Reading, Readings};
 pub use experiment::replay::{Replay, Step};
@@ -52,9 +53,11 @@ pub use experiment::{
 };
 pub use geometry::axes::{Covariance, outer_square, principal_axes};
 pub use geometry::face::{Face, FaceIter, Faces};
+pub use geometry::lamp::{Emission, LampSpec, LampsSpec};
 pub use geometry::leaves::{Leaf, Leaves, LeavesError};
 pub use geometry::planes::Body;
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
+pub use geometry::sky::SkyPatches;
 pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
 pub use geometry::surface::Surface;
 pub use hands::Hands;

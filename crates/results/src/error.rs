@@ -18,6 +18,14 @@ pub enum Error {
     /// Exchange factors cannot be counted, or say nothing of heat.
     #[error(transparent)]
     Factors(#[from] FactorsFault),
+    /// A file of counted rows cannot be read or written.
+    #[error("the rows in {} cannot be read or written ({source}); see to the file, or count anew with --force", path.display())]
+    Rows {
+        /// The path of the file.
+        path: PathBuf,
+        /// What the system says, or what is wrong with the file.
+        source: std::io::Error,
+    },
     /// A file of the output folder cannot be written.
     #[error(transparent)]
     Report(#[from] report::Error),

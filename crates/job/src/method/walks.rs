@@ -6,32 +6,12 @@ use radiosity::{Birth, InfiniteEnd};
 
 use crate::document::Value;
 use crate::error::Error;
+use crate::keys::{BIRTH_KEYS, INFINITE_KEYS};
+use crate::vocabulary::EndWord;
 use crate::word::Word;
 
 /// Reflections of an infinite walk of fixed length, unless the job says otherwise.
 const DEFAULT_LENGTH: u32 = 20;
-
-/// The word of an [`InfiniteEnd`], before its number is known.
-#[derive(Clone, Copy)]
-pub(crate) enum EndWord {
-    Roulette,
-    Cutoff,
-    Length,
-}
-
-impl Word for EndWord {
-    const ALL: &'static [Self] = &[Self::Roulette, Self::Cutoff, Self::Length];
-
-    fn word(self) -> &'static str {
-        match self {
-            EndWord::Roulette => "roulette",
-            EndWord::Cutoff => "cutoff",
-            EndWord::Length => "length",
-        }
-    }
-}
-
-pub(crate) const INFINITE_KEYS: &[&str] = &["end", "threshold", "length"];
 
 pub(super) fn read_infinite(value: Value<'_>) -> Result<InfiniteEnd, Error> {
     let mut table = value.table(INFINITE_KEYS)?;
@@ -71,8 +51,6 @@ fn read_length(value: &Value<'_>) -> Result<u32, Error> {
         value.integer(1..=u64::from(u32::MAX), "a walk reflects at least once, counted in 32 bits")?;
     Ok(length as u32)
 }
-
-pub(crate) const BIRTH_KEYS: &[&str] = &["patches"];
 
 pub(super) fn read_birth(value: Value<'_>, patch_count: Option<u64>) -> Result<Birth, Error> {
     if value.is_string() {

@@ -13,13 +13,14 @@ use serde::{Deserialize, Serialize};
 
 use super::unfit::Unfit;
 use crate::geometry::face::Face;
+use crate::geometry::sky::SkyPatches;
 use crate::random::rng::Sequence;
 use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{Scoreboard, Tally};
 use crate::walk::Space;
 use crate::walk::batch::walk_all;
-use crate::walk::exchanged::Exchanged;
+use crate::walk::exchanged::{Exchanged, ExchangedRow, RowCounts};
 use crate::walk::fate::Analog;
 
 /// Which exchange factors are counted.
@@ -79,6 +80,30 @@ const WALKS_OF_A_GROUP: u64 = 1 << 40;
 /// Groups whose walks have places of their own in the sequence, below those of other rays.
 const MOST_GROUPS: u32 = 1 << 22;
 
+/// The births of each group, in proportion to what faces are worth.
+///
+/// # Errors
+/// A scene in colour, and groups that leave faces out, are empty, or are more than the sequence has places for.
+fn births_of_groups(
+    scene: &Scene,
+    kind: FactorKind,
+    (group_of_face, groups): (&[u32], u32),
+) -> Result<Vec<Births>, Unfit> {
+    if scene.channels() > 1 {
+        return Err(Unfit::ExchangeInColour);
+    }
+    let fits = groups <= MOST_GROUPS
+        && group_of_face.len() == scene.faces().len()
+        && group_of_face.iter().all(|&group| group < groups);
+    if !fits {
+        return Err(Unfit::NoSuchGroups);
+    }
+    let weights: Vec<f64> = scene.faces().iter().map(|face| kind.weight(&face)).collect();
+    let share = |face: usize| weights[face];
+    let births = Births::of_groups(scene.surfaces(), scene.faces(), (group_of_face, groups), share);
+    births.into_iter().collect::<Option<Vec<_>>>().ok_or(Unfit::NoSuchGroups)
+}
+
 /// What exchange needs beyond the scene.
 #[derive(Clone, Debug)]
 pub(super) struct Exchange {
@@ -91,23 +116,14 @@ pub(super) struct Exchange {
 impl Exchange {
     pub(super) fn new(scene: &Scene, spec: ExchangeSpec) -> Result<Self, Unfit> {
         let ExchangeSpec { kind, group_of_face, groups, segments } = &spec;
-        let fits = *groups <= MOST_GROUPS
-            && group_of_face.len() == scene.faces().len()
-            && group_of_face.iter().all(|group| group < groups)
-            && segments.iter().all(|segment| {
-                let end = segment.first.checked_add(segment.walks);
-                segment.group < *groups && end.is_some_and(|end| end <= WALKS_OF_A_GROUP)
-            });
-        if scene.channels() > 1 {
-            return Err(Unfit::ExchangeInColour);
-        }
+        let births = births_of_groups(scene, *kind, (group_of_face, *groups))?;
+        let fits = segments.iter().all(|segment| {
+            let end = segment.first.checked_add(segment.walks);
+            segment.group < *groups && end.is_some_and(|end| end <= WALKS_OF_A_GROUP)
+        });
         if !fits {
             return Err(Unfit::NoSuchGroups);
         }
-        let weights: Vec<f64> = scene.faces().iter().map(|face| kind.weight(&face)).collect();
-        let share = |face: usize| weights[face];
-        let births = Births::of_groups(scene.surfaces(), scene.faces(), (group_of_face, *groups), share);
-        let births = births.into_iter().collect::<Option<Vec<_>>>().ok_or(Unfit::NoSuchGroups)?;
         let ends = segments.iter().scan(0, |end, segment| {
             *end += segment.walks;
             Some(*end)
@@ -171,4 +187,84 @@ pub fn exchange_counts(tally: &Tally, groups: u32) -> Vec<Vec<u64>> {
     assert_eq!(tally.patches(), groups * columns, "the rows are those of exchange factors");
     let count = |row| u64::try_from(tally.patch(row, 0)[0]).expect("there are fewer walks than 2⁶⁴");
     (0..groups).map(|group| (group * columns..(group + 1) * columns).map(count).collect()).collect()
+}
+
+/// Exchange factors row by row, of any number of groups: what is kept of a row is the columns that its walks have met.
+///
+/// Columns are the G groups, backs (G), what escapes (G + 1), and where the sky is divided its patches (G + 2, …): then only what
+/// leaves below the horizon escapes. Walk n of a group is the same walk as in [`Experiment::with_exchange`](super::Experiment::with_exchange).
+#[derive(Clone, Debug)]
+pub struct ExchangeRows {
+    scene: Scene,
+    kind: FactorKind,
+    space: Space,
+    group_of_face: Vec<u32>,
+    groups: u32,
+    births: Vec<Births>,
+    sky: Option<SkyPatches>,
+}
+
+/// The row that a thread counts, for [`ExchangeRows::walk`].
+#[derive(Clone, Debug)]
+pub struct RowBoard {
+    row: RowCounts,
+    rays: u64,
+}
+
+impl ExchangeRows {
+    /// Rows of a scene whose walks go on in `space`, between groups of faces.
+    ///
+    /// # Errors
+    /// A scene in colour, or groups that cannot be.
+    pub fn new(
+        scene: Scene,
+        (kind, space): (FactorKind, Space),
+        (group_of_face, groups): (Vec<u32>, u32),
+        sky: Option<SkyPatches>,
+    ) -> Result<Self, Unfit> {
+        let births = births_of_groups(&scene, kind, (&group_of_face, groups))?;
+        Ok(ExchangeRows { scene, kind, space, group_of_face, groups, births, sky })
+    }
+
+    /// How many groups there are, each of which has a row.
+    pub fn groups(&self) -> usize {
+        self.groups as usize
+    }
+
+    /// How many columns a row has.
+    pub fn columns(&self) -> usize {
+        self.groups() + 2 + self.sky.as_ref().map_or(0, SkyPatches::count)
+    }
+
+    /// An empty row, for one thread to count.
+    pub fn board(&self) -> RowBoard {
+        RowBoard { row: RowCounts::new(self.columns()), rays: 0 }
+    }
+
+    /// Walks some walks of a group and adds them to a row.
+    ///
+    /// # Panics
+    /// Where there is no such group, or more walks than the group or 32 bits have.
+    pub fn walk(&self, sequence: &Sequence, group: u32, walks: Range<u64>, board: &mut RowBoard) {
+        assert!(walks.end <= WALKS_OF_A_GROUP.min(u32::MAX.into()), "a row counts in 32 bits");
+        let births = &self.births[group as usize];
+        let of_group = u64::from(group) * WALKS_OF_A_GROUP;
+        let sky = self.sky.as_ref().map(|sky| (sky, self.groups + 2));
+        let fate = Analog { ends_at_once: self.kind == FactorKind::FirstHit };
+        let mut score =
+            ExchangedRow { row: &mut board.row, group_of_face: &self.group_of_face, sky, to_sky: 0 };
+        let walks = of_group + walks.start..of_group + walks.end;
+        let counts = walk_all(&self.scene, births, self.space, sequence, walks, fate, &mut score);
+        let to_sky = score.to_sky;
+        board.row.add(self.groups, counts.absorbed_back as u32);
+        board.row.add(self.groups + 1, counts.escaped as u32 - to_sky);
+        board.rays += counts.rays;
+    }
+}
+
+impl RowBoard {
+    /// Hands over the columns that have walks, in ascending order, each with its count, and the number of rays of these walks.
+    pub fn take(&mut self) -> (Vec<(u32, u32)>, u64) {
+        (self.row.take(), std::mem::take(&mut self.rays))
+    }
 }

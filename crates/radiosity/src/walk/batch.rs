@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use crate::random::rng::{Generators, Numbers, Sequence, unit_32};
 use crate::scene::Scene;
-use crate::scene::births::{Births, Origin};
+use crate::scene::births::{Birthplace, Births, Origin};
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::Isa;
 use crate::tally::Counts;
@@ -117,7 +117,7 @@ impl<'a, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, N, I> {
 
     /// Where it is born and the weights it sets out with.
     #[inline(always)]
-    fn birth<const C: usize>(&self, newborn: usize) -> (Origin, [f64; C]) {
+    fn birth<const C: usize>(&self, newborn: usize) -> (Birthplace, [f64; C]) {
         self.births.choose([self.draws[0][newborn], self.draws[1][newborn]])
     }
 }
@@ -163,6 +163,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.generators.arrivals(self.isa, &mut draws);
             arrivals.locate(self.isa, self.scene, self.space, self.len, &hits, &draws);
             self.estimator.expect(&arrivals.face[..self.len]);
+            self.estimator.lose(Lanes::first(self.len).without(arrivals.met), &rays);
             let (decided, ended) = self.decide(&hits, &arrivals);
             self.go_on(&hits, &arrivals, decided.survived, &draws);
             let pieces = arrivals.pieces(self.scene);
@@ -178,13 +179,20 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
     fn begin(&mut self, lane: usize, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) -> bool {
         let Some(newborn) = newborns.pop() else { return false };
         self.counts.walks += 1;
-        let (Origin { surface: number, cell, side }, weights) = newborns.birth(newborn);
+        let (birthplace, weights) = newborns.birth(newborn);
         let [_, _, point, direction] = newborns.draws.each_ref().map(|row| row[newborn]);
         self.generators.set(lane, &newborns.generators.get(newborn));
         if !F::CHANCE {
             self.fates[lane] = self.fate;
             self.fates[lane].set_out(weights);
         }
+        let Origin { surface: number, cell, side } = match birthplace {
+            Birthplace::Cell(origin) => origin,
+            Birthplace::Lamp(lamp) => {
+                self.begin_at_lamp((lane, lamp), [point, direction]);
+                return true;
+            }
+        };
         let surface = &self.scene.surfaces()[number as usize];
         self.estimator.begin(lane, self.scene.face_at(number, cell, side));
         let uv = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
@@ -194,6 +202,14 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         self.departures.uv.iter_mut().zip(uv).for_each(|(row, uv)| row[lane] = uv);
         self.departures.direction[lane] = direction;
         true
+    }
+
+    /// A walk sets out from a lamp without area: lamps are numbered behind faces.
+    #[inline(always)]
+    fn begin_at_lamp(&mut self, (lane, lamp): (usize, usize), [point, direction]: [u64; 2]) {
+        let scene = self.scene;
+        self.estimator.begin(lane, (scene.faces().len() + lamp) as u32);
+        self.departures.set_free(lane, &scene.parts.lamps.birth(lamp, point, direction));
     }
 
     /// What becomes of the walks where they have arrived, and which of them have ended.
@@ -230,6 +246,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
     #[inline(always)]
     fn go_on(&mut self, hits: &Hits, arrivals: &Arrivals, survived: Lanes, draws: &[[u64; WIDTH]; 3]) {
         let [_, points, directions] = draws;
+        self.departures.bind();
         self.departures.surface = hits.surface;
         self.departures.facing = hits.facing;
         self.departures.uv = arrivals.uv;
@@ -294,7 +311,7 @@ impl Counts {
 mod tests {
     use super::*;
     use crate::walk::plain;
-    use crate::{Birth, Scoreboard, Shape, Sides, SurfaceSpec};
+    use crate::{Birth, Emission, LampSpec, Scoreboard, Shape, Sides, SurfaceSpec};
     use crate::{Direction, Estimator, Experiment, IndexChoice, InfiniteEnd, SceneSpec, Score, Tally, Walks};
     use glam::DVec3;
 
@@ -381,6 +398,23 @@ mod tests {
         spec
     }
 
+    /// The room with lamps without area of all kinds.
+    fn room_with_lamps() -> SceneSpec {
+        let mut spec = room();
+        let file =
+            "TILT=NONE\n1 -1 1 3 3 1 2 0 0 0\n1 1 10\n0 60 170\n0 90 180\n90 80 5\n90 10 0\n90 50 60\n";
+        spec.lamps.tables = vec![photometry::Luminaire::read(file.as_bytes()).unwrap().distribution];
+        let at = |x: f64, emission: Emission| LampSpec::new(DVec3::new(x, 0.3, 0.8), emission, 2.0);
+        spec.lamps.list = vec![
+            at(0.2, Emission::Uniform),
+            at(0.4, Emission::Spot { inner: 0.8, outer: -0.1 }).aimed(DVec3::new(1.0, 2.0, 0.5), 10.0),
+            at(0.6, Emission::Table(0)).aimed(DVec3::new(0.1, -0.2, -1.0), 70.0),
+            at(0.0, Emission::Distant { rim: 0.9 }).aimed(DVec3::new(0.3, 0.4, -1.0), 0.0),
+            LampSpec { strength: 0.0.into(), ..at(0.5, Emission::Uniform) },
+        ];
+        spec
+    }
+
     /// A closed cube in which walks are long.
     fn bright_cube() -> SceneSpec {
         let (o, e, axes) = (DVec3::ZERO, DVec3::ONE, DVec3::AXES);
@@ -425,6 +459,8 @@ mod tests {
             (grouped_room(), IndexChoice::Tree),
             (divided_room(), IndexChoice::Flat),
             (divided_room(), IndexChoice::Tree),
+            (room_with_lamps(), IndexChoice::Flat),
+            (room_with_lamps(), IndexChoice::Tree),
             (bright_cube(), IndexChoice::Flat),
         ] {
             for space in [Space::Discrete, Space::Continuous] {
@@ -463,13 +499,17 @@ mod tests {
     fn every_instruction_set_gives_the_same_bits() {
         let end = InfiniteEnd::Roulette { threshold: 0.01 };
         let scores: [fn(Estimator) -> Score; 2] = [Score::Of, Score::Linear];
-        for spec in [room(), grouped_room(), divided_room()] {
+        for spec in [room(), grouped_room(), divided_room(), room_with_lamps()] {
             let on = |isa| Scene::build_for(&spec, IndexChoice::Flat, isa).unwrap();
             for estimator in [Estimator::Collision, Estimator::Absorption, Estimator::Infinite(end)] {
                 for space in [Space::Discrete, Space::Continuous] {
                     for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
                         for score in scores.iter().map(|score| score(estimator)) {
                             let method = Walks { direction: direction.clone(), space, score };
+                            let gathers = matches!(method.direction, Direction::Gathering(_));
+                            if gathers && !spec.lamps.list.is_empty() {
+                                continue;
+                            }
                             let plain = tally(on(Isa::Portable), &method);
                             for isa in Isa::available() {
                                 assert_eq!(tally(on(isa), &method), plain, "{isa:?}, {method:?}");

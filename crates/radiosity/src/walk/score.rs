@@ -9,10 +9,10 @@ use super::spots::Spot;
 use super::visits::{Kept, Path, SEARCHED, Visits, empty_paths};
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
-use crate::simd::batch::{Decisions, WIDTH};
+use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::{Isa, Simd};
 use crate::tally::{Scoreboard, Word, rounded};
-use crate::trace::ray::Hits;
+use crate::trace::ray::{Hits, Rays};
 
 /// Units of fixed-point scores in the largest single score, for boards of `moments` power sums.
 pub(crate) const fn fixed_units(moments: usize) -> f64 {
@@ -32,6 +32,9 @@ pub(crate) trait Scorer<const C: usize> {
     /// The walks have met these points on these pieces, of which those on active sides will be scored.
     #[inline(always)]
     fn locate(&mut self, _isa: Isa, _scene: &Scene, _len: usize, _hits: &Hits, _pieces: &[u32; WIDTH]) {}
+    /// These rays have left the scene.
+    #[inline(always)]
+    fn lose(&mut self, _lanes: Lanes, _rays: &Rays) {}
     /// Walk `lane` has ended.
     fn end(&mut self, lane: usize, rng: WalkRng);
     /// Walk `from` goes on as walk `to`.

@@ -8,13 +8,13 @@
 //! filtering*, HPG 2017).
 
 use glam::{DVec3, Vec3};
+use parallel::on_all_cores;
 use radiosity::{Lookout, Ray, Scene};
 
 use super::lamps::{Aim, Lamps, Odds};
 use super::numbers::{Use, point, unit, z_order};
 use super::spot::{BAND, Spot};
 use crate::camera::Camera;
-use crate::cores::on_all_cores;
 use crate::smooth::Smooth;
 
 /// Samples of a pixel at most. A sample is a ray that gathers, and [`SHADOWS`] to lamps, whose light is noisier.
@@ -74,6 +74,8 @@ struct Seen {
     normal: Vec3,
     /// The surface that the place is on.
     surface: u32,
+    /// What lamps without area bring, which has no noise.
+    direct: Vec3,
     /// The mean distance to what surrounds it, in the sense of Ward et al. [m].
     reach: f32,
     /// How wide the pixel is there, across the direction of view [m].
@@ -130,7 +132,9 @@ impl Field {
         even_reach(&mut pixels, size);
         let gathered = even_gathered(&pixels, gathered, size, samples);
         let by_lamps = even_lamps(&pixels, by_lamps, size);
-        let irradiance = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light).collect();
+        let straight = pixels.iter().map(|pixel| pixel.direct);
+        let noisy = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light);
+        let irradiance = noisy.zip(straight).map(|(noisy, straight)| noisy + straight).collect();
         Field { size, pixels, irradiance }
     }
 
@@ -361,7 +365,9 @@ impl Tracer<'_> {
             }
         }
         let width = self.camera.width_of_pixel(middle) as f32;
-        Seen { place: middle.as_vec3(), normal: normal.as_vec3(), surface: spot.surface, reach: 0.0, width }
+        let direct = DVec3::from(scene.lamps_at(middle, normal, spot.surface)).as_vec3();
+        let (place, normal) = (middle.as_vec3(), normal.as_vec3());
+        Seen { place, normal, surface: spot.surface, direct, reach: 0.0, width }
     }
 }
 
