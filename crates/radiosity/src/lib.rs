@@ -39,6 +39,7 @@ mod tally;
 mod trace;
 mod walk;
 
+pub use experiment::daylight::{Coefficients, SkyTally};
 pub use experiment::exchange::{ExchangeRows, ExchangeSpec, FactorKind, RowBoard, Segment, exchange_counts};
 pub use experiment::influence::{Derivative, Influences, Property};
 pub use experiment::precision::{Apart, FLOOR, Headline, Judged, Precision, QUANTILES, Quantity, TINY};
