@@ -38,6 +38,7 @@ mod source;
 mod sources;
 mod target;
 mod thermal;
+mod weather;
 mod word;
 
 pub use budget::{Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_STREAM_PATHS};
@@ -62,4 +63,5 @@ pub use schema::{job_schema, scene_schema};
 pub use sensors::SensorTarget;
 pub use target::{Target, TotalTarget, Unhit};
 pub use thermal::{Enclosure, load_enclosure};
+pub use weather::{load_matrix, load_weather};
 pub use word::Word;

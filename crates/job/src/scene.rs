@@ -272,6 +272,14 @@ impl SceneFile {
         scene
     }
 
+    /// The same surfaces in one channel with the sensors, without the sky: daylight comes from a sky of its own, and the light of surfaces plays no part.
+    pub fn for_daylight(&self, channel: usize) -> Self {
+        let mut scene = SceneFile { sensors: self.sensors.clone(), ..self.for_exchange(channel, |_| None) };
+        scene.spec.surfaces.truncate(self.sky.unwrap_or(usize::MAX));
+        scene.sky = None;
+        scene
+    }
+
     /// Turns round what the doctor finds flipped, in memory: the file stays as it is.
     fn turn_flipped(&mut self) -> Result<(), Error> {
         let turned = doctor::turn_flipped(&mut self.spec).map_err(|error| self.locate(error))?;

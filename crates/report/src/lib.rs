@@ -10,6 +10,7 @@ mod bounds;
 mod camera;
 mod chart;
 mod cores;
+mod daylight;
 mod dials;
 mod error;
 mod exact_csv;
@@ -42,6 +43,7 @@ pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, writ
 pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use cores::on_all_cores;
+pub use daylight::{DaylightRow, DaylightSummary, LevelSummary, write_daylight, write_ill};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use export::{Cells, Column, columns, corners, read_table, write_glb, write_parquet, write_vtu};

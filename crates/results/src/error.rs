@@ -18,6 +18,31 @@ pub enum Error {
     /// Exchange factors cannot be counted, or say nothing of heat.
     #[error(transparent)]
     Factors(#[from] FactorsFault),
+    /// Coefficients are those of one channel.
+    #[error(
+        "the scene is in colour, and daylight coefficients are those of one reflectance a surface; choose --channel r, g or b (g is the nearest to what eyes see)"
+    )]
+    DaylightChannel,
+    /// The sky is not divided so.
+    #[error(
+        "{patches} is no number of patches of the sky (Tregenza's and Reinhart's are 145, 577 and 2305); choose one of these"
+    )]
+    NoDivision {
+        /// The number that was asked for.
+        patches: u32,
+    },
+    /// A look would have no walks.
+    #[error(
+        "{paths} walks for {cells} places are fewer than {fewest} for each, the least that says something; give more --paths, or fewer sensors"
+    )]
+    FewDaylightWalks {
+        /// Walks of the job.
+        paths: u64,
+        /// Places where light is measured.
+        cells: u64,
+        /// The least for each.
+        fewest: u64,
+    },
     /// A file of the output folder cannot be written.
     #[error(transparent)]
     Report(#[from] report::Error),

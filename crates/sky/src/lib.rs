@@ -24,7 +24,7 @@ pub use annual::{Hour, Known, Row, Year};
 pub use dome::{Dome, SUN_PATCHES};
 pub use epw::{Malformed, Weather, WeatherHour};
 pub use luminance::{STANDARD_SKIES, Sky};
-pub use matrix::{Encoding, Matrix, MatrixError};
+pub use matrix::{EFFICACY, Encoding, Matrix, MatrixError};
 pub use metrics::{Level, Metrics, TARGETS, Wanted};
 pub use perez::{Conditions, Quantity};
 pub use sun::{SUN_ANGLE, Site, SunPosition};

@@ -7,6 +7,9 @@ use std::io::{self, Write};
 
 use thiserror::Error;
 
+/// The luminous efficacy by which Radiance turns light as eyes see it into radiance [lm/W]: luminance is so many times the brightness of its matrices.
+pub const EFFICACY: f64 = 179.0;
+
 /// How numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
