@@ -49,12 +49,12 @@ fn year(args: &SkyArgs, dome: &Dome, weather: &sky::Weather) -> Matrix {
     let (quantity, unit) =
         if args.solar { (Quantity::Irradiance, 1.0) } else { (Quantity::Illuminance, EFFICACY) };
     let hours = Year::new(weather, dome, quantity, args.ground).hours;
-    let mut numbers = vec![0.0; dome.len() * hours.len()];
+    let mut numbers = vec![0.0; dome.size() * hours.len()];
     for (column, hour) in hours.iter().enumerate() {
         let mut add = |row: usize, radiance: f64| numbers[row * hours.len() + column] += radiance / unit;
         hour.sky.iter().enumerate().for_each(|(row, &radiance)| add(row, radiance));
         let sun = hour.sun.iter().filter(|_| !args.no_sun);
         sun.for_each(|&(row, radiance)| add(row, radiance));
     }
-    Matrix { rows: dome.len(), columns: hours.len(), numbers }
+    Matrix { rows: dome.size(), columns: hours.len(), numbers }
 }

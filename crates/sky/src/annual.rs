@@ -122,7 +122,7 @@ impl Hour {
         let beam = if direction[2] > 0.0 { normal } else { 0.0 };
         let mut sky = conditions.sky(quantity).map(|sky| dome.vector(&sky)).unwrap_or_default();
         if sky.is_empty() && beam > 0.0 {
-            sky = vec![0.0; dome.len()];
+            sky = vec![0.0; dome.size()];
         }
         if let Some(below) = sky.first_mut() {
             *below = ground / PI * (diffuse + beam * direction[2].max(0.0));
@@ -152,7 +152,7 @@ impl Year {
 
     /// The sky vector of the mean hour, and its sun.
     pub fn mean(&self, dome: &Dome) -> (Vec<f64>, Vec<(usize, f64)>) {
-        let (mut sky, mut sun) = (vec![0.0; dome.len()], vec![0.0; dome.len()]);
+        let (mut sky, mut sun) = (vec![0.0; dome.size()], vec![0.0; dome.size()]);
         let part = 1.0 / self.hours.len() as f64;
         for hour in &self.hours {
             sky.iter_mut().zip(&hour.sky).for_each(|(sum, radiance)| *sum += part * radiance);
@@ -191,8 +191,8 @@ pub(crate) mod tests {
     pub(crate) fn window(dome: &Dome) -> Vec<f64> {
         let seen = |j: usize| if (20..60).contains(&j) { 1.0 + (j % 7) as f64 } else { 0.0 };
         let (straight, reflected) = (
-            (0..dome.len()).map(|j| 1e-3 * seen(j)),
-            (0..dome.len()).map(|j| 2e-4 * (seen(j) + seen(j / 2))),
+            (0..dome.size()).map(|j| 1e-3 * seen(j)),
+            (0..dome.size()).map(|j| 2e-4 * (seen(j) + seen(j / 2))),
         );
         let mut all: Vec<f64> = straight.chain(reflected).collect();
         all.push(1.0 - all.iter().sum::<f64>());
@@ -240,7 +240,7 @@ pub(crate) mod tests {
     fn light_follows_from_counts() {
         let dome = dome();
         let vector = dome.vector(&crate::Sky::uniform(1000.0));
-        let mut straight = vec![1; dome.len()];
+        let mut straight = vec![1; dome.size()];
         straight[0] = 0;
         let row = |walks, reflected: u64| Row {
             walks,

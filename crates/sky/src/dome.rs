@@ -45,13 +45,8 @@ impl Dome {
     }
 
     /// How many numbers a sky vector has: one for the ground, which is the first, and one for each patch.
-    pub fn len(&self) -> usize {
+    pub fn size(&self) -> usize {
         self.patches.count() + 1
-    }
-
-    /// False: there is always the ground.
-    pub fn is_empty(&self) -> bool {
-        false
     }
 
     /// The mean radiance of each patch, the ground dark. A horizontal plane under these patches receives exactly what it does from the sky.
@@ -133,7 +128,7 @@ mod tests {
     fn vectors_keep_the_light_of_the_sky() {
         for size in SkyPatches::SIZES {
             let dome = dome(size);
-            assert_eq!(dome.len(), size as usize + 1);
+            assert_eq!(dome.size(), size as usize + 1);
             let vector = dome.vector(&Sky::uniform(PI));
             assert!(vector[0] == 0.0 && vector[1..].iter().all(|radiance| (radiance - 1.0).abs() < 1e-12));
             for number in 1..=16 {

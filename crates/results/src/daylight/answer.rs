@@ -98,7 +98,7 @@ impl<'a> Answer<'a> {
     fn matrix(&self) -> Matrix {
         let rows = self.counted.tallies.iter().map(row);
         let numbers = rows.flat_map(|row| row.coefficients().collect::<Vec<f64>>()).collect();
-        Matrix { rows: self.places.len(), columns: self.question.dome.len(), numbers }
+        Matrix { rows: self.places.len(), columns: self.question.dome.size(), numbers }
     }
 
     /// The level of each sensor by EN 17037: by the lower ends of intervals, and by the upper ones.
