@@ -88,7 +88,7 @@ fn choose_for(
 /// Says what was chosen.
 fn tell(job: &Job, forecast: &Forecast) {
     info!(
-        "{} are chosen, with {} light on each: for {} paths an error of {} is foretold (noise {}, discretisation {}); the pilot took {} paths",
+        "{} are chosen, with {} light on each: for {} paths an error of {} is predicted (noise {}, discretisation {}); the pilot took {} paths",
         counted(job.scene.patch_count(), "patch"),
         if forecast.linear { "linear" } else { "constant" },
         forecast.for_paths,

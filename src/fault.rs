@@ -115,23 +115,19 @@ pub(crate) enum Fault {
     /// A part of the walks is no part.
     #[error("--share {0} is outside (0, 1] (it is the part of the walks to trace again); give 0.001, say")]
     Share(f64),
-    /// Some rows of the papers' tables came out otherwise.
-    #[error(
-        "{} rows differ from theory by more than chance explains ({}); see {}, then find out which is wrong",
-        rows.len(), rows.join("; "), page.display()
-    )]
-    NotReproduced { page: PathBuf, rows: Vec<String> },
     /// There is no help on a word.
     #[error(
         "there is no command and no word \"{word}\" (the words are those of docs/reference/glossary.md); choose a command, or {known}"
     )]
     NoWord { word: String, known: String },
-    /// The atlas has no such entry.
-    #[error("the atlas has no entry \"{name}\" (--only takes names of entries); choose from {known}")]
-    NoEntry { name: String, known: String },
     /// A table of earlier measurements cannot be read.
     #[error("cannot go on from {} ({source}); remove it, or start afresh with --force", path.display())]
     Table { path: PathBuf, source: std::io::Error },
+    /// A command of the laboratory.
+    #[error(
+        "`radwalk {command}` is a command of the laboratory now (it studies methods, not your scene); use `radwalk-lab {command}`: cargo run --release -p lab -- {command}"
+    )]
+    Moved { command: &'static str },
     /// Two jobs to compare in have the same name.
     #[error(
         "two jobs are called \"{0}\" (one's charts would replace the other's); give one of them another `name`"
@@ -140,17 +136,6 @@ pub(crate) enum Fault {
     /// A signal ended it.
     #[error("interrupted")]
     Interrupted,
-    /// Some claims of the atlas do not hold.
-    #[error(
-        "claims of {} entries of the atlas do not hold ({}); see {}, then find out whether theory or program is wrong",
-        entries.len(), entries.join(", "), page.display()
-    )]
-    Unfounded { entries: Vec<&'static str>, page: PathBuf },
-    /// An entry of the atlas cannot be studied.
-    #[error(
-        "the entry \"{entry}\" of the atlas cannot be studied ({source}); this is a fault of the program"
-    )]
-    Study { entry: &'static str, source: Box<dyn std::error::Error + Send + Sync> },
     /// A sum of the tally overflowed.
     #[error(
         "a sum of the tally overflowed (scores are too many or too large to be kept exactly); use fewer paths"
@@ -185,15 +170,14 @@ impl Fault {
             Fault::Job(_) | Fault::Unfit(_) | Fault::Report(_) | Fault::Exact(_) => 2,
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } | Fault::OneAccessFile { .. } => 2,
             Fault::Share(_) | Fault::NoWalks | Fault::OpenPatches { .. } => 2,
-            Fault::NoWord { .. } | Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
+            Fault::NoWord { .. } | Fault::Moved { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
             Fault::Listen(ListenError::NoName { .. }) | Fault::NoStatus(_) => 2,
             Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
             Fault::LogLevel { .. } => 2,
             Fault::Results(error) => exit_code_of(error),
             Fault::Silent { .. } | Fault::Differ(_) | Fault::Audit(_) => 3,
             Fault::Listen(_) | Fault::NoPage(_) | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
-            Fault::NotReproduced { .. } | Fault::Overflow | Fault::System { .. } | Fault::Stuck { .. } => 3,
-            Fault::Study { .. } | Fault::Unfounded { .. } => 3,
+            Fault::Overflow | Fault::System { .. } | Fault::Stuck { .. } => 3,
             Fault::Interrupted => Outcome::Interrupted.exit_code(),
         }
     }
@@ -210,9 +194,8 @@ fn exit_code_of(error: &results::Error) -> u8 {
         | Error::Unfit(_)
         | Error::Factors(_)
         | Error::DaylightChannel
-        | Error::NoDivision { .. }
         | Error::FewDaylightWalks { .. }
         | Error::NoRoom { .. } => 2,
-        Error::OtherTable { .. } | Error::Overflow | Error::System { .. } => 3,
+        Error::OtherTable { .. } | Error::Overflow | Error::System { .. } | Error::Rows { .. } => 3,
     }
 }

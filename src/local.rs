@@ -57,8 +57,8 @@ impl LocalWorkers {
     }
 
     /// Starts what is missing; `walks` is how far the job is. Returns false when it is futile.
-    pub(crate) fn tend(&mut self, walks: u64) -> bool {
-        self.bury(walks);
+    pub(crate) fn supervise(&mut self, walks: u64) -> bool {
+        self.reap(walks);
         while self.children.len() < self.wanted {
             if self.is_futile() {
                 return !self.children.is_empty();
@@ -80,7 +80,7 @@ impl LocalWorkers {
     }
 
     /// Forgets the children that have died.
-    fn bury(&mut self, walks: u64) {
+    fn reap(&mut self, walks: u64) {
         let (mut living, mut died) = (Vec::with_capacity(self.children.len()), 0);
         for mut child in self.children.drain(..) {
             match child.try_wait() {
@@ -130,7 +130,7 @@ impl LocalWorkers {
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut child = command.spawn()?;
         if let Some(mut input) = child.stdin.take() {
-            // A worker that is gone already is buried with the others. What is written fits a pipe.
+            // A worker that is gone already is reaped with the others. What is written fits a pipe.
             let _ = input.write_all(&self.access);
         }
         Ok(child)

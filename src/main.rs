@@ -9,12 +9,14 @@ mod clock;
 mod commands;
 mod date;
 mod fault;
+#[cfg(debug_assertions)]
+mod faulty;
+mod lead;
 mod local;
 mod progress;
 mod shift;
 mod signals;
 mod summary;
-mod team;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -26,7 +28,7 @@ use voice::{Voice, emit, record, say, unsaid};
 use crate::args::{Cli, Command};
 use crate::commands::{
     audit, check, combine, compare, coordinate, daylight, diff, exact, factors, help, lamp, merge, new, plan,
-    relay, replay, report, reproduce, sky, stability, status, work,
+    relay, replay, report, sky, status, work,
 };
 use crate::fault::{Fault, Outcome};
 
@@ -55,10 +57,10 @@ fn main() -> ExitCode {
         Command::Report(args) => report::report(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Plan(args) => plan::plan(&args),
-        Command::Reproduce(args) => reproduce::reproduce(&args),
+        Command::Reproduce(_) => Err(Fault::Moved { command: "reproduce" }),
         Command::New(args) => new::new(&args),
         Command::Check(args) => check::check(&args),
-        Command::Stability(args) => stability::stability(&args),
+        Command::Stability(_) => Err(Fault::Moved { command: "stability" }),
         Command::Compare(args) => compare::compare(&args),
         Command::Lamp(args) => lamp::lamp(&args),
         Command::Help(args) => help::help(&args),

@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use monitor::Standing;
+use monitor::RunStatus;
 use protocol::Notice;
 use rustix::termios::tcgetwinsize;
 use serde_json::{Value, json};
@@ -67,22 +67,19 @@ impl Display {
     }
 
     /// Shows where the job stands.
-    pub(crate) fn show(&mut self, standing: &Standing) {
+    pub(crate) fn show(&mut self, status: &RunStatus) {
         self.shown = Instant::now();
         match &self.style {
             Style::Quiet => {}
-            Style::Json => emit(&event(standing)),
+            Style::Json => emit(&event(status)),
             Style::Bar(bar) => {
-                bar.set_length(standing.end());
-                bar.set_position(standing.paths);
-                bar.set_message(standing.line(columns().saturating_sub(BAR_COLUMNS)));
+                bar.set_length(status.end());
+                bar.set_position(status.paths);
+                bar.set_message(status.line(columns().saturating_sub(BAR_COLUMNS)));
             }
-            Style::Plain => info!(
-                "{} of {} paths · {}",
-                standing.paths,
-                standing.paths_total,
-                standing.line(PLAIN_COLUMNS)
-            ),
+            Style::Plain => {
+                info!("{} of {} paths · {}", status.paths, status.paths_total, status.line(PLAIN_COLUMNS))
+            }
         }
     }
 
@@ -107,11 +104,11 @@ pub(crate) fn tell_notice(notice: &Notice) {
     }
 }
 
-fn event(standing: &Standing) -> Value {
+fn event(status: &RunStatus) -> Value {
     let mut event = json!({"event": "progress"});
-    let standing = serde_json::to_value(standing).expect("numbers and names");
-    if let (Value::Object(event), Value::Object(standing)) = (&mut event, standing) {
-        event.extend(standing);
+    let status = serde_json::to_value(status).expect("numbers and names");
+    if let (Value::Object(event), Value::Object(status)) = (&mut event, status) {
+        event.extend(status);
     }
     event
 }

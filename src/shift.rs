@@ -15,7 +15,6 @@ use crate::clock::WalkClock;
 pub(crate) struct Shift {
     replica: Replica,
     clock: WalkClock,
-    wrong: Option<Wrong>,
 }
 
 impl Shift {
@@ -24,7 +23,7 @@ impl Shift {
     /// # Errors
     /// In words, where the bytes are no job or the scene is invalid.
     pub(crate) fn decode(bytes: &[u8], clock: WalkClock) -> Result<Self, String> {
-        Ok(Shift { replica: Replica::decode(bytes)?, clock, wrong: Wrong::asked_for() })
+        Ok(Shift { replica: Replica::decode(bytes)?, clock })
     }
 }
 
@@ -59,10 +58,7 @@ impl Work for Shift {
     }
 
     fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow> {
-        self.clock.time(|| match &self.wrong {
-            Some(wrong) => tally.merge(&wrong.spoil(board.take()?)).map_err(|_| Overflow),
-            None => board.add_to(tally),
-        })
+        self.clock.time(|| board.add_to(tally))
     }
 }
 
@@ -87,35 +83,5 @@ impl Hands for Timed<'_> {
             id if id == self.owner => part(number),
             _ => self.clock.time(|| part(number)),
         });
-    }
-}
-
-/// A test hook of debug builds: a worker whose memory fails now and then. With `RADWALK_TEST_WRONG_WORKER=P` in its
-/// environment, about one in P of what it hands over has a bit flipped, before any digest is taken.
-struct Wrong {
-    one_in: u64,
-}
-
-impl Wrong {
-    #[cfg(not(debug_assertions))]
-    fn asked_for() -> Option<Self> {
-        None
-    }
-
-    #[cfg(debug_assertions)]
-    fn asked_for() -> Option<Self> {
-        let one_in = std::env::var("RADWALK_TEST_WRONG_WORKER").ok()?.parse().ok()?;
-        Some(Wrong { one_in })
-    }
-
-    fn spoil(&self, tally: Tally) -> Tally {
-        let lot = u64::from_le_bytes(tally.hash()[..8].try_into().expect("eight bytes"));
-        if !lot.is_multiple_of(self.one_in) {
-            return tally;
-        }
-        let (counts, patches, layout) = (tally.counts, tally.patches(), tally.layout());
-        let mut sums = tally.into_sums();
-        sums[0] ^= 1;
-        Tally::from_parts(counts, patches, layout, sums).expect("as many sums as before")
     }
 }

@@ -104,21 +104,10 @@ Examples:
   radwalk plan box.toml                                      what the target of the job will take
   radwalk plan box.toml --set target.relative_error=0.01 --json";
 
-/// Under the help of `radwalk reproduce`.
-pub(super) const REPRODUCE: &str = "\
-Examples:
-  radwalk reproduce --out out/papers                         a page with the papers' tables and figures
-  radwalk reproduce --validation                             a page of configurations with closed forms";
-
 /// Under the help of `radwalk new`.
 pub(super) const NEW: &str = "\
 Examples:
   radwalk new box                                            box.toml, which `radwalk run box.toml` takes";
-
-/// Under the help of `radwalk stability`.
-pub(super) const STABILITY: &str = "\
-Examples:
-  radwalk stability --out out/atlas                          a page of all failures and their remedies";
 
 /// Under the help of `radwalk lamp`.
 pub(super) const LAMP: &str = "\

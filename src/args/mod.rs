@@ -69,9 +69,9 @@ pub(crate) enum Command {
     /// Say what a job will take: walks, rays, time, memory and traffic, by bounds and by a pilot
     #[command(after_help = PLAN)]
     Plan(PlanArgs),
-    /// Measure the papers' tables and figures again and hold them to theory
-    #[command(after_help = REPRODUCE)]
-    Reproduce(ReproduceArgs),
+    /// Moved to radwalk-lab
+    #[command(hide = true)]
+    Reproduce(MovedArgs),
     /// Write a job and a scene to begin with
     #[command(after_help = NEW)]
     New(NewArgs),
@@ -81,9 +81,9 @@ pub(crate) enum Command {
     /// Say what is in the file of a luminaire (IES or EULUMDAT), and draw its polar curve
     #[command(after_help = LAMP)]
     Lamp(LampArgs),
-    /// Drive methods to where they fail, and show prediction, measurement, messages and remedy
-    #[command(after_help = STABILITY)]
-    Stability(StabilityArgs),
+    /// Moved to radwalk-lab
+    #[command(hide = true)]
+    Stability(MovedArgs),
     /// Chart speed against accuracy of every method that fits a scene, and say what to use when
     #[command(after_help = COMPARE)]
     Compare(CompareArgs),
@@ -109,8 +109,6 @@ impl Command {
             Command::Factors(args) => of(&args.out, false),
             Command::Daylight(args) => of(&args.out, false),
             Command::Sky(args) => Voice::new(false, args.quiet, false),
-            Command::Reproduce(args) => of(&args.out, false),
-            Command::Stability(args) => of(&args.out, false),
             Command::Compare(args) => of(&args.out, false),
             Command::Plan(args) => Voice::new(args.json, false, false),
             Command::Status(args) => Voice::new(args.json, false, false),
@@ -121,7 +119,11 @@ impl Command {
             Command::Audit(args) => Voice::new(false, args.quiet, false),
             Command::Report(args) => Voice::new(false, args.quiet, false),
             Command::Check(args) => Voice::new(args.json, args.quiet, false),
-            Command::Replay(_) | Command::New(_) | Command::Help(_) => Voice::new(false, false, false),
+            Command::Reproduce(_)
+            | Command::Stability(_)
+            | Command::Replay(_)
+            | Command::New(_)
+            | Command::Help(_) => Voice::new(false, false, false),
         }
     }
 }
@@ -138,7 +140,7 @@ mod tests {
         let cli = Cli::command();
         let shown =
             |command: &clap::Command| command.get_after_help().map(ToString::to_string).unwrap_or_default();
-        for command in cli.get_subcommands() {
+        for command in cli.get_subcommands().filter(|command| !command.is_hide_set()) {
             let (name, help) = (command.get_name(), shown(command));
             let own = format!("  radwalk {name} ");
             assert!(help.starts_with("Examples:") && help.contains(&own), "radwalk {name} --help: {help}");

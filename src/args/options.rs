@@ -4,11 +4,13 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use job::OutputFile;
-use studies::compare::Team;
+use results::factors::{MatrixFile, SparseFile};
 
 use super::values::{
-    Lamp, count, factor, illuminance, lamp, output_file, part, rays, threads, tolerance, workers,
+    Lamp, count, factor, illuminance, lamp, output_file, part, rays, reflectance, row_walks, sky_patches,
+    threads, tolerance, workers,
 };
+use crate::lead::Team;
 
 /// How a mesh is lit, and read.
 #[derive(Args)]
@@ -75,7 +77,7 @@ impl JobArgs {
 /// Where results go, and which messages are shown.
 #[derive(Args)]
 pub(crate) struct OutArgs {
-    /// The output folder [default: out/<job name>; of reproduce: out/papers]
+    /// The output folder [default: out/<job name>]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Replace results that are in the output folder
@@ -355,9 +357,27 @@ pub(crate) struct FactorsArgs {
     /// Solve for the heat between the groups: a file of temperatures [K] or fluxes [W] of each; implies --reflections
     #[arg(long, value_name = "FILE")]
     pub temperatures: Option<PathBuf>,
-    /// Write the factors as matrices, too; may be a list
+    /// Write the factors as matrices, too; may be a list [default of --sparse: mtx]
     #[arg(long, value_name = "FILE", value_delimiter = ',', value_enum)]
     pub export: Vec<MatrixWord>,
+    /// Count row by row and keep the factors that are not 0: for any number of groups, by default every patch
+    #[arg(long, conflicts_with_all = ["pairs", "smooth", "listen"])]
+    pub sparse: bool,
+    /// Walks of each row; with --tolerance, the most [default: 10000]
+    #[arg(long, value_name = "N", value_parser = row_walks, requires = "sparse", conflicts_with = "paths")]
+    pub rays: Option<u32>,
+    /// Leave out factors below this; a column `rest` holds their sum
+    #[arg(long, value_name = "LEAST", value_parser = tolerance, requires = "sparse")]
+    pub drop: Option<f64>,
+    /// Tell what leaves the scene apart by so many patches of the sky: 145 (Tregenza), 577 or 2305 (Reinhart)
+    #[arg(long, value_name = "N", value_parser = sky_patches, requires = "sparse")]
+    pub sky_patches: Option<u32>,
+    /// Count this part of the rows, e.g. 1/4 on the first of four machines
+    #[arg(long, value_name = "K/N", value_parser = part, requires = "sparse")]
+    pub part: Option<[u32; 2]>,
+    /// Take the rows from these folders, where parts of them were counted
+    #[arg(long, value_name = "DIR", value_delimiter = ',', requires = "sparse", conflicts_with_all = ["part", "resume"])]
+    pub join: Vec<PathBuf>,
     #[command(flatten)]
     pub team: TeamArgs,
     /// Listen for workers that are started elsewhere, as coordinate does, in place of starting some here
@@ -386,10 +406,10 @@ pub(crate) struct DaylightArgs {
     #[arg(long, value_name = "FILE")]
     pub weather: PathBuf,
     /// Patches of the sky: 145 (Tregenza's), 577 or 2305 (Reinhart's)
-    #[arg(long, value_name = "N", default_value_t = 145)]
+    #[arg(long, value_name = "N", default_value_t = 145, value_parser = sky_patches)]
     pub sky_patches: u32,
     /// The reflectance of the ground, where the scene has none
-    #[arg(long, value_name = "R", default_value_t = 0.2, value_parser = part)]
+    #[arg(long, value_name = "R", default_value_t = 0.2, value_parser = reflectance)]
     pub ground: f64,
     /// The channel whose reflectances hold, in a scene in colour
     #[arg(long, value_enum)]
@@ -430,10 +450,10 @@ pub(crate) struct SkyArgs {
     #[arg(long, requires = "weather")]
     pub solar: bool,
     /// Patches of the sky: 145 (Tregenza's), 577 or 2305 (Reinhart's)
-    #[arg(long, value_name = "N", default_value_t = 145)]
+    #[arg(long, value_name = "N", default_value_t = 145, value_parser = sky_patches)]
     pub sky_patches: u32,
     /// The reflectance of the ground
-    #[arg(long, value_name = "R", default_value_t = 0.2, value_parser = part)]
+    #[arg(long, value_name = "R", default_value_t = 0.2, value_parser = reflectance)]
     pub ground: f64,
     /// Write numbers of 32 bits, not text
     #[arg(long)]
@@ -449,20 +469,43 @@ pub(crate) struct SkyArgs {
     pub quiet: bool,
 }
 
-/// A format of matrices.
+/// A file of factors.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum MatrixWord {
-    /// factors.npz: arrays of factors, errors and names for NumPy
+    /// factors.npz: arrays of factors, errors and names for NumPy; of --sparse, compressed rows for SciPy
     Npz,
     /// factors.mtx: the factors that are not 0, in the format of Matrix Market
     Mtx,
+    /// factors.vf of View3D (--sparse)
+    View3d,
+    /// vfsparse.inp and svf.inp of uDALES (--sparse)
+    Udales,
+    /// factors.idf: ZoneProperty:UserViewFactors:BySurfaceName of EnergyPlus (--sparse)
+    Energyplus,
+    /// F and globalFaceFaces of OpenFOAM (--sparse)
+    Openfoam,
 }
 
-impl From<MatrixWord> for results::factors::MatrixFile {
+impl MatrixWord {
+    /// The matrix of dense factors; `None` where only sparse ones are written so.
+    pub(crate) fn dense(self) -> Option<MatrixFile> {
+        match self {
+            MatrixWord::Npz => Some(MatrixFile::Npz),
+            MatrixWord::Mtx => Some(MatrixFile::Mtx),
+            _ => None,
+        }
+    }
+}
+
+impl From<MatrixWord> for SparseFile {
     fn from(word: MatrixWord) -> Self {
         match word {
-            MatrixWord::Npz => Self::Npz,
-            MatrixWord::Mtx => Self::Mtx,
+            MatrixWord::Npz => SparseFile::Npz,
+            MatrixWord::Mtx => SparseFile::Mtx,
+            MatrixWord::View3d => SparseFile::View3d,
+            MatrixWord::Udales => SparseFile::Udales,
+            MatrixWord::Energyplus => SparseFile::EnergyPlus,
+            MatrixWord::Openfoam => SparseFile::OpenFoam,
         }
     }
 }
@@ -490,19 +533,11 @@ pub(crate) struct PlanArgs {
     pub json: bool,
 }
 
+/// Whatever a command took that is in the laboratory now.
 #[derive(Args)]
-pub(crate) struct ReproduceArgs {
-    /// Everything at reduced size: a minute
-    #[arg(long)]
-    pub quick: bool,
-    /// Configurations with closed forms in place of the papers: the scorecard [default folder: out/validation]
-    #[arg(long)]
-    pub validation: bool,
-    #[command(flatten)]
-    pub out: OutArgs,
-    /// Threads; the answer does not depend on them [default: one per core]
-    #[arg(long, value_name = "T", value_parser = threads)]
-    pub threads: Option<u32>,
+pub(crate) struct MovedArgs {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    _words: Vec<String>,
 }
 
 #[derive(Args)]
@@ -547,18 +582,6 @@ pub(crate) struct LampArgs {
     /// What is in the file as JSON on stdout
     #[arg(long)]
     pub json: bool,
-}
-
-#[derive(Args)]
-pub(crate) struct StabilityArgs {
-    #[command(flatten)]
-    pub out: OutArgs,
-    /// Fewer walks and shorter sweeps
-    #[arg(long)]
-    pub quick: bool,
-    /// This entry only; may be repeated
-    #[arg(long, value_name = "NAME")]
-    pub only: Vec<String>,
 }
 
 #[derive(Args)]

@@ -2,6 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use job::{OutputFile, Word};
+use radiosity::SkyPatches;
 
 /// A whole number as people write it: 1000000, 1_000_000 or 1e6. TOML holds none beyond 63 bits.
 pub(super) fn count(typed: &str) -> Result<u64, String> {
@@ -73,11 +74,34 @@ pub(super) fn tolerance(typed: &str) -> Result<f64, String> {
 }
 
 /// A reflectance.
-pub(super) fn part(typed: &str) -> Result<f64, String> {
+pub(super) fn reflectance(typed: &str) -> Result<f64, String> {
     let number: Option<f64> = typed.parse().ok();
     number
         .filter(|number| (0.0..=1.0).contains(number))
         .ok_or("write a number from 0 to 1, such as 0.2".into())
+}
+
+/// A part of the rows: `1/4` is the first quarter.
+pub(super) fn part(typed: &str) -> Result<[u32; 2], String> {
+    let numbers =
+        typed.split_once('/').and_then(|(part, parts)| Some([part.parse().ok()?, parts.parse().ok()?]));
+    let fits = |[part, parts]: &[u32; 2]| (1..=*parts).contains(part);
+    numbers.filter(fits).ok_or_else(|| format!("{typed:?} is no part; write 1/4 for the first of four"))
+}
+
+/// A number of patches of the sky.
+pub(super) fn sky_patches(typed: &str) -> Result<u32, String> {
+    let sizes = SkyPatches::SIZES;
+    let size = typed.parse().ok().filter(|size| sizes.contains(size));
+    size.ok_or_else(|| {
+        format!("the sky has no {typed:?} patches; choose {}, {} or {}", sizes[0], sizes[1], sizes[2])
+    })
+}
+
+/// A number of walks of a row.
+pub(super) fn row_walks(typed: &str) -> Result<u32, String> {
+    let rays = u32::try_from(count(typed)?).ok().filter(|&rays| rays > 0);
+    rays.ok_or_else(|| format!("a row has from 1 to {} walks; {typed} is none of these", u32::MAX))
 }
 
 fn within(typed: &str, most: u32) -> Result<u32, String> {

@@ -1,7 +1,16 @@
-//! `radwalk compare`: speed against accuracy, for every method that fits a scene.
+//! `radwalk compare`: speed against accuracy, for every method that fits a scene, ranked by the time that it takes to an error.
+//!
+//! Worker processes of this machine walk the runs ([`shoot`]); the points measured so far are kept in a [`Table`].
 
+mod contender;
+mod judge;
+mod measure;
+mod page;
 mod shoot;
+mod study;
 mod table;
+mod truth;
+mod truths;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -10,14 +19,13 @@ use job::Job;
 use radiosity::{Experiment, Scene};
 use report::OutputFolder;
 use serde_json::json;
-use studies::compare::{Arena, Course, Point, Shot, Team, Trial, page, study};
 use tracing::warn;
-use voice::{Phase, emit, say};
+use voice::{emit, say};
 
-use self::shoot::shoot;
+use self::measure::Point;
+use self::study::{Bench, Course, study};
 use self::table::{TABLE, Table};
 use crate::args::CompareArgs;
-use crate::build::BUILD;
 use crate::choose::load_given;
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
@@ -26,6 +34,19 @@ use crate::signals;
 const PAGE: &str = "compare.md";
 /// The charts' folder, beside the page.
 const CHARTS: &str = "compare";
+
+/// A job in which methods are compared.
+#[derive(Clone, Copy)]
+struct Arena<'a> {
+    /// The path of the job's file.
+    path: &'a Path,
+    /// The changes of the job, as KEY=VALUE.
+    set: &'a [String],
+    /// The job with its changes.
+    job: &'a Job,
+    /// The scene of the job.
+    scene: &'a Scene,
+}
 
 /// Compares the methods in the scene of each job; writes page, table and charts.
 pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
@@ -40,14 +61,13 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
     let drawings = OutputFolder::claim(&path.join(CHARTS), &[], replace)?;
     let table = Table::new(&folder, args.resume)?;
     let team = args.team.team();
-    let mut bench = Bench { args, team, table, phase: None };
-    let course = Course { rays: args.rays, runs: args.runs, build: BUILD };
+    let mut bench = Bench { team, table, announce: &|point| announce(args, point) };
+    let course = Course { rays: args.rays, runs: args.runs };
     signals::catch();
     let mut chapters = Vec::new();
     for (path, (job, scene)) in args.jobs.iter().zip(&jobs) {
         let chapter = match study(Arena { path, set: &args.set, job, scene }, course, &mut bench) {
             Err(Fault::Interrupted) => {
-                bench.phase = None;
                 warn!(
                     "interrupted; {} rows are kept in {}, go on with: {} --resume",
                     bench.table.len(),
@@ -90,40 +110,6 @@ fn load(args: &CompareArgs, path: &Path) -> Result<(Job, Scene), Fault> {
     let scene = job.build_scene()?;
     Experiment::new(scene.clone(), job::MethodTable::default().walks())?;
     Ok((job, scene))
-}
-
-/// What the study of a job asks of this program.
-struct Bench<'a> {
-    args: &'a CompareArgs,
-    team: Team,
-    table: Table<'a>,
-    phase: Option<Phase>,
-}
-
-impl studies::compare::Bench for Bench<'_> {
-    type Error = Fault;
-
-    fn begin(&mut self, what: &'static str) {
-        self.phase = Some(Phase::begin(what));
-    }
-
-    fn end(&mut self) {
-        self.phase = None;
-    }
-
-    fn shoot(&mut self, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
-        shoot(self.team, trial, runs)
-    }
-
-    fn known(&self, key: &str, method: &str, rays: u64) -> Option<Point> {
-        self.table.find(key, method, rays, self.args.runs).cloned()
-    }
-
-    fn keep(&mut self, point: &Point) -> Result<(), Fault> {
-        self.table.add(point.clone())?;
-        announce(self.args, point);
-        Ok(())
-    }
 }
 
 fn announce(args: &CompareArgs, point: &Point) {

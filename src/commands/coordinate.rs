@@ -1,18 +1,15 @@
 //! `radwalk run` and `radwalk coordinate`: a job from file to results.
 
-use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use cluster::{Access, Wish, random_bytes, serve};
-use job::{Budget, Job};
+use job::Job;
 use judge::target::looks;
 use monitor::{Description, Gauge, Page, Reports, Showing, Watch};
-use protocol::{Checkpoint, Coordinator, Ending, Judge, Look, Past, Plan};
+use protocol::{Checkpoint, Coordinator, Ending, Look, Notice, Past, Plan};
 use radiosity::{Experiment, Tally};
 use report::view_troubles;
 use results::{Identity, Keeper, Latest, RunOutput, Settings};
-use studies::compare::Team;
 use tracing::{info, warn};
 use voice::{Phase, say};
 
@@ -20,7 +17,7 @@ use crate::args::{CoordinateArgs, CourseArgs, LeadArgs, OutArgs, RunArgs};
 use crate::build::{BUILD, GIT};
 use crate::choose;
 use crate::fault::{Fault, Outcome};
-use crate::local::LocalWorkers;
+use crate::lead::{Executor, Left, Remote, Station, plan};
 use crate::progress::{Display, tell_notice};
 use crate::{signals, summary};
 
@@ -32,38 +29,16 @@ const FINAL_WAITS: [Duration; 4] =
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     let team = args.team.team();
     let prepared = Prepared::new(&args.work, args.course.resume, team.workers)?;
-    let Door { listener, access, mut workers } = Door::open(&prepared.identity, team)?;
-    signals::catch();
-    signals::keep_memory_private();
-    let page = args.course.metrics.as_deref().map(open_page).transpose()?;
-    let reports = Reports::new(prepared.description(), prepared.output.path(), None, page);
-    let showing = prepared.showing(&args.course, &args.work.out)?;
-    prepared.serve(listener, access, &args.work.out, (reports, showing), Some(&mut workers))
+    prepared.drive(Executor::Local(team), &args.course, &args.work.out)
 }
 
 /// Coordinates workers that are started elsewhere.
 pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     let prepared = Prepared::new(&args.work, args.course.resume, 0)?;
-    let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
-    let (listener, access) =
-        listen(prepared.identity.scene_hash, &args.at.listen, args.at.advertise.as_deref())?;
-    access
-        .write(&access_file)
-        .map_err(|source| Fault::AccessFileWrite { path: access_file.clone(), source })?;
-    info!(
-        "listening at {}; start workers with: radwalk work --access {}",
-        access.address,
-        access_file.display()
-    );
-    signals::catch();
-    signals::keep_memory_private();
-    let page = args.course.metrics.as_deref().map(open_page).transpose()?;
-    let reports = Reports::new(prepared.description(), prepared.output.path(), Some(&access_file), page);
-    let showing = prepared.showing(&args.course, &args.work.out)?;
-    let done = prepared.serve(listener, access.clone(), &args.work.out, (reports, showing), None);
-    // The key is of no use any more. Where the file is gone, or another coordinator's by now, there is nothing to do.
-    let _ = access.remove(&access_file);
-    done
+    let file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
+    let address = (&*args.at.listen, args.at.advertise.as_deref());
+    let remote = Remote::open(prepared.identity.scene_hash, address, file)?;
+    prepared.drive(Executor::Remote(remote), &args.course, &args.work.out)
 }
 
 /// Says what was left out, changed or assumed of meshes, in ten lines at most.
@@ -74,28 +49,6 @@ fn tell_notes(job: &Job) {
     notes[..shown].iter().for_each(|note| info!("note: {note}"));
     if shown < notes.len() {
         info!("note: and {} more, which `radwalk check` tells", notes.len() - shown);
-    }
-}
-
-/// Where worker processes of this machine come in.
-pub(crate) struct Door {
-    /// Listens at the loopback address.
-    pub listener: TcpListener,
-    /// The access file that lets them in.
-    pub access: Access,
-    /// None of them yet.
-    pub workers: LocalWorkers,
-}
-
-impl Door {
-    /// For a team that works on a job.
-    ///
-    /// # Errors
-    /// Where the system refuses.
-    pub(crate) fn open(identity: &Identity, team: Team) -> Result<Self, Fault> {
-        let (listener, access) = listen(identity.scene_hash, "127.0.0.1:0", None)?;
-        let workers = LocalWorkers::new(&access, team.workers, team.threads);
-        Ok(Door { listener, access, workers })
     }
 }
 
@@ -213,14 +166,25 @@ impl Prepared {
         Ok(Some(showing))
     }
 
+    /// Leads workers through the job to its end, and writes what came of it.
+    fn drive(self, executor: Executor, course: &CourseArgs, out: &OutArgs) -> Result<Outcome, Fault> {
+        let station = executor.station(self.identity.scene_hash)?;
+        signals::catch();
+        signals::keep_memory_private();
+        let page = course.metrics.as_deref().map(open_page).transpose()?;
+        let reports = Reports::new(self.description(), self.output.path(), executor.access_file(), page);
+        let showing = self.showing(course, out)?;
+        let done = self.serve(station, out, (reports, showing));
+        executor.close();
+        done
+    }
+
     /// Serves the job to its end and writes what came of it.
     fn serve(
         mut self,
-        listener: TcpListener,
-        access: Access,
+        station: Station,
         out: &OutArgs,
         (reports, showing): (Reports, Option<Showing>),
-        mut workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
         let plan = self.plan()?;
         let nothing = Past::none(Tally::new(0, self.past.tally.layout()));
@@ -228,35 +192,22 @@ impl Prepared {
         let mut coordinator = Coordinator::new(plan, past);
         let mut watch = self.watch(&coordinator, reports, showing)?;
         let mut display = Display::new(out);
-        let notices = std::cell::RefCell::new(Vec::new());
-        let owner = |coordinator: &Coordinator| {
-            let notices: Vec<_> = notices.borrow_mut().drain(..).collect();
+        let turn = |coordinator: &Coordinator, notices: &[Notice]| {
             notices.iter().for_each(tell_notice);
-            let looked = watch.look(coordinator, &notices, display.is_due());
-            looked.standing.iter().for_each(|standing| display.show(standing));
+            let looked = watch.look(coordinator, notices, display.is_due());
+            looked.status.iter().for_each(|status| display.show(status));
             looked.trouble.iter().for_each(|trouble| warn!("{trouble}"));
-            if !looked.goes_on || signals::stop_asked() {
-                return Wish::Stop;
-            }
-            match &mut workers {
-                Some(workers) => {
-                    notices.iter().for_each(|notice| workers.heed(notice));
-                    if workers.tend(coordinator.progress().walks) { Wish::Continue } else { Wish::GiveUp }
-                }
-                None => Wish::Continue,
-            }
+            looked.goes_on
         };
-        let ending =
-            serve(listener, &access, &mut coordinator, owner, |notice| notices.borrow_mut().push(notice))
-                .map_err(|source| Fault::System { doing: "serving the workers", source })?;
+        let left = station.lead(&mut coordinator, turn)?;
         display.finish();
         let (identity, latest) = watch.finish();
         let checkpoint = identity.checkpoint(coordinator.into_past());
         // After an overflow the sums are no longer those of any walks.
-        if ending != Ending::Overflow {
+        if left.ending != Ending::Overflow {
             self.write(&checkpoint, latest, out)?;
         }
-        self.outcome(ending, &checkpoint, workers)
+        self.outcome(left, &checkpoint)
     }
 
     /// What is done while the job is walked.
@@ -292,16 +243,9 @@ impl Prepared {
         }
     }
 
-    fn outcome(
-        &self,
-        ending: Ending,
-        checkpoint: &Checkpoint,
-        workers: Option<&mut LocalWorkers>,
-    ) -> Result<Outcome, Fault> {
-        match ending {
-            Ending::NoWorkers => {
-                Err(Fault::NoWorkers(workers.map_or(String::new(), |workers| workers.trouble.clone())))
-            }
+    fn outcome(&self, left: Left, checkpoint: &Checkpoint) -> Result<Outcome, Fault> {
+        match left.ending {
+            Ending::NoWorkers => Err(Fault::NoWorkers(left.trouble)),
             Ending::Overflow => Err(Fault::Overflow),
             Ending::Stuck => Err(Fault::Stuck { out: self.output.path().into() }),
             Ending::Interrupted => Ok(Outcome::Interrupted),
@@ -314,34 +258,6 @@ impl Prepared {
             }
         }
     }
-}
-
-/// The walks of a job up to the last of some looks, at which `judge` is asked.
-///
-/// # Errors
-/// Where the system has no random numbers.
-pub(crate) fn plan(
-    identity: &Identity,
-    budget: &Budget,
-    experiment: &Experiment,
-    looks: Vec<u64>,
-    judge: Judge,
-) -> Result<Plan, Fault> {
-    let lots = random_bytes().map_err(|source| Fault::System { doing: "drawing lots", source })?;
-    let lots = u64::from_le_bytes(lots[..8].try_into().expect("eight bytes"));
-    Ok(identity.plan(BUILD, budget, experiment, (looks, judge), lots))
-}
-
-/// Listens at an address; returns what lets workers of a scene in.
-pub(crate) fn listen(
-    scene_hash: [u8; 32],
-    address: &str,
-    advertise: Option<&str>,
-) -> Result<(TcpListener, Access), Fault> {
-    let (listener, address) = cluster::bind(address, advertise)?;
-    let access = Access::new(address, BUILD, scene_hash)
-        .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
-    Ok((listener, access))
 }
 
 /// Opens a page of metrics, and prints its address.

@@ -1,5 +1,6 @@
 //! `radwalk daylight`: daylight coefficients of sensors, and what a year of weather makes of them.
 
+use radiosity::SkyPatches;
 use report::OutputFolder;
 use results::daylight::{DAYLIGHT_FILES, DaylightAnswer, DaylightQuestion, Wished, count};
 use sky::Wanted;
@@ -18,7 +19,7 @@ pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
     let job = load_given(&args.job.job, &args.job.overrides(), "daylight")?;
     let wished = Wished {
         weather: &args.weather,
-        patches: args.sky_patches,
+        patches: SkyPatches::new(args.sky_patches).expect("the number was checked when it was read"),
         ground: args.ground,
         channel: args.channel.map(|channel| channel as usize),
         tolerance: args.tolerance,

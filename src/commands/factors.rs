@@ -3,7 +3,10 @@
 use protocol::Look;
 use radiosity::{Experiment, Tally};
 use report::OutputFolder;
-use results::factors::{Answer, Asked, FILES, MatrixFile, Question, Round, Walked, count};
+use results::factors::{
+    Answer, Asked, FILES, FactorsFault, Hands as RowHands, Question, Round, SparseAnswer, SparseAsked,
+    SparseFile, UNLIT, Walked, count, count_rows, sparse_files,
+};
 use results::{Identity, Settings};
 use tracing::{info, warn};
 use voice::{Phase, say};
@@ -13,24 +16,18 @@ use crate::build::BUILD;
 use crate::choose::load_given;
 use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
+use crate::lead::{Executor, Remote, walk};
 use crate::signals;
-use crate::team::{Hands, Remote, walk};
 
 /// Counts exchange factors and writes them.
 pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
-    let job = load_given(&args.job.job, &args.job.overrides(), "factors")?;
-    let asked = Asked {
-        groups: args.groups.as_deref(),
-        reflections: args.reflections,
-        channel: args.channel.map(|channel| channel as usize),
-        tolerance: args.tolerance,
-        pairs: &args.pairs,
-        smooth: args.smooth,
-        temperatures: args.temperatures.as_deref(),
-    };
-    let question = Question::of(job, &asked)?;
-    question.job.scene.notes().iter().for_each(|note| info!("note: {note}"));
+    if let Some(asked) = sparse(args) {
+        return sparse_factors(args, &asked, phase);
+    }
+    let exports = args.export.iter().map(|word| word.dense()).collect::<Option<Vec<_>>>();
+    let exports = exports.ok_or_else(|| results::Error::from(FactorsFault::SparseExports))?;
+    let question = question(args, None)?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
     let folder = OutputFolder::claim(&path, &FILES, args.out.force || args.resume)?;
     if args.out.force {
@@ -38,12 +35,12 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     }
     drop(phase);
     signals::catch();
-    let hands = hands(args, &question, &folder)?;
+    let executor = executor(args, &question, &folder)?;
     let phase = Phase::begin("counting walks between groups");
-    let mut walk = |round: Round<'_>| walk_round(&hands, &round);
+    let mut walk = |round: Round<'_>| walk_round(&executor, &round);
     let counted = count(&question, BUILD, (&folder, args.resume), &mut walk, &|part| phase.done(part));
     drop(phase);
-    if let Hands::Remote(remote) = hands {
+    if let Executor::Remote(remote) = executor {
         dismiss(remote, &question)?;
     }
     let counted = counted?;
@@ -54,7 +51,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
         return Ok(Outcome::Interrupted);
     }
     let answer = Answer::of(&question, counted).map_err(results::Error::from)?;
-    answer.write(&folder, &args.export.iter().map(|&word| word.into()).collect::<Vec<MatrixFile>>())?;
+    answer.write(&folder, &exports)?;
     if !args.out.quiet {
         tell(&answer, &folder);
     }
@@ -65,6 +62,82 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     })
 }
 
+/// What is asked, by the words of the command.
+fn question(args: &FactorsArgs, sparse: Option<SparseAsked>) -> Result<Question, Fault> {
+    let unlit = sparse.map(|_| UNLIT.to_owned());
+    let overrides: Vec<String> = unlit.into_iter().chain(args.job.overrides()).collect();
+    let job = load_given(&args.job.job, &overrides, "factors")?;
+    let asked = Asked {
+        groups: args.groups.as_deref(),
+        reflections: args.reflections,
+        channel: args.channel.map(|channel| channel as usize),
+        tolerance: args.tolerance,
+        pairs: &args.pairs,
+        smooth: args.smooth,
+        temperatures: args.temperatures.as_deref(),
+        sparse,
+    };
+    let question = Question::of(job, &asked)?;
+    question.job.scene.notes().iter().for_each(|note| info!("note: {note}"));
+    Ok(question)
+}
+
+/// What is asked of sparse factors; `None` where these are not asked for.
+fn sparse(args: &FactorsArgs) -> Option<SparseAsked> {
+    args.sparse.then(|| SparseAsked {
+        rays: args.rays.unwrap_or(SparseAsked::RAYS),
+        least: args.drop.unwrap_or(0.0),
+        sky: args.sky_patches,
+        part: args.part.unwrap_or([1, 1]),
+    })
+}
+
+/// Counts rows on threads of this process and writes what they say, once there are all.
+fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Result<Outcome, Fault> {
+    let question = question(args, Some(*asked))?;
+    let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
+    let files = sparse_files();
+    let folder = OutputFolder::claim(&path, &files, args.out.force || args.resume)?;
+    if args.out.force {
+        folder.remove(&files)?;
+    }
+    signals::catch();
+    phase.now("counting rows");
+    let team = args.team.team();
+    let mut watch = |part| {
+        phase.done(part);
+        !signals::stop_asked()
+    };
+    let hands = RowHands { threads: team.workers * team.threads as usize, watch: &mut watch };
+    let counted = count_rows(&question, asked, (&folder, args.resume, &args.join), hands)?;
+    if counted.interrupted {
+        drop(phase);
+        warn!("interrupted; the rows that are done are kept, go on with --resume");
+        return Ok(Outcome::Interrupted);
+    }
+    if asked.part[1] > 1 {
+        drop(phase);
+        info!(
+            "part {}/{} of the rows is in {}; put all together with --join",
+            asked.part[0],
+            asked.part[1],
+            path.display()
+        );
+        return Ok(Outcome::Done);
+    }
+    phase.now("writing matrices");
+    let answer = SparseAnswer::of(&question, asked, counted, &folder)?;
+    let files: Vec<SparseFile> = args.export.iter().map(|&word| word.into()).collect();
+    answer.write(&folder, if files.is_empty() { &[SparseFile::Mtx] } else { &files })?;
+    drop(phase);
+    if !args.out.quiet {
+        answer.warnings().iter().for_each(|warning| warn!("{warning}"));
+        answer.lines().iter().for_each(|line| say(line));
+        say(&format!("written to {}", folder.path().display()));
+    }
+    Ok(if answer.reached() == Some(false) { Outcome::TargetMissed } else { Outcome::Done })
+}
+
 /// Says what was found, and where it is.
 pub(crate) fn tell(answer: &Answer, folder: &OutputFolder) {
     answer.warnings().iter().for_each(|warning| warn!("{warning}"));
@@ -73,11 +146,11 @@ pub(crate) fn tell(answer: &Answer, folder: &OutputFolder) {
 }
 
 /// The processes that walk.
-fn hands(args: &FactorsArgs, question: &Question, folder: &OutputFolder) -> Result<Hands, Fault> {
-    let Some(address) = &args.listen else { return Ok(Hands::Local(args.team.team())) };
+fn executor(args: &FactorsArgs, question: &Question, folder: &OutputFolder) -> Result<Executor, Fault> {
+    let Some(address) = &args.listen else { return Ok(Executor::Local(args.team.team())) };
     let file = args.access.clone().unwrap_or_else(|| folder.path().join("access.json"));
     let address = (&**address, args.advertise.as_deref());
-    Ok(Hands::Remote(Remote::open(question.scene.hash(), address, file)?))
+    Ok(Executor::Remote(Remote::open(question.scene.hash(), address, file)?))
 }
 
 /// Tells workers that are started elsewhere that there are no more walks.
@@ -88,13 +161,13 @@ fn dismiss(remote: Remote, question: &Question) -> Result<(), Fault> {
 }
 
 /// Walks a look on worker processes; `None` where a signal ended it.
-fn walk_round(hands: &Hands, round: &Round<'_>) -> Result<Option<Walked>, Fault> {
+fn walk_round(executor: &Executor, round: &Round<'_>) -> Result<Option<Walked>, Fault> {
     let Round { identity, experiment, budget, walks, watch } = round;
     let judge = |prefix: &Tally, _: &[Look]| {
         let counts = prefix.counts;
         Look { walks: counts.walks, rays: counts.rays, ..Look::default() }
     };
-    match walk(hands, identity, budget, experiment, (vec![*walks], Box::new(judge)), watch) {
+    match walk(executor, identity, budget, experiment, (vec![*walks], Box::new(judge)), watch) {
         Ok(walked) => Ok(Some(Walked { tally: walked.tally, cpu_seconds: walked.cpu_seconds })),
         Err(Fault::Interrupted) => Ok(None),
         Err(fault) => Err(fault),

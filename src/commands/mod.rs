@@ -17,8 +17,6 @@ pub(crate) mod plan;
 pub(crate) mod relay;
 pub(crate) mod replay;
 pub(crate) mod report;
-pub(crate) mod reproduce;
 pub(crate) mod sky;
-pub(crate) mod stability;
 pub(crate) mod status;
 pub(crate) mod work;

@@ -10,8 +10,8 @@ use crate::fault::{Fault, Outcome};
 
 /// Writes a sky vector or matrix.
 pub(crate) fn sky(args: &SkyArgs) -> Result<Outcome, Fault> {
-    let none = results::Error::NoDivision { patches: args.sky_patches };
-    let dome = Dome::new(SkyPatches::new(args.sky_patches).ok_or(none)?);
+    let patches = SkyPatches::new(args.sky_patches).expect("the number was checked when it was read");
+    let dome = Dome::new(patches);
     if args.out.exists() && !args.force {
         return Err(Fault::Taken { path: args.out.clone() });
     }

@@ -93,7 +93,13 @@ fn join(args: &WorkArgs) -> Result<(), Fault> {
         leave: signals::stop_asked,
     };
     let clock = WalkClock::default();
-    Ok(cluster::work(&access, &identity, |job| Shift::decode(job, clock.clone()), || clock.seconds())?)
+    let build = |job: &[u8]| {
+        let shift = Shift::decode(job, clock.clone());
+        #[cfg(debug_assertions)]
+        let shift = shift.map(crate::faulty::Faulty::if_asked_for);
+        shift
+    };
+    Ok(cluster::work(&access, &identity, build, || clock.seconds())?)
 }
 
 /// What stands for an access file that comes by standard input.

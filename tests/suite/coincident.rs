@@ -52,8 +52,8 @@ fn power_on(walls: &[Shape], experiment: &Experiment, solution: &Solution) -> Ve
     let mut power = vec![[0.0; 2]; walls.len()];
     for (face, estimate) in experiment.scene().faces().iter().zip(&solution.estimates) {
         let estimate = estimate.expect("every method tells of all faces");
-        // A face of reflectance above 0 has both.
-        let (h, error) = (estimate.irradiance.unwrap(), estimate.irradiance_error.unwrap_or(0.0));
+        // No light reaches a buried face, and no walk tells of it.
+        let (h, error) = (estimate.irradiance.unwrap_or(0.0), estimate.irradiance_error.unwrap_or(0.0));
         let height = |wall: &Shape| normal(wall).dot(face.centroid - wall.edges().0).abs();
         let nearest = |a: &usize, b: &usize| height(&walls[*a]).total_cmp(&height(&walls[*b]));
         let wall = (0..walls.len()).min_by(nearest).unwrap();

@@ -166,8 +166,7 @@ fn rows_that_are_there_are_kept() {
 fn an_interrupt_keeps_what_is_there_and_says_how_to_go_on() {
     let folder = tempfile::tempdir().unwrap();
     let out = path(&folder, "out");
-    let args =
-        ["compare", JOB, "--rays", "1000000", "--runs", "8", "--quiet", "--out", out.to_str().unwrap()];
+    let args = ["compare", JOB, "--rays", "1000000", "--runs", "8", "--out", out.to_str().unwrap()];
     let mut command = radwalk();
     command.args(args).stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped());
     let child = command.spawn().unwrap();

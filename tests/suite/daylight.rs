@@ -85,8 +85,16 @@ fn a_year_in_the_open_is_the_weather() {
     let factors = open_factors(&folder);
     for hour in (0..576).filter(|hour| hour % 48 >= 24) {
         let expected: f64 = (0..146).map(|j| 179.0 * factors[j] * numbers[j][hour]).sum();
-        assert!((light[0][hour] - expected).abs() < 0.02 + 1e-4 * expected, "{hour}: {} {expected}", light[0][hour]);
-        assert!((expected == 0.0) == (errors[0][hour] == 0.0) || expected < 1.0, "{hour}: {}", errors[0][hour]);
+        assert!(
+            (light[0][hour] - expected).abs() < 0.02 + 1e-4 * expected,
+            "{hour}: {} {expected}",
+            light[0][hour]
+        );
+        assert!(
+            (expected == 0.0) == (errors[0][hour] == 0.0) || expected < 1.0,
+            "{hour}: {}",
+            errors[0][hour]
+        );
     }
     let summary = summary(&out);
     assert_eq!((summary["hours"].as_u64(), summary["patches"].as_u64()), (Some(576), Some(145)));

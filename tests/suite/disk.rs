@@ -18,16 +18,7 @@ fn run_with(shim: &Shim, wrong: &[(Wrong, i32)], out: &Path, args: &[&str]) -> (
         shim.set(fault, wrong.iter().find(|(other, _)| *other as usize == fault as usize).map_or(0, |w| w.1));
     }
     let mut command = radwalk();
-    command.args([
-        "run",
-        LARGE,
-        "--workers",
-        "2",
-        "--quiet",
-        "--set",
-        "budget.checkpoint_seconds=0.1",
-        "--out",
-    ]);
+    command.args(["run", LARGE, "--workers", "2", "--set", "budget.checkpoint_seconds=0.1", "--out"]);
     command.arg(out).args(args);
     shim.stand_before(&mut command);
     let (code, _, stderr) = finish(command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap());

@@ -449,7 +449,8 @@ fn a_sky_lights_an_open_scene() {
         ("jacobi", "method.walk=jacobi"),
     ] {
         let out = path(&folder, name);
-        run_job(job.to_str().unwrap(), &out, &["--paths", "2e6", "--set", set, "--set", "confidence=0.9999"]);
+        let given = ["--set", "scene.patches=given", "--set", "confidence=0.9999"];
+        run_job(job.to_str().unwrap(), &out, &[&["--paths", "2e6", "--set", set][..], &given].concat());
         let table = columns(&out.join("patches.csv"));
         assert_eq!(table["surface"], ["floor", "wall", "sky", "sky", "sky", "sky", "sky", "sky"]);
         // The floor reflects half.

@@ -113,7 +113,7 @@ fn the_discretised_system_is_told_with_its_distance_from_the_truth() {
     let folder = tempdir().unwrap();
     let of = |name: &str, spec: &SceneSpec, space: &str| {
         let scene = path(&folder, &format!("{name}.toml"));
-        fs::write(&scene, scenes::to_toml(spec)).unwrap();
+        fs::write(&scene, job::to_toml(spec)).unwrap();
         let space = format!("method.space={space}");
         let sets = ["method.walk=shooting", "scene.patches=given", &space];
         let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();

@@ -134,8 +134,14 @@ fn lumens_in_lux_out() {
     });
     assert!(runs[0].1 == runs[1].1 && runs[0].0["job_hash"] == runs[1].0["job_hash"]);
     let units = |run: usize| runs[run].0["units"].to_string();
-    assert_eq!(units(0), r#"{"irradiance":"W/m²","light":"radiant","power":"W","radiosity":"W/m²"}"#);
-    assert_eq!(units(1), r#"{"irradiance":"lx","light":"luminous","power":"lm","radiosity":"lm/m²"}"#);
+    assert_eq!(
+        units(0),
+        r#"{"irradiance":"W/m²","light":"radiant","power":"W","radiance":"W/(m² sr)","radiosity":"W/m²"}"#
+    );
+    assert_eq!(
+        units(1),
+        r#"{"irradiance":"lx","light":"luminous","power":"lm","radiance":"cd/m²","radiosity":"lm/m²"}"#
+    );
     for (light, unit) in [("radiant", " W in all"), ("luminous", " lm in all")] {
         let (_, said, _) = run(&["check", job, "--set", &format!("light={light}")]);
         assert!(said.contains(unit), "{said}");

@@ -154,12 +154,12 @@ fn assert_alike(name: &str, spec: &SceneSpec, lifts: &[f64], walks: u64) {
     let estimates = Estimates::new(&experiment, &tally, 0.95);
     let mut faces: Vec<(u128, f64)> = estimates
         .known()
-        .map(|(_, face, known)| {
+        .filter_map(|(_, face, known)| {
             let side = usize::from(face.side == radiosity::Side::Back);
             let [truth, error] = found[face.surface as usize][side];
             let scale = face.area / power;
-            let (h, h_error) = (known[0].irradiance.unwrap(), known[0].irradiance_error.unwrap());
-            (known[0].hits, (h * scale - truth) / (h_error * scale).hypot(error))
+            let (h, h_error) = (known[0].irradiance?, known[0].irradiance_error?);
+            Some((known[0].hits, (h * scale - truth) / (h_error * scale).hypot(error)))
         })
         .collect();
     faces.sort_by_key(|face| std::cmp::Reverse(face.0));

@@ -42,7 +42,6 @@ mod plan;
 mod refusals;
 mod relay;
 mod report;
-mod reproduce;
 mod resume;
 mod rooms;
 mod run;
@@ -50,7 +49,7 @@ mod sensors;
 mod sign;
 mod sobol_run;
 mod sources;
-mod stability;
+mod sparse_factors;
 mod stuck;
 #[cfg(target_os = "linux")]
 mod terminal;

@@ -45,7 +45,8 @@ fn a_room_turned_inside_out_is_found_said_first_and_mended() {
         "{stderr}"
     );
     assert!(
-        !stdout.contains("half-width") && stdout.contains("no walk reached any patch that reflects"),
+        !stdout.contains("half-width")
+            && stdout.contains("nothing to judge: no walk can tell of the irradiance of any patch"),
         "{stdout}"
     );
     assert!(

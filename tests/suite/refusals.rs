@@ -142,3 +142,17 @@ fn a_scene_beyond_the_memory_is_refused_before_it_is_made() {
         assert!(told.contains("GB") && told.contains("use coarser patches"), "{told}");
     }
 }
+
+#[test]
+fn commands_of_the_laboratory_say_where_they_are() {
+    for command in ["reproduce", "stability"] {
+        for more in [&[][..], &["--quick", "--only", "scales", "--out", "nowhere"]] {
+            let (code, stdout, stderr) = run(&[&[command], more].concat());
+            assert_eq!((code, stdout.as_str()), (2, ""), "{stderr}");
+            assert!(
+                stderr.lines().count() == 1 && stderr.contains(&format!("radwalk-lab {command}")),
+                "{stderr}"
+            );
+        }
+    }
+}

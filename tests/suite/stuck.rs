@@ -39,8 +39,8 @@ fn a_thread_that_is_stuck_holds_up_neither_checkpoints_nor_the_end() {
     let kept = || {
         let Checkpoint { tally, book, .. } = Checkpoint::read(&out.join("tally.bin")).ok()?;
         let prefix = tally.counts.walks;
-        let islands = book.islands.iter().map(|island| island.first + island.counts[0] as u64).max();
-        Some((prefix, islands.unwrap_or(0).max(prefix)))
+        let out_of_order = book.out_of_order.iter().map(|range| range.first + range.counts[0] as u64).max();
+        Some((prefix, out_of_order.unwrap_or(0).max(prefix)))
     };
     wait_for("a checkpoint", kept);
     // Three threads walk; the others of the process have taken hardly any time.

@@ -73,7 +73,7 @@ fn a_reader_that_goes_away_is_no_fault() {
 fn json_streams_hold_nothing_but_json() {
     let folder = tempdir().unwrap();
     let fresh = |name: &str| path(&folder, name).to_str().unwrap().to_owned();
-    let [out, used, exact, compared, atlas] = ["out", "used", "exact", "compared", "atlas"].map(fresh);
+    let [out, used, exact, compared] = ["out", "used", "exact", "compared"].map(fresh);
     run_job(JOB, Path::new(&used), &["--paths", "3000"]);
     // The scene has a gap, so that there is a note; and the target is missed.
     let scene = fresh("open.toml");
@@ -106,8 +106,6 @@ fn json_streams_hold_nothing_but_json() {
         (2, &["status", &fresh("nothing")]),
         (2, &["diff", &used, &fresh("nothing")]),
         (0, &["compare", JOB, "--rays", "4096", "--runs", "2", "--workers", "1", "--out", &compared]),
-        (0, &["stability", "--only", "few-walks", "--quick", "--out", &atlas]),
-        (2, &["stability", "--only", "no-such-entry", "--out", &fresh("no-atlas")]),
     ] {
         let (got, _, stderr) = run(&[args, &["--json"]].concat());
         assert_eq!(got, code, "{args:?}: {stderr}");

@@ -65,12 +65,12 @@ impl Drop for Lent<'_> {
 }
 
 /// The hands of a thread that has a lease.
-pub(crate) struct Crew<'a, G> {
+pub(crate) struct LentThreads<'a, G> {
     pub(crate) lending: &'a Lending,
     pub(crate) go_on: G,
 }
 
-impl<G: Fn() -> bool + Sync> Hands for Crew<'_, G> {
+impl<G: Fn() -> bool + Sync> Hands for LentThreads<'_, G> {
     fn go_on(&self) -> bool {
         (self.go_on)()
     }
@@ -117,10 +117,10 @@ mod tests {
     fn every_part_is_done_once_and_threads_come_back() {
         let lending = Lending::new(4);
         let _lease = lending.begin();
-        let crew = Crew { lending: &lending, go_on: || true };
+        let lent = LentThreads { lending: &lending, go_on: || true };
         let (done, ids) = (Mutex::new(vec![0; 1000]), Mutex::new(BTreeSet::new()));
         let together = std::sync::Barrier::new(4);
-        crew.share(1000, &|part| {
+        lent.share(1000, &|part| {
             if part < 4 {
                 // Four threads, or this would wait for ever.
                 together.wait();
@@ -130,6 +130,6 @@ mod tests {
         });
         assert_eq!(*done.lock().unwrap(), vec![1; 1000]);
         assert_eq!(ids.lock().unwrap().len(), 4);
-        assert_eq!(crew.count(), 4);
+        assert_eq!(lent.count(), 4);
     }
 }

@@ -11,16 +11,21 @@
 
 #![warn(unreachable_pub, unnameable_types)]
 
+#[cfg(not(unix))]
+compile_error!(
+    "radwalk's processes need Unix: build it on Linux, on macOS, or on Windows in its subsystem for Linux"
+);
+
 mod access;
 mod channel;
-mod doorstep;
-mod gossip;
 pub mod launcher;
 mod lending;
 mod line;
 mod link;
 mod listen;
 pub mod noise;
+mod notice_limiter;
+mod pending;
 mod server;
 mod upstream;
 mod worker;

@@ -15,9 +15,9 @@ use protocol::message::ToWorker;
 use protocol::{Action, Coordinator, Ending, Lead, Notice, Now, PeerId};
 
 use crate::access::Access;
-use crate::doorstep::{Doorstep, PATIENCE, Served};
-use crate::gossip::Gossip;
 use crate::line::{Heard, LINGER, Line, TURN_BYTES};
+use crate::notice_limiter::NoticeLimiter;
+use crate::pending::{PATIENCE, PendingHandshakes, Served};
 
 /// The time between two ticks of the state machine.
 const TICK: Duration = Duration::from_millis(50);
@@ -94,7 +94,7 @@ fn raise_file_limit() {
 pub(crate) struct Shell<'a, T> {
     access: &'a Access,
     tell: T,
-    gossip: Gossip,
+    limiter: NoticeLimiter,
     began: Instant,
     poll: Poll,
     listener: mio::net::TcpListener,
@@ -103,7 +103,7 @@ pub(crate) struct Shell<'a, T> {
     /// Whether too many files are open to accept it.
     starved: bool,
     next_peer: PeerId,
-    doorstep: Doorstep,
+    pending: PendingHandshakes,
     lines: HashMap<PeerId, Line>,
     /// The connections that may have something to read or to write.
     ready: BTreeSet<PeerId>,
@@ -127,14 +127,14 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         Ok(Shell {
             access,
             tell,
-            gossip: Gossip::new(),
+            limiter: NoticeLimiter::new(),
             began: Instant::now(),
             poll,
             listener,
             knocking: true,
             starved: false,
             next_peer: 0,
-            doorstep: Doorstep::default(),
+            pending: PendingHandshakes::default(),
             lines: HashMap::new(),
             ready: BTreeSet::new(),
             ticked: Duration::ZERO,
@@ -168,7 +168,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         }
         self.accept();
         for id in std::mem::take(&mut self.ready) {
-            if self.doorstep.holds(id) {
+            if self.pending.holds(id) {
                 self.serve_stranger(id, lead);
             } else {
                 self.serve_line(id, lead);
@@ -192,7 +192,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
                 }
                 // There are too many open files, or the connection is gone already.
                 Err(_) => {
-                    self.starved = !self.doorstep.drop_first();
+                    self.starved = !self.pending.drop_first();
                     if self.starved {
                         return;
                     }
@@ -211,14 +211,14 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
             return self.tell(Notice::Failed(error.to_string()));
         }
         let now = self.now();
-        if !self.doorstep.arrived(id, stream, now) {
+        if !self.pending.arrived(id, stream, now) {
             let reason = "too many connections have not introduced themselves";
             self.tell(Notice::Failed(reason.into()));
         }
     }
 
     fn serve_stranger(&mut self, id: PeerId, lead: &mut impl Lead) {
-        match self.doorstep.serve(id, self.access) {
+        match self.pending.serve(id, self.access) {
             Served::Waits => {}
             Served::Gone(reason) => self.tell(Notice::Failed(reason)),
             Served::Admitted(..) if self.lines.len() >= MOST_WORKERS => {
@@ -282,7 +282,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
             return;
         }
         self.ticked = now;
-        for _ in 0..self.doorstep.tidy(now) {
+        for _ in 0..self.pending.tidy(now) {
             let reason = format!("it did not introduce itself within {} s", PATIENCE.as_secs());
             self.tell(Notice::Failed(reason));
         }
@@ -330,7 +330,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
 
     fn tell(&mut self, notice: Notice) {
         let now = self.began.elapsed();
-        self.gossip.pass(notice, now, &mut self.tell);
+        self.limiter.pass(notice, now, &mut self.tell);
     }
 
     /// Lets the last messages go out, and tells new connections that the run is over.
@@ -339,13 +339,13 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         loop {
             self.knocking = true;
             self.turn(lead)?;
-            let late = !self.doorstep.is_empty() && ended.elapsed() < LATE;
+            let late = !self.pending.is_empty() && ended.elapsed() < LATE;
             let leaving = !self.lines.is_empty() && ended.elapsed() < LINGER;
             if !late && !leaving {
                 break;
             }
         }
-        self.gossip.finish(&mut self.tell);
+        self.limiter.finish(&mut self.tell);
         Ok(())
     }
 }

@@ -16,7 +16,7 @@ use protocol::{Limits, Provenance};
 use radiosity::{Hands, Overflow, Tally};
 
 use crate::access::Access;
-use crate::lending::{Crew, Lending};
+use crate::lending::{Lending, LentThreads};
 use crate::link::{Ear, Link, connect};
 use crate::worker_error::WorkerError;
 
@@ -342,7 +342,7 @@ fn shoot_lease<W: Work>(
         link.progress.fetch_add(1, Ordering::Relaxed);
         !link.over.load(Ordering::Relaxed)
     };
-    let hands = Crew { lending, go_on };
+    let hands = LentThreads { lending, go_on };
     let mut total: Option<Tally> = None;
     let mut next = walks.start;
     while next < walks.end {

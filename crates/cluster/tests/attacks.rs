@@ -330,7 +330,7 @@ fn workers_that_are_not_sound_are_dropped_with_what_they_sent() {
     assert_eq!((effort.workers_seen, effort.workers_lost), (12, 11));
 }
 
-/// The number of connections that send nothing; the doorstep holds only some of them.
+/// The number of connections that send nothing; only some of them may be pending at once.
 const SILENT: usize = 10_000;
 
 /// The processor time of this thread on Linux [s].

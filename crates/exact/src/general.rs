@@ -1,9 +1,5 @@
 //! The form factors of any scene of parallelograms and triangles, open or closed, with whatever stands between.
 
-use std::num::NonZero;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
-
 use radiosity::{SceneSpec, Stack};
 
 use crate::contour;
@@ -67,21 +63,14 @@ fn exchange_to(penumbra_error: f64, scene: FaceScene, watch: Watch<'_>) -> Excha
 }
 
 impl Geometry {
-    /// All rows, in any order. Long rows first, so that the threads end together.
+    /// All rows, the last one first. Long rows come first, so that the threads end together.
     fn rows(&self, watch: Watch<'_>) -> Vec<Row> {
         let all = self.scene.faces.len();
-        let left = AtomicUsize::new(all);
-        let next = || left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).ok();
-        let row = |n: usize| {
+        parallel::on_all_cores(all, |done| {
             // Row n has n pairs, and the long ones come first.
+            let n = all - done;
             watch(1.0 - (n as f64 / all as f64).powi(2));
             self.row(n - 1)
-        };
-        let work = || std::iter::from_fn(next).map(row).collect::<Vec<Row>>();
-        thread::scope(|scope| {
-            let threads = thread::available_parallelism().map_or(1, NonZero::get);
-            let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-            workers.into_iter().flat_map(|worker| worker.join().expect("rows do not panic")).collect()
         })
     }
 

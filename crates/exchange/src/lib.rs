@@ -12,13 +12,16 @@ mod counts;
 mod effort;
 mod factors;
 mod linear;
+mod matrix;
 mod row;
 mod smooth;
+mod system;
 mod thermal;
 
 pub use counts::Counts;
 pub use effort::{Plan, Tolerance};
 pub use factors::{Factor, Factors};
+pub use matrix::SparseFactors;
 pub use row::{Dropped, Intervals, SparseRow};
 pub use smooth::{Smoothed, smooth};
 pub use thermal::{Balance, BoundaryCondition, Estimate, SIGMA, Thermal, ThermalFault};

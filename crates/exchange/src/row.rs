@@ -32,6 +32,20 @@ impl SparseRow {
         SparseRow { entries }
     }
 
+    /// The row with the walks of another one of the same group.
+    #[must_use]
+    pub fn plus(&self, other: &SparseRow) -> SparseRow {
+        let mut entries = Vec::with_capacity(self.entries.len() + other.entries.len());
+        let mut others = other.entries.iter().copied().peekable();
+        for &(column, count) in &self.entries {
+            entries.extend(std::iter::from_fn(|| others.next_if(|&(other, _)| other < column)));
+            let more = others.next_if(|&(other, _)| other == column).map_or(0, |(_, more)| more);
+            entries.push((column, count + more));
+        }
+        entries.extend(others);
+        SparseRow { entries }
+    }
+
     /// The columns that walks have met, each with their number.
     pub fn entries(&self) -> &[(u32, u32)] {
         &self.entries
@@ -186,6 +200,13 @@ mod tests {
         for bytes in [&[2, 1, 1, 0, 1][..], &[1, 1, 0], &[1, 1, 0xff, 0xff, 0xff, 0xff, 0x1f]] {
             assert_eq!(SparseRow::unpack(bytes), None);
         }
+    }
+
+    #[test]
+    fn rows_of_one_group_add_up() {
+        let [a, b] = [vec![(1, 2), (4, 1)], vec![(0, 7), (4, 2), (9, 3)]].map(SparseRow::new);
+        let sum = SparseRow::new(vec![(0, 7), (1, 2), (4, 3), (9, 3)]);
+        assert_eq!((a.plus(&b), b.plus(&a), a.plus(&SparseRow::default())), (sum.clone(), sum, a));
     }
 
     /// To the last bit, in any order, also with what was dropped.

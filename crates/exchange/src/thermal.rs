@@ -7,15 +7,17 @@
 //! the sum over all groups and the environment, which what escapes meets (B. Gebhart, *Heat Transfer*, 2nd ed. 1971, §5.10). Every
 //! walk of group i is a sample of the sum. Groups whose flux is given have unknown T⁴; the equations are linear in these.
 //!
+//! Where few temperatures are unknown the equations are solved by the inverse of their matrix, else by iteration ([`System`]).
+//!
 //! Rows are independent. To first order the error of row i is r_i = E_i Σ_j δB_ij (σT_i⁴ − σT_j⁴), of the variance that its walks
 //! show. With M the matrix of the unknown T⁴, they err by −M⁻¹r, and every flux by its own r_i and by the part of these that its group
 //! sees.
 
 use serde::{Deserialize, Serialize};
-use stats::normal_quantile;
+use stats::{normal_quantile, student_quantile};
 
-use crate::counts::Counts;
-use crate::linear::{inverse, times};
+use crate::matrix::SparseFactors;
+use crate::system::{Errors, System};
 
 /// σ: Stefan and Boltzmann's constant [W/(m²K⁴)] (CODATA 2018, exact).
 pub const SIGMA: f64 = 5.670374419e-8;
@@ -81,8 +83,8 @@ pub enum ThermalFault {
 /// What is known of an enclosure.
 #[derive(Clone, Debug)]
 pub struct Balance<'a> {
-    /// Walks of Gebhart's factors.
-    pub counts: &'a Counts,
+    /// Gebhart's factors.
+    pub factors: &'a SparseFactors,
     /// E of each group: area times emissivity [m²].
     pub emitting_areas: &'a [f64],
     /// What is given of each group.
@@ -93,6 +95,9 @@ pub struct Balance<'a> {
     pub level: f64,
 }
 
+/// Unknown temperatures up to which M is inverted.
+const MOST_INVERTED: usize = 512;
+
 impl Balance<'_> {
     /// Solves for what is not given.
     ///
@@ -102,35 +107,54 @@ impl Balance<'_> {
     /// # Panics
     /// Where there are other numbers than groups, or a group without walks.
     pub fn solve(&self) -> Result<Thermal, ThermalFault> {
-        let groups = self.counts.groups();
+        let free: Vec<usize> =
+            (0..self.given.len()).filter(|&i| matches!(self.given[i], BoundaryCondition::Flux(_))).collect();
+        let by_inverse = free.len() <= MOST_INVERTED;
+        self.solve_by(&free, by_inverse)
+    }
+
+    fn solve_by(&self, free: &[usize], by_inverse: bool) -> Result<Thermal, ThermalFault> {
+        let groups = self.factors.groups();
         assert_eq!((self.emitting_areas.len(), self.given.len()), (groups, groups), "one for each group");
-        if let Some(group) = (0..groups).find(|&i| self.counts.row(i)[groups] > 0) {
+        if let Some(group) = (0..groups).find(|&i| self.factors.row(i).any(|(j, _)| j == groups)) {
             return Err(ThermalFault::Backs { group });
         }
-        let free: Vec<usize> =
-            (0..groups).filter(|&i| matches!(self.given[i], BoundaryCondition::Flux(_))).collect();
-        let inverse = inverse(self.matrix(&free)).ok_or(ThermalFault::Undetermined)?;
-        let emitted = self.emitted(&free, &inverse)?;
+        if !self.is_determined() {
+            return Err(ThermalFault::Undetermined);
+        }
+        let system = System::new(self, free, by_inverse).ok_or(ThermalFault::Undetermined)?;
+        let emitted = self.emitted(free, &system)?;
         let noise: Vec<f64> = (0..groups).map(|i| self.noise(i, &emitted)).collect();
-        Ok(self.thermal(&free, &inverse, &emitted, &noise))
+        let of_free: Vec<f64> = free.iter().map(|&i| noise[i].sqrt()).collect();
+        let errors = system.errors(self, &of_free).ok_or(ThermalFault::Undetermined)?;
+        Ok(self.thermal(free, &emitted, &noise, &errors))
     }
 
-    /// B_ij: the estimated exchange factor from group i to group j.
-    fn factor(&self, i: usize, j: usize) -> f64 {
-        self.counts.row(i)[j] as f64 / self.counts.walks(i) as f64
+    /// The factors of a row to groups and to the environment, each with the place of its σT⁴.
+    fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let groups = self.factors.groups();
+        self.factors.row(i).map(move |(j, factor)| (j.min(groups), factor))
     }
 
-    /// M of the groups whose temperature is not given.
-    fn matrix(&self, free: &[usize]) -> Vec<Vec<f64>> {
-        let entry = |i: usize, j: usize| {
-            let identity = if i == j { 1.0 } else { 0.0 };
-            self.emitting_areas[i] * (identity - self.factor(i, j))
-        };
-        free.iter().map(|&i| free.iter().map(|&j| entry(i, j)).collect()).collect()
+    /// Whether each group whose flux is given exchanges heat, if by others, with one whose temperature is given or the environment.
+    fn is_determined(&self) -> bool {
+        let known = self.given.iter().map(|given| matches!(given, BoundaryCondition::Temperature(_)));
+        let mut known: Vec<bool> = known.chain([true]).collect();
+        let mut left: Vec<usize> = (0..self.given.len()).filter(|&i| !known[i]).collect();
+        loop {
+            let before = left.len();
+            left.retain(|&i| {
+                known[i] = self.row(i).any(|(j, _)| known[j]);
+                !known[i]
+            });
+            if left.is_empty() || left.len() == before {
+                return left.is_empty();
+            }
+        }
     }
 
     /// σT⁴ of every group, and of the environment last [W/m²].
-    fn emitted(&self, free: &[usize], inverse: &[Vec<f64>]) -> Result<Vec<f64>, ThermalFault> {
+    fn emitted(&self, free: &[usize], system: &System<'_>) -> Result<Vec<f64>, ThermalFault> {
         let known = self.given.iter().map(|given| match given {
             BoundaryCondition::Temperature(t) => SIGMA * t.powi(4),
             BoundaryCondition::Flux(_) => 0.0,
@@ -140,7 +164,7 @@ impl Balance<'_> {
             let BoundaryCondition::Flux(flux) = self.given[i] else { unreachable!("a free group") };
             flux + self.emitting_areas[i] * self.seen(i, &emitted)
         });
-        let found = times(inverse, &right.collect::<Vec<_>>());
+        let found = system.solve(self, &right.collect::<Vec<_>>()).ok_or(ThermalFault::Undetermined)?;
         for (&group, found) in free.iter().zip(found) {
             if found < 0.0 {
                 return Err(ThermalFault::BelowZero { group });
@@ -152,56 +176,38 @@ impl Balance<'_> {
 
     /// Σ_j B_ij σT_j⁴ [W/m²].
     fn seen(&self, i: usize, emitted: &[f64]) -> f64 {
-        self.columns().map(|(j, place)| self.factor(i, j) * emitted[place]).sum()
-    }
-
-    /// The columns of a row in which walks may be, each with the place of its σT⁴.
-    fn columns(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
-        let groups = self.counts.groups();
-        (0..groups).map(|j| (j, j)).chain([(groups + 1, groups)])
+        self.row(i).map(|(j, factor)| factor * emitted[j]).sum()
     }
 
     /// The variance of r_i [W²].
     fn noise(&self, i: usize, emitted: &[f64]) -> f64 {
         let of = |power| {
-            let term =
-                |(j, place): (usize, usize)| self.factor(i, j) * (emitted[i] - emitted[place]).powi(power);
-            self.columns().map(term).sum::<f64>()
+            self.row(i).map(|(j, factor)| factor * (emitted[i] - emitted[j]).powi(power)).sum::<f64>()
         };
-        let walks = self.counts.walks(i) as f64;
-        let variance = (of(2) - of(1).powi(2)).max(0.0) / (walks - 1.0).max(1.0);
+        let variance = (of(2) - of(1).powi(2)).max(0.0) / (self.factors.walks(i) - 1.0).max(1.0);
         self.emitting_areas[i].powi(2) * variance
     }
 
-    fn thermal(&self, free: &[usize], inverse: &[Vec<f64>], emitted: &[f64], noise: &[f64]) -> Thermal {
-        let z = normal_quantile(0.5 + 0.5 * self.level);
+    fn thermal(&self, free: &[usize], emitted: &[f64], noise: &[f64], errors: &Errors) -> Thermal {
+        let tail = 0.5 + 0.5 * self.level;
+        let z = errors.probes.map_or_else(|| normal_quantile(tail), |probes| student_quantile(tail, probes));
         let mut temperatures: Vec<Estimate> = (0..self.given.len())
             .map(|i| match self.given[i] {
                 BoundaryCondition::Temperature(t) => Estimate::given(t),
                 BoundaryCondition::Flux(_) => Estimate::given(0.0),
             })
             .collect();
-        for (&group, row) in free.iter().zip(inverse) {
-            let variance: f64 = free.iter().zip(row).map(|(&k, m)| m * m * noise[k]).sum();
+        for (&group, variance) in free.iter().zip(&errors.of_free) {
             temperatures[group] = temperature(emitted[group], variance.sqrt(), z);
         }
         let fluxes = (0..self.given.len()).map(|i| match self.given[i] {
             BoundaryCondition::Flux(flux) => Estimate::given(flux),
             BoundaryCondition::Temperature(_) => {
                 let flux = self.emitting_areas[i] * (emitted[i] - self.seen(i, emitted));
-                Estimate::normal(flux, (noise[i] + self.carried(i, free, inverse, noise)).sqrt(), z)
+                Estimate::normal(flux, (noise[i] + errors.carried[i]).sqrt(), z)
             }
         });
         Thermal { fluxes: fluxes.collect(), temperatures }
-    }
-
-    /// The variance of the flux of group i by the temperatures that were solved for [W²].
-    fn carried(&self, i: usize, free: &[usize], inverse: &[Vec<f64>], noise: &[f64]) -> f64 {
-        let part = |l: usize| {
-            let by = free.iter().zip(inverse).map(|(&j, row)| self.factor(i, j) * row[l]);
-            self.emitting_areas[i] * by.sum::<f64>()
-        };
-        free.iter().enumerate().map(|(l, &k)| part(l).powi(2) * noise[k]).sum()
     }
 }
 
@@ -217,12 +223,35 @@ fn temperature(emitted: f64, error: f64, z: f64) -> Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::counts::Counts;
     use BoundaryCondition::{Flux, Temperature};
 
     fn solve(rows: &[Vec<u64>], areas: &[f64], given: &[BoundaryCondition]) -> Result<Thermal, ThermalFault> {
-        let mut counts = Counts::none(rows.len());
-        counts.add(rows);
-        Balance { counts: &counts, emitting_areas: areas, given, environment: 3.0, level: 0.95 }.solve()
+        let factors = SparseFactors::from(&Counts::of(rows));
+        let balance =
+            Balance { factors: &factors, emitting_areas: areas, given, environment: 3.0, level: 0.95 };
+        let free: Vec<usize> =
+            (0..rows.len()).filter(|&i| matches!(given[i], BoundaryCondition::Flux(_))).collect();
+        let iterated = balance.solve_by(&free, false);
+        let solved = balance.solve();
+        match (&iterated, &solved) {
+            (Ok(iterated), Ok(solved)) => agree(iterated, solved),
+            (iterated, solved) => assert_eq!(iterated, solved),
+        }
+        solved
+    }
+
+    /// Two ways to solve come to the same numbers, and to errors that probes tell within 4·√(1/2·64) of them.
+    fn agree(iterated: &Thermal, solved: &Thermal) {
+        let each = |thermal: &Thermal| [&thermal.temperatures[..], &thermal.fluxes].concat();
+        for (found, known) in each(iterated).iter().zip(each(solved)) {
+            assert!(
+                (found.value - known.value).abs() < 1e-9 * known.value.abs().max(1.0),
+                "{found:?} {known:?}"
+            );
+            let [found, known] = [found.std_error.unwrap_or(0.0), known.std_error.unwrap_or(0.0)];
+            assert!((found - known).abs() <= 0.36 * known, "{found} {known}");
+        }
     }
 
     /// Two black plates that see half of each other, a third that is insulated: its T⁴ is the mean.
@@ -254,5 +283,81 @@ mod tests {
         );
         // What escapes leaves for the environment: both fluxes determine both temperatures.
         assert!(solve(&pair(0, 1), &[1.0; 2], &[Flux(1.0), Flux(0.0)]).is_ok());
+    }
+
+    /// An enclosure of some groups of unequal emitting areas whose factors are reciprocal: B_ij = δ_ij(1 − Σ_k x_ik/E_i) + x_ij/E_i.
+    fn enclosure(groups: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let areas: Vec<f64> = (0..groups).map(|i| 1.0 + 0.25 * (i % 5) as f64).collect();
+        let part =
+            |i: usize, j: usize| if i == j { 0.0 } else { (1 + i * j % 7) as f64 / (6 * groups) as f64 };
+        let row = |i: usize| {
+            let mut row: Vec<f64> = (0..groups).map(|j| part(i, j) / areas[i]).collect();
+            row[i] = 1.0 - row.iter().sum::<f64>();
+            row
+        };
+        let rows = (0..groups).map(row).collect();
+        (areas, rows)
+    }
+
+    /// The counts of some walks of each row, at random.
+    fn drawn(rows: &[Vec<f64>], walks: u64, seed: u64) -> SparseFactors {
+        let (sequence, groups) = (radiosity::Sequence::new(seed), rows.len());
+        let mut counts = Counts::none(groups);
+        let row = |(row, mut rng): (&Vec<f64>, radiosity::WalkRng)| {
+            let mut counts = vec![0; groups + 2];
+            for _ in 0..walks {
+                let mut left = (rng.bits() >> 11) as f64 * 2.0_f64.powi(-53);
+                let met = row.iter().position(|p| {
+                    left -= p;
+                    left < 0.0
+                });
+                counts[met.unwrap_or(groups - 1)] += 1;
+            }
+            counts
+        };
+        counts.add(&rows.iter().zip(sequence.walks_from(0)).map(row).collect::<Vec<_>>());
+        SparseFactors::from(&counts)
+    }
+
+    /// Twelve groups of given temperature, 36 insulated ones, 120 runs: temperatures and fluxes by iteration are those by the inverse, and
+    /// their intervals hold the truth, the solution of the factors that the counts are drawn from. Groups of a run depend on
+    /// each other; 94 % to 97 % is what is asked of them all.
+    #[test]
+    fn intervals_by_iteration_hold() {
+        let (areas, rows) = enclosure(48);
+        let given: Vec<BoundaryCondition> = (0..48)
+            .map(|i| if i % 4 == 0 { Temperature(300.0 + 25.0 * i as f64) } else { Flux(0.0) })
+            .collect();
+        let free: Vec<usize> = (0..48).filter(|i| i % 4 != 0).collect();
+        let solve = |factors: &SparseFactors, by_inverse| {
+            let balance =
+                Balance { factors, emitting_areas: &areas, given: &given, environment: 0.0, level: 0.95 };
+            balance.solve_by(&free, by_inverse).unwrap()
+        };
+        let whole: Vec<Vec<u64>> = rows
+            .iter()
+            .map(|row| row.iter().map(|p| (p * 2.0_f64.powi(50)) as u64).chain([0, 0]).collect())
+            .collect();
+        let truth = solve(&SparseFactors::from(&Counts::of(&whole)), true);
+        let (mut kelvin, mut watt) = (stats::Coverage::default(), stats::Coverage::default());
+        for run in 0..120 {
+            let factors = drawn(&rows, 1000, run);
+            let found = solve(&factors, false);
+            if run < 8 {
+                agree(&found, &solve(&factors, true));
+            }
+            for i in 0..48 {
+                let (coverage, found, truth) = match given[i] {
+                    Flux(_) => (&mut kelvin, found.temperatures[i], truth.temperatures[i]),
+                    Temperature(_) => (&mut watt, found.fluxes[i], truth.fluxes[i]),
+                };
+                coverage.record(&stats::Interval { low: found.low, high: found.high }, truth.value);
+            }
+        }
+        for coverage in [kelvin, watt] {
+            let rate = coverage.rate(0.95).unwrap();
+            println!("{rate:?}");
+            assert!((0.94..0.97).contains(&rate.value), "{rate:?}");
+        }
     }
 }

@@ -8,7 +8,7 @@ mod shapes;
 
 use BoundaryCondition::{Flux, Temperature};
 use common::Grouped;
-use exchange::{Balance, BoundaryCondition, SIGMA, Thermal};
+use exchange::{Balance, BoundaryCondition, SIGMA, SparseFactors, Thermal};
 use radiosity::{FactorKind, SceneSpec, Shape};
 use shapes::{grey, painted, quad, room};
 use stats::{Coverage, Interval, mean_squared_z};
@@ -44,7 +44,8 @@ fn boxes([inner, outer]: [f64; 2]) -> Grouped {
 fn solve(grouped: &Grouped, given: &[BoundaryCondition], run: u64, walks: u64) -> Thermal {
     let counts = grouped.count(FactorKind::Absorbed, 11, run * walks, walks);
     let emitting_areas = &grouped.weights(FactorKind::Absorbed)[..];
-    Balance { counts: &counts, emitting_areas, given, environment: 0.0, level: 0.95 }.solve().unwrap()
+    let factors = &SparseFactors::from(&counts);
+    Balance { factors, emitting_areas, given, environment: 0.0, level: 0.95 }.solve().unwrap()
 }
 
 /// Runs many times and holds estimates, their errors and their intervals against the truth.

@@ -53,3 +53,7 @@ pub fn mgf(content: &[u8]) {
 pub fn mitsuba(content: &[u8]) {
     mesh(content, Format::Mitsuba);
 }
+
+pub fn vs3(content: &[u8]) {
+    mesh(content, Format::View3d);
+}

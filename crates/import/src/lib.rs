@@ -32,6 +32,7 @@ mod stl;
 mod tally;
 mod text;
 mod texture;
+mod vs3;
 
 use std::path::Path;
 
@@ -61,6 +62,8 @@ pub enum Format {
     Mgf,
     /// The XML of Mitsuba, as far as it is diffuse.
     Mitsuba,
+    /// The vertices and surfaces of View3D.
+    View3d,
 }
 
 impl Format {
@@ -73,6 +76,7 @@ impl Format {
             "ply" => Some(Format::Ply),
             "mgf" => Some(Format::Mgf),
             "xml" => Some(Format::Mitsuba),
+            "vs3" => Some(Format::View3d),
             _ => None,
         }
     }
@@ -98,6 +102,7 @@ pub fn read(
         Format::Ply => ply::read(path, content),
         Format::Mgf => mgf::read(path, content, curve_error, files),
         Format::Mitsuba => mitsuba::read(path, content, files),
+        Format::View3d => vs3::read(path, content),
     }?;
     if mesh.triangles.is_empty() {
         let fault = error::Fault::new(

@@ -42,7 +42,11 @@ pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Me
         defaults: defaults
             .filter_map(|node| Some((node.attribute("name")?, node.attribute("value")?)))
             .collect(),
-        named: root.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect(),
+        named: root
+            .descendants()
+            .filter(|node| !node.has_tag_name("ref"))
+            .filter_map(|node| Some((node.attribute("id")?, node)))
+            .collect(),
         numbers: HashMap::new(),
         mesh: Mesh::default(),
         parts: Parts::default(),

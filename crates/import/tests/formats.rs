@@ -62,6 +62,22 @@ fn ply_of_all_encodings_says_the_same() {
     assert_eq!(ascii.triangles, little.triangles);
 }
 
+/// Squares are two triangles of one part; emissivities are what reflectances leave, and one is one material.
+#[test]
+fn view3d_has_surfaces_with_emissivities() {
+    let mesh = read("a.vs3", &corpus("vs3/obstructed.vs3")).unwrap();
+    assert_eq!(mesh.parts, ["floor", "roof", "tip", "back"]);
+    let faces: Vec<(u32, u32)> = mesh.triangles.iter().map(|face| (face.part, face.material)).collect();
+    assert_eq!(faces, [(0, 0), (0, 0), (1, 1), (1, 1), (2, 0), (3, 2)]);
+    assert_eq!(mesh.triangles[1].corners, [0, 2, 3]);
+    assert_eq!(mesh.positions[10].to_array(), [0.5, 0.5, 0.5]);
+    let emissivities = mesh.materials.iter().map(|material| 1.0 - material.reflectance.channels()[0]);
+    for (found, written) in emissivities.zip([0.5, 0.9, 0.999]) {
+        assert!((found - written).abs() < 1e-15);
+    }
+    assert!(mesh.materials.iter().all(|material| material.sides == Some(radiosity::Sides::Front)));
+}
+
 #[test]
 fn a_glb_is_its_gltf() {
     let [glb, gltf] = ["gltf/two.glb", "gltf/two.gltf"].map(|path| read("a.glb", &corpus(path)).unwrap());
@@ -464,6 +480,11 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("a.stl", "solid\nfacet\nvertex 0 0 0\nendfacet\n", &["a.stl:4: ", "1 corners"]),
     ("a.stl", "nothing", &["a.stl: ", "ends here"]),
     ("a.ply", "plx\n", &["a.ply:1: ", "no PLY"]),
+    ("a.vs3", "F 3a\n", &["a.vs3:1: ", "format \"3a\""]),
+    ("a.vs3", "V 2 0 0 0\n", &["a.vs3:1: ", "out of order"]),
+    ("a.vs3", "V 1 0 0 0\nS 1 1 2 3 0 0 0 0.5 a\n", &["a.vs3:2: ", "no vertex 2"]),
+    ("a.vs3", "V 1 0 0 0\nS 1 1 1 1 0 2 0 0.5 a\n", &["a.vs3:2: ", "are not read"]),
+    ("a.vs3", "V 1 0 0 0\nS 1 1 1 1 0 0 0 1.5 a\n", &["a.vs3:2: ", "emissivity is 1.5"]),
     ("a.ply", "ply\nformat ascii 1.0\nelement vertex x\nend_header\n", &["a.ply:3: "]),
     ("a.glb", "{]", &["a.glb:1: ", "not the JSON"]),
     ("a.gltf", "{\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]}", &["a.gltf: ", "KHR_draco"]),

@@ -97,13 +97,14 @@ fn changed(corpus: &[Vec<u8>], number: u64) -> Vec<u8> {
 /// A reader's target by the name of its corpus.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 6] = [
+const TARGETS: [Target; 7] = [
     ("obj", targets::obj),
     ("gltf", targets::gltf),
     ("stl", targets::stl),
     ("ply", targets::ply),
     ("mgf", targets::mgf),
     ("mitsuba", targets::mitsuba),
+    ("vs3", targets::vs3),
 ];
 
 #[test]

@@ -187,7 +187,7 @@ pub enum Error {
 }
 
 /// The formats of meshes, for messages.
-pub(crate) const MESH_FORMATS: &str = ".obj, .gltf, .glb, .stl, .ply, .mgf or .xml (Mitsuba)";
+pub(crate) const MESH_FORMATS: &str = ".obj, .gltf, .glb, .stl, .ply, .mgf, .xml (Mitsuba) or .vs3 (View3D)";
 
 impl Error {
     pub(crate) fn of_mesh(error: import::Error) -> Self {

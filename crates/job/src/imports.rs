@@ -10,27 +10,11 @@ use import::{
 
 use crate::document::{Table, Value};
 use crate::error::Error;
+use crate::keys::OVERRIDE_KEYS;
 use crate::material::read_spectrum;
 use crate::near;
 use crate::sky::read_emittance;
 use crate::word::Word;
-
-pub(crate) const IMPORT_KEYS: &[&str] = &[
-    "up",
-    "unit",
-    "sides",
-    "patch_size",
-    "group_size",
-    "group_angle",
-    "faults",
-    "repair",
-    "join",
-    "reflectance_limit",
-    "strict",
-    "sky",
-    "curve_error",
-    "material",
-];
 
 impl Word for Axis {
     const ALL: &'static [Self] = &[Axis::X, Axis::Y, Axis::Z];
@@ -158,8 +142,6 @@ fn read_overrides(value: Value<'_>) -> Result<Vec<MaterialOverride>, Error> {
     values.sort_by_key(|(_, value)| value.start());
     values.into_iter().map(|(pattern, value)| read_override(pattern, value)).collect()
 }
-
-pub(crate) const OVERRIDE_KEYS: &[&str] = &["reflectance", "emittance", "power", "sides", "leave_out"];
 
 fn read_override(pattern: String, value: Value<'_>) -> Result<MaterialOverride, Error> {
     let mut table = value.table(OVERRIDE_KEYS)?;

@@ -10,10 +10,12 @@ use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
 use crate::error::{Error, Place, Spot};
 use crate::goals::{Asked, DEFAULT_MIN_PATHS, Goals};
-use crate::imports::{IMPORT_KEYS, read_grouping, read_options};
-use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
+use crate::imports::{read_grouping, read_options};
+use crate::keys::{
+    BUDGET_KEYS, IMPORT_KEYS, JOB_KEYS, METHOD_KEYS, OUTPUT_KEYS, TARGET_KEYS, TRACING_KEYS, VIEW_KEYS,
+};
 use crate::method::{Basis, Cutting, MethodTable, WalkKind, read_method};
-use crate::output::{OUTPUT_KEYS, OutputFile, VIEW_KEYS, View, read_output, read_view};
+use crate::output::{OutputFile, View, read_output, read_view};
 use crate::partition::{Auto, Forecast, Partition, Patches, misfit, read_scene_key};
 use crate::scene::{SceneFile, is_toml, load_scene_with};
 use crate::sensors::SensorTarget;

@@ -1,6 +1,6 @@
 //! What a misspelt word was probably meant to be.
 
-use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS};
+use crate::keys::{JOB_KEYS, TABLES};
 
 /// Words less similar than this (Jaro and Winkler's measure) are not taken for one another.
 const SIMILAR: f64 = 0.82;
@@ -24,9 +24,8 @@ pub(crate) fn key_hint(prefix: &str, key: &str, known: &'static [&'static str]) 
     if let Some(near) = nearest(key, known.iter().copied()) {
         return format!("did you mean `{prefix}{near}`? ");
     }
-    let tables = [("method.", METHOD_KEYS), ("budget.", BUDGET_KEYS), ("target.", TARGET_KEYS)];
-    if known == JOB_KEYS || tables.iter().any(|(_, keys)| known == *keys) {
-        let home = std::iter::once(("", JOB_KEYS)).chain(tables).find(|(_, keys)| keys.contains(&key));
+    if known == JOB_KEYS || TABLES.iter().any(|(_, keys)| known == *keys) {
+        let home = [("", JOB_KEYS)].into_iter().chain(TABLES).find(|(_, keys)| keys.contains(&key));
         return home.map_or(String::new(), |(table, _)| format!("did you mean `{table}{key}`? "));
     }
     if prefix.is_empty() && JOB_KEYS.contains(&key) {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
+use crate::keys::VIEW_KEYS;
 use crate::shape::read_point;
 use crate::word::Word;
 
@@ -100,7 +101,8 @@ pub struct View {
     /// Where the camera stands. Default: where most of what is lit is seen.
     pub stand: Option<Stand>,
     /// From where it looks, if nothing says where it stands. Default: from inside where people could stand or walls hide
-    /// the inside, else from outside.
+    /// the inside, else from outside. It travels behind the groups of cells.
+    #[serde(skip)]
     pub from: Option<Vantage>,
     /// Width and height of the picture [pixels]. Default: 800 on the longer side.
     pub size: Option<[u32; 2]>,
@@ -147,10 +149,6 @@ const DEFAULT_FOV: f64 = 40.0;
 
 /// The sine of the smallest angle between the direction of view and the one that is up.
 const PARALLEL: f64 = 1e-6;
-
-pub(crate) const OUTPUT_KEYS: &[&str] = &["files"];
-
-pub(crate) const VIEW_KEYS: &[&str] = &["from", "eye", "look_at", "up", "fov", "size", "exposure"];
 
 /// Reads `[output]`; `None` where the job leaves the choice of files to the program.
 pub(crate) fn read_output(mut table: Table<'_>) -> Result<Option<Vec<OutputFile>>, Error> {

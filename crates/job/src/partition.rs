@@ -10,6 +10,7 @@ use crate::cut::Cut;
 use crate::document::{Table, Value};
 use crate::error::{Error, Place, Spot};
 use crate::grouped;
+use crate::keys::SCENE_TABLE_KEYS;
 use crate::method::Basis;
 use crate::shape::{read_grid, read_rows};
 use crate::source::Source;
@@ -23,9 +24,6 @@ const GIVEN: &str = "given";
 
 /// The keys of a partition's file.
 const PARTITION_KEYS: &[&str] = &["basis", "space", "surfaces", "groups"];
-
-/// The keys of the table `[scene]`.
-pub(crate) const SCENE_TABLE_KEYS: &[&str] = &["file", "patches"];
 
 /// How every surface of a scene is cut, and how the light on the patches is best estimated.
 #[derive(Clone, Debug, PartialEq)]

@@ -81,9 +81,21 @@ fn every_file_is_tested_here() {
         "furnace.toml",
         "lamps.toml",
         "oven.toml",
+        "room.toml",
         "two-rooms.toml",
     ];
     assert_eq!(names, known);
+}
+
+/// A furnished room of 5 m × 4 m × 2.6 m with a niche for its window: no light leaves it, and none ends on the back of a body.
+#[test]
+fn room() {
+    let (job, scene) = loaded("room");
+    let surfaces = &job.scene.spec().surfaces;
+    let lit = surfaces.iter().filter(|surface| surface.emittance.channels().iter().any(|&power| power > 0.0));
+    assert!(lit.clone().count() >= 3 && surfaces.len() > 500);
+    let (counts, _) = shot(&job, &scene, 300_000);
+    assert_eq!((counts.escaped, counts.absorbed_back), (0, 0));
 }
 
 /// A box with two lamps inside, whose sides all live; its groups are those of its emitters.

@@ -53,6 +53,10 @@ const JOBS: &[(&str, &[&str])] = &[
     ("# nothing\n", &["j.toml: budget.paths", "missing", "paths = 10_000_000"]),
     ("scene = \"s.toml\"\n", &["j.toml: budget.paths", "missing", "write [budget]"]),
     ("scene = \"s.toml\"\n\n[budget]\n", &["j.toml:3: budget.paths", "missing", "number of walks"]),
+    (
+        "scene = \"s.toml\"\n[budget]\npaths = 10\n[method]\nwalk = \"shooting\"\n[target]\ntotal_error = 0.02\n",
+        &["j.toml:7: target.total_error", "too coarse", "basis = \"linear\""],
+    ),
     ("[budget]\npaths = 1\n", &["j.toml: scene: ", "missing", "write scene = "]),
     ("scene = \n", &["j.toml:1", "not valid TOML", "correct the line"]),
     ("seed = 1\nseed = 2\n", &["j.toml:2", "not valid TOML", "duplicate key"]),
@@ -128,7 +132,6 @@ const OVERRIDES: &[(&str, &[&str])] = &[
     ("method={mix=true,basis=\"linear\"}", &["method.basis", "no linear basis", "remove one"]),
     ("method={basis=\"quadratic\"}", &["method.basis", "constant", "linear"]),
     ("method={final_gather=[3],basis=\"linear\"}", &["method.final_gather", "`basis`"]),
-    ("target={total_error=0.02}", &["target.total_error", "too coarse", "basis = \"linear\""]),
     ("method={walk=\"jacobi\",batch_paths=32}", &["method.batch_paths", "0 batches of 32", "≤ 1"]),
     ("method.space=flat", &["method.space", "\"discrete\" or \"continuous\""]),
     ("method={walk=\"gathering\",sampler=\"sobol\"}", &["method.sampler", "gathered", "\"random\""]),

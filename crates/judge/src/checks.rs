@@ -98,7 +98,7 @@ fn reciprocity(experiment: &Experiment, seed: u64) -> Option<Check> {
 
 /// Checks whether walks wait beyond a gap, which are not in the result.
 fn gap(book: &Book, paths_per_walk: u64) -> Check {
-    let walks: u128 = book.islands.iter().map(|island| island.deliveries.walks()).sum();
+    let walks: u128 = book.out_of_order.iter().map(|range| range.deliveries.walks()).sum();
     let message = match walks {
         0 => "no paths wait for others before them".into(),
         _ => format!(

@@ -9,7 +9,7 @@ use protocol::{Coordinator, Notice};
 use radiosity::{Estimates, Experiment, Precision, Quantity};
 use results::Settings;
 
-use crate::standing::{Faults, Goal, Saved, Standing};
+use crate::run_status::{Faults, Goal, RunStatus, Saved};
 
 /// The length of the window over which rates are measured, up to now.
 const WINDOW: Duration = Duration::from_secs(30);
@@ -20,7 +20,7 @@ const STEP: Duration = Duration::from_millis(250);
 /// The inverse of the part of the time that estimating errors may take.
 const ERROR_SHARE: u32 = 20;
 
-/// The most faces from which the end is foretold: the coordinator must not keep its workers waiting.
+/// The most faces from which the end is predicted: the coordinator must not keep its workers waiting.
 const MOST_FACES: usize = 50_000;
 
 /// The gauge of one run.
@@ -128,7 +128,7 @@ impl<'a> Gauge<'a> {
     }
 
     /// The state of the job now.
-    pub fn standing(&self, coordinator: &Coordinator) -> Standing {
+    pub fn status(&self, coordinator: &Coordinator) -> RunStatus {
         let progress = coordinator.progress();
         // A chain of n rays counts as n paths.
         let per_walk = self.experiment.unit().paths();
@@ -141,7 +141,7 @@ impl<'a> Gauge<'a> {
         let left = seconds_left(progress.workers, paths, end, paths_per_second);
         let wall = self.wall.map(|wall| (wall - seconds).max(0.0));
         let error = |of: fn(&Precision) -> f64| self.precision.as_ref().map(of).and_then(finite);
-        Standing {
+        RunStatus {
             seconds,
             paths,
             paths_total: self.settings.paths,

@@ -1,6 +1,6 @@
 //! Monitoring of a running job.
 //!
-//! A [`Gauge`] measures the state of the job ([`Standing`]); [`Reports`] writes it every two seconds to status files
+//! A [`Gauge`] measures the state of the job ([`RunStatus`]); [`Reports`] writes it every two seconds to status files
 //! and to a page of metrics; [`Showing`] serves the report of the result so far; a [`Watch`] does all this in the coordinator's
 //! loop, and keeps checkpoints. [`find`] reads a status file in
 //! another process, without a connection or a key.
@@ -13,9 +13,9 @@ mod address;
 mod gauge;
 mod metrics;
 mod reports;
+mod run_status;
 mod scrape;
 mod showing;
-mod standing;
 mod status;
 mod told;
 mod watch;
@@ -23,9 +23,9 @@ mod watch;
 pub use address::NoPage;
 pub use gauge::Gauge;
 pub use reports::{Reports, open_metrics};
+pub use run_status::{Faults, Goal, RunStatus, Saved};
 pub use scrape::Page;
 pub use showing::Showing;
-pub use standing::{Faults, Goal, Saved, Standing};
 pub use status::{Description, Found, Hand, NoStatus, Report, find, watched};
 pub use told::ended;
 pub use watch::{Looked, Watch};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::standing::Standing;
+use crate::run_status::RunStatus;
 use crate::status::Report;
 
 /// One metric: its name after `radwalk_`, its kind, its help text, and its value if that is known.
@@ -12,7 +12,7 @@ type Metric = (&'static str, &'static str, &'static str, Option<f64>);
 pub(crate) fn metrics(report: &Report) -> String {
     let mut text = String::new();
     // Numbers that are not known are left out.
-    for (name, kind, help, value) in numbers(&report.standing) {
+    for (name, kind, help, value) in numbers(&report.status) {
         let Some(value) = value else { continue };
         add(&mut text, name, kind, help);
         add_value(&mut text, name, "", value);
@@ -39,27 +39,27 @@ fn add_value(text: &mut String, name: &str, labels: &str, value: f64) {
     };
 }
 
-fn numbers(standing: &Standing) -> impl Iterator<Item = Metric> {
-    let groups = [progress(standing), errors(standing), ends(standing), faults(standing)];
+fn numbers(status: &RunStatus) -> impl Iterator<Item = Metric> {
+    let groups = [progress(status), errors(status), ends(status), faults(status)];
     groups.into_iter().flatten()
 }
 
 /// The metrics of the job's progress and speed.
-fn progress(standing: &Standing) -> Vec<Metric> {
+fn progress(status: &RunStatus) -> Vec<Metric> {
     vec![
-        ("seconds", "gauge", "Seconds since this coordinator began.", Some(standing.seconds)),
-        ("paths", "gauge", "Paths that are in, earlier sessions included.", Some(standing.paths as f64)),
-        ("paths_budget", "gauge", "Paths of the budget.", Some(standing.paths_total as f64)),
-        ("paths_per_second", "gauge", "Of the last half minute.", Some(standing.paths_per_second)),
-        ("rays_per_second", "gauge", "Of the last half minute.", Some(standing.rays_per_second)),
-        ("workers", "gauge", "Workers that walk now.", Some(standing.workers as f64)),
+        ("seconds", "gauge", "Seconds since this coordinator began.", Some(status.seconds)),
+        ("paths", "gauge", "Paths that are in, earlier sessions included.", Some(status.paths as f64)),
+        ("paths_budget", "gauge", "Paths of the budget.", Some(status.paths_total as f64)),
+        ("paths_per_second", "gauge", "Of the last half minute.", Some(status.paths_per_second)),
+        ("rays_per_second", "gauge", "Of the last half minute.", Some(status.rays_per_second)),
+        ("workers", "gauge", "Workers that walk now.", Some(status.workers as f64)),
     ]
 }
 
 /// The metrics of its errors and of its target.
-fn errors(standing: &Standing) -> Vec<Metric> {
-    let goal = standing.target;
-    let (median, max) = (standing.median_relative_error, standing.max_relative_error);
+fn errors(status: &RunStatus) -> Vec<Metric> {
+    let goal = status.target;
+    let (median, max) = (status.median_relative_error, status.max_relative_error);
     let decisive = goal.and_then(|goal| goal.decisive_error);
     vec![
         ("relative_error_median", "gauge", "Half of the area is known within this part.", median),
@@ -70,22 +70,22 @@ fn errors(standing: &Standing) -> Vec<Metric> {
 }
 
 /// The metrics of its end and of its last checkpoint.
-fn ends(standing: &Standing) -> Vec<Metric> {
-    let expected = standing.paths_expected.map(|paths| paths as f64);
-    let saved = standing.checkpoint;
+fn ends(status: &RunStatus) -> Vec<Metric> {
+    let expected = status.paths_expected.map(|paths| paths as f64);
+    let saved = status.checkpoint;
     let age = saved.map(|saved| saved.seconds_ago);
     let paths = saved.map(|saved| saved.paths as f64);
     vec![
         ("paths_expected", "gauge", "Where the target will probably be reached.", expected),
-        ("seconds_left", "gauge", "To the target or the end of the budget.", standing.seconds_left),
+        ("seconds_left", "gauge", "To the target or the end of the budget.", status.seconds_left),
         ("checkpoint_age_seconds", "gauge", "Since the last checkpoint of this session.", age),
         ("checkpoint_paths", "gauge", "Paths of the last checkpoint.", paths),
     ]
 }
 
 /// The metrics of its faults.
-fn faults(standing: &Standing) -> Vec<Metric> {
-    let faults = standing.faults;
+fn faults(status: &RunStatus) -> Vec<Metric> {
+    let faults = status.faults;
     let count = |number: u64| Some(number as f64);
     vec![
         (

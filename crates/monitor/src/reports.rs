@@ -11,8 +11,8 @@ use tracing::debug;
 
 use crate::address::{NoPage, listen};
 use crate::metrics::metrics;
+use crate::run_status::RunStatus;
 use crate::scrape::{Page, publish};
-use crate::standing::Standing;
 use crate::status::{Description, Hand, Report, STATUS, beside};
 
 /// The time between two reports.
@@ -57,12 +57,12 @@ impl Reports {
     }
 
     /// Writes a report if one is due.
-    pub fn write(&mut self, standing: &Standing, coordinator: &Coordinator) {
+    pub fn write(&mut self, status: &RunStatus, coordinator: &Coordinator) {
         if !self.are_due() {
             return;
         }
         self.due = Instant::now() + INTERVAL;
-        let report = self.report(standing, coordinator);
+        let report = self.report(status, coordinator);
         let bytes = serde_json::to_vec_pretty(&report).expect("numbers and names");
         for file in &self.files {
             // A disk may be full for a while, and the run does not depend on the report.
@@ -75,7 +75,7 @@ impl Reports {
         }
     }
 
-    fn report(&self, standing: &Standing, coordinator: &Coordinator) -> Report {
+    fn report(&self, status: &RunStatus, coordinator: &Coordinator) -> Report {
         let per_walk = self.description.paths_per_walk;
         let mut known: HashMap<&str, (u64, u64)> = HashMap::new();
         for worker in coordinator.contributors() {
@@ -100,7 +100,7 @@ impl Reports {
             host: rustix::system::uname().nodename().to_string_lossy().into_owned(),
             pid: std::process::id(),
             time: unix_seconds(),
-            standing: standing.clone(),
+            status: status.clone(),
             crew: crew.collect(),
         }
     }

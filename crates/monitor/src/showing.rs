@@ -106,12 +106,12 @@ impl Showing {
     }
 
     /// Hands over a copy of the tally if a page is due and a browser asks for it.
-    pub fn tend(&mut self, coordinator: &Coordinator, identity: &Identity) {
+    pub fn supervise(&mut self, coordinator: &Coordinator, identity: &Identity) {
         let walks = coordinator.prefix().counts.walks;
         if walks == self.walks || self.shared.busy.load(Ordering::Acquire) || !self.shared.is_due() {
             return;
         }
-        let checkpoint = identity.checkpoint(coordinator.glimpse());
+        let checkpoint = identity.checkpoint(coordinator.snapshot());
         self.shared.busy.store(true, Ordering::Release);
         if self.tallies.try_send(checkpoint).is_ok() {
             self.walks = walks;

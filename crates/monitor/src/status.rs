@@ -8,7 +8,7 @@ use results::{CURRENT, unix_seconds};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::standing::Standing;
+use crate::run_status::RunStatus;
 
 /// The name of a status file in an output folder.
 pub(crate) const STATUS: &str = "status.json";
@@ -43,7 +43,7 @@ pub struct Report {
     pub time: u64,
     /// The state of the job.
     #[serde(flatten)]
-    pub standing: Standing,
+    pub status: RunStatus,
     /// The workers that are connected, a thousand at most.
     pub crew: Vec<Hand>,
 }

@@ -5,13 +5,13 @@ use std::path::Path;
 use report::words::{counted, duration, percent, quantity};
 use serde_json::Value;
 
-use crate::standing::{Faults, Goal, Standing};
+use crate::run_status::{Faults, Goal, RunStatus};
 use crate::status::{Hand, Report};
 
 /// The most workers that are listed one by one.
 const TOLD: usize = 40;
 
-impl Standing {
+impl RunStatus {
     /// Where the run will probably end: at its targets or its budget.
     pub fn end(&self) -> u64 {
         self.paths_expected.map_or(self.paths_total, |paths| paths.min(self.paths_total))
@@ -26,35 +26,35 @@ impl Standing {
 impl Report {
     /// The state of the job, a sentence or two a line.
     pub fn lines(&self) -> Vec<String> {
-        let Report { standing, crew, .. } = self;
+        let Report { status, crew, .. } = self;
         let error = |error: Option<f64>| percent(error.unwrap_or(f64::INFINITY));
         let mut lines = vec![self.progress()];
-        lines.extend(standing.target.iter().map(of_target));
-        let of_sensors = standing.paths_expected.filter(|_| standing.target.is_none());
+        lines.extend(status.target.iter().map(of_target));
+        let of_sensors = status.paths_expected.filter(|_| status.target.is_none());
         lines.extend(of_sensors.map(|paths| format!("target on sensors: {}", expected(paths))));
         lines.push(format!(
             "median relative half-width by area {}, of the worst face {}",
-            error(standing.median_relative_error),
-            error(standing.max_relative_error)
+            error(status.median_relative_error),
+            error(status.max_relative_error)
         ));
-        lines.extend(of_crew(standing, crew));
-        lines.push(standing.checkpoint.map_or("no checkpoint in this session yet".into(), |saved| {
+        lines.extend(of_crew(status, crew));
+        lines.push(status.checkpoint.map_or("no checkpoint in this session yet".into(), |saved| {
             let (ago, paths) = (duration(saved.seconds_ago), quantity(saved.paths as f64));
             format!("last checkpoint: {ago} ago, {paths} paths")
         }));
-        lines.push(of_faults(standing.faults));
+        lines.push(of_faults(status.faults));
         lines
     }
 
     fn progress(&self) -> String {
-        let Report { description, standing, .. } = self;
-        let part = 100.0 * standing.paths as f64 / standing.paths_total.max(1) as f64;
+        let Report { description, status, .. } = self;
+        let part = 100.0 * status.paths as f64 / status.paths_total.max(1) as f64;
         format!(
             "{}: {} of {} paths ({part:.1} %) after {}, coordinated by process {} of {}",
             description.job,
-            quantity(standing.paths as f64),
-            quantity(standing.paths_total as f64),
-            duration(standing.seconds),
+            quantity(status.paths as f64),
+            quantity(status.paths_total as f64),
+            duration(status.seconds),
             self.pid,
             self.host
         )
@@ -76,15 +76,15 @@ fn expected(paths: u64) -> String {
 }
 
 /// The workers and their rates.
-fn of_crew(standing: &Standing, crew: &[Hand]) -> Vec<String> {
-    let left = standing.seconds_left.map_or(String::new(), |left| format!(", {} left", duration(left)));
-    let mut lines = vec![match standing.workers {
+fn of_crew(status: &RunStatus, crew: &[Hand]) -> Vec<String> {
+    let left = status.seconds_left.map_or(String::new(), |left| format!(", {} left", duration(left)));
+    let mut lines = vec![match status.workers {
         0 => "no worker is there: nothing is walked".into(),
         workers => format!(
             "{}: {} paths/s, {} rays/s{left}",
             counted(workers as u64, "worker"),
-            quantity(standing.paths_per_second),
-            quantity(standing.rays_per_second)
+            quantity(status.paths_per_second),
+            quantity(status.rays_per_second)
         ),
     }];
     lines.extend(crew.iter().take(TOLD).map(|hand| {
@@ -101,8 +101,8 @@ fn of_crew(standing: &Standing, crew: &[Hand]) -> Vec<String> {
             counted(hand.leases as u64, "lease")
         )
     }));
-    if standing.workers > TOLD {
-        lines.push(format!("  and {} more", standing.workers - TOLD));
+    if status.workers > TOLD {
+        lines.push(format!("  and {} more", status.workers - TOLD));
     }
     lines
 }
@@ -133,8 +133,8 @@ pub fn ended(of: &Path, summary: &Value) -> String {
 }
 
 /// What a line says, the most important first.
-fn parts(standing: &Standing) -> Vec<String> {
-    let error = match (standing.target, standing.median_relative_error) {
+fn parts(status: &RunStatus) -> Vec<String> {
+    let error = match (status.target, status.median_relative_error) {
         (Some(goal), _) => Some(format!(
             "error {} (target {})",
             percent(goal.decisive_error.unwrap_or(f64::INFINITY)),
@@ -143,13 +143,13 @@ fn parts(standing: &Standing) -> Vec<String> {
         (None, Some(median)) => Some(format!("half within {}", percent(median))),
         (None, None) => None,
     };
-    let works = standing.workers > 0;
-    let left = standing.seconds_left.filter(|_| works).map(|seconds| format!("{} left", duration(seconds)));
-    let workers = if works { counted(standing.workers as u64, "worker") } else { "no worker".into() };
-    let rate = works.then(|| format!("{} rays/s", quantity(standing.rays_per_second)));
-    let saved = standing.checkpoint.map(|saved| format!("saved {} ago", duration(saved.seconds_ago.floor())));
-    let worst = standing.max_relative_error.map(|worst| format!("worst {}", percent(worst)));
-    let paths = works.then(|| format!("{} paths/s", quantity(standing.paths_per_second)));
+    let works = status.workers > 0;
+    let left = status.seconds_left.filter(|_| works).map(|seconds| format!("{} left", duration(seconds)));
+    let workers = if works { counted(status.workers as u64, "worker") } else { "no worker".into() };
+    let rate = works.then(|| format!("{} rays/s", quantity(status.rays_per_second)));
+    let saved = status.checkpoint.map(|saved| format!("saved {} ago", duration(saved.seconds_ago.floor())));
+    let worst = status.max_relative_error.map(|worst| format!("worst {}", percent(worst)));
+    let paths = works.then(|| format!("{} paths/s", quantity(status.paths_per_second)));
     [error, left, Some(workers), rate, saved, worst, paths].into_iter().flatten().collect()
 }
 
@@ -175,10 +175,10 @@ fn short_percent(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::standing::Saved;
+    use crate::run_status::Saved;
 
-    fn standing() -> Standing {
-        Standing {
+    fn status() -> RunStatus {
+        RunStatus {
             seconds: 4000.0,
             paths: 123_456_789,
             paths_total: 10_000_000_000,
@@ -204,7 +204,7 @@ mod tests {
     /// What the terminal would cut is left out, the least important first.
     #[test]
     fn lines_fit_their_columns() {
-        let at = |columns: usize| standing().line(columns);
+        let at = |columns: usize| status().line(columns);
         assert_eq!(at(61), "error 5.432 % (target 1.25 %) · 1 h 18 min left · 12 workers");
         assert_eq!(
             at(121),
@@ -214,15 +214,15 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_foretold_without_workers() {
-        let line = Standing { workers: 0, ..standing() }.line(400);
+    fn nothing_is_predicted_without_workers() {
+        let line = RunStatus { workers: 0, ..status() }.line(400);
         assert!(line.contains("no worker") && !line.contains("left") && !line.contains("/s"), "{line}");
     }
 
     /// The percentage of a bar is that of the way to the target.
     #[test]
     fn bars_end_at_the_target() {
-        assert_eq!(standing().end(), 1_000_000_000);
-        assert_eq!(Standing { paths_expected: None, ..standing() }.end(), 10_000_000_000);
+        assert_eq!(status().end(), 1_000_000_000);
+        assert_eq!(RunStatus { paths_expected: None, ..status() }.end(), 10_000_000_000);
     }
 }

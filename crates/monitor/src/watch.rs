@@ -5,8 +5,8 @@ use results::{Error, Identity, Keeper, Latest};
 
 use crate::gauge::Gauge;
 use crate::reports::Reports;
+use crate::run_status::RunStatus;
 use crate::showing::Showing;
-use crate::standing::Standing;
 
 /// The watch over one run.
 pub struct Watch<'a> {
@@ -22,7 +22,7 @@ pub struct Watch<'a> {
 /// What a look at a running job came to.
 pub struct Looked {
     /// Where the job stands, if that was asked for.
-    pub standing: Option<Standing>,
+    pub status: Option<RunStatus>,
     /// Why there is no checkpoint, and what becomes of the run, where one could not be written.
     pub trouble: Option<String>,
     /// Whether the run may go on.
@@ -39,22 +39,22 @@ impl<'a> Watch<'a> {
         Watch { gauge, reports, showing, identity, keeper, broken: false }
     }
 
-    /// Takes note of where the job stands and of what has happened. The standing is told if it is `asked` for.
+    /// Takes note of where the job stands and of what has happened. The status is returned if it is `asked` for.
     pub fn look(&mut self, coordinator: &Coordinator, notices: &[Notice], asked: bool) -> Looked {
         notices.iter().for_each(|notice| self.gauge.heed(notice));
         self.gauge.follow(coordinator, self.keeper.saved());
-        let mut standing = None;
+        let mut status = None;
         if self.reports.are_due() || asked {
             self.gauge.estimate(coordinator);
-            let now = self.gauge.standing(coordinator);
+            let now = self.gauge.status(coordinator);
             self.reports.write(&now, coordinator);
-            standing = asked.then_some(now);
+            status = asked.then_some(now);
         }
         if let Some(showing) = &mut self.showing {
-            showing.tend(coordinator, self.identity);
+            showing.supervise(coordinator, self.identity);
         }
-        let trouble = self.keeper.tend(coordinator).err().map(|error| self.without_checkpoint(&error));
-        Looked { standing, trouble, goes_on: !self.broken }
+        let trouble = self.keeper.supervise(coordinator).err().map(|error| self.without_checkpoint(&error));
+        Looked { status, trouble, goes_on: !self.broken }
     }
 
     fn without_checkpoint(&mut self, error: &Error) -> String {

@@ -21,7 +21,7 @@
 //! do, N counts batches.
 //!
 //! A file is accepted if its checksum is right, the walks of its parts add up to N, and the digests of all deliveries
-//! add up to that of its tally. Files of format 4, which had an entry for every lease and no islands, are read as well.
+//! add up to that of its tally. Files of format 4, which had an entry for every lease and no out-of-order ranges, are read as well.
 
 mod v4;
 
@@ -38,7 +38,7 @@ use crate::codec::{decode_book, encode};
 use crate::deliveries::Deliveries;
 use crate::digest::{self, Digest, Digester};
 use crate::effort::Effort;
-use crate::ledger::Island;
+use crate::ledger::OutOfOrderRange;
 use crate::roster::Contributor;
 
 const MAGIC: [u8; 8] = *b"RWTALLY\0";
@@ -112,8 +112,8 @@ pub struct Past {
     pub tally: Arc<Tally>,
     /// The deliveries of the prefix.
     pub deliveries: Deliveries,
-    /// The islands beyond gaps, in the order of walks.
-    pub islands: Vec<Island>,
+    /// The out-of-order ranges beyond gaps, in the order of walks.
+    pub out_of_order: Vec<OutOfOrderRange>,
     /// The workers that deliveries name by number.
     pub workers: Vec<Contributor>,
     /// The looks so far.
@@ -126,7 +126,7 @@ impl Past {
     /// The past of a new job; `tally` is empty.
     pub fn none(tally: Tally) -> Self {
         let (deliveries, effort) = (Deliveries::default(), Effort::default());
-        Past { tally: tally.into(), deliveries, islands: vec![], workers: vec![], looks: vec![], effort }
+        Past { tally: tally.into(), deliveries, out_of_order: vec![], workers: vec![], looks: vec![], effort }
     }
 }
 
@@ -146,9 +146,9 @@ pub struct Checkpoint {
 pub struct Book {
     /// The walks, by job and number.
     pub parts: Vec<Part>,
-    /// The islands beyond gaps, in the order of walks; their first walks count from the first walk of the only part.
+    /// The out-of-order ranges beyond gaps, in the order of walks; their first walks count from the first walk of the only part.
     /// With several parts there are none.
-    pub islands: Vec<Island>,
+    pub out_of_order: Vec<OutOfOrderRange>,
     /// The workers that deliveries name by number.
     pub workers: Vec<Contributor>,
     /// The looks at the prefix so far.
@@ -316,22 +316,23 @@ impl Book {
     ) -> Result<(), CheckpointFault> {
         let fault = |what| Err(CheckpointFault::Contradiction(what));
         let deliveries = || self.parts.iter().map(|part| &part.deliveries);
-        let islands = || self.islands.iter().map(|island| &island.deliveries);
+        let out_of_order = || self.out_of_order.iter().map(|range| &range.deliveries);
         let digester = Digester::new(scene_hash);
-        let is_whole = |island: &Island| island.parcel(&digester).is_some_and(|parcel| parcel.sums() == sums);
+        let is_whole =
+            |range: &OutOfOrderRange| range.parcel(&digester).is_some_and(|parcel| parcel.sums() == sums);
         if !each_walk_ended(counts) {
             return fault("not every walk ended once");
         }
         if deliveries().map(Deliveries::walks).sum::<u128>() != u128::from(counts.walks) {
             return fault("the number of its walks is not that of its book");
         }
-        if !deliveries().chain(islands()).all(|deliveries| deliveries.is_sound(self.workers.len())) {
+        if !deliveries().chain(out_of_order()).all(|deliveries| deliveries.is_sound(self.workers.len())) {
             return fault("no worker delivered some of its walks");
         }
         if deliveries().fold(0, |sum, deliveries| digest::add(sum, deliveries.digest())) != digest {
             return fault("its sums are not those that were delivered");
         }
-        if !self.islands.iter().all(is_whole) {
+        if !self.out_of_order.iter().all(is_whole) {
             return fault("its results beyond a gap are not those that were delivered");
         }
         Ok(())

@@ -1,21 +1,21 @@
 //! The coordinator as a pure state machine: events in, actions out, time as a number. The sockets are a thin shell
-//! around it (the crate `cluster`), so that every fault can be tested without one. Its workers are its crew
-//! ([`crate::crew`]); the coordinator decides what their results amount to and when the job is over.
+//! around it (the crate `cluster`), so that every fault can be tested without one. Its workers are its pool
+//! ([`crate::pool`]); the coordinator decides what their results amount to and when the job is over.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use radiosity::{Layout, Tally};
 
-use crate::captain::Captain;
 use crate::checkpoint::{Look, Past};
-use crate::crew::{Crew, Present};
 use crate::digest::Digester;
 use crate::effort::Effort;
 use crate::lead::{Action, Notice, Now};
+use crate::leader::Leader;
 use crate::ledger::Ledger;
 use crate::limits::Limits;
 use crate::pace::LEASE_SECONDS_PER_SUM;
+use crate::pool::{Present, WorkerPool};
 use crate::roster::Contributor;
 use crate::terms::Terms;
 use crate::watch::{Watch, Watched};
@@ -24,8 +24,8 @@ use crate::watch::{Watch, Watched};
 /// them; the time that the messages of two leases take is added.
 const STOP_GRACE: Duration = Duration::from_secs(3);
 
-/// The most bytes of islands in a checkpoint; the lowest islands are kept.
-const MOST_ISLAND_BYTES: usize = 256 << 20;
+/// The most bytes of out-of-order ranges in a checkpoint; the lowest out-of-order ranges are kept.
+const MOST_OUT_OF_ORDER_BYTES: usize = 256 << 20;
 
 /// A function that judges the tally of a prefix, given the looks before.
 pub type Judge = Box<dyn FnMut(&Tally, &[Look]) -> Look>;
@@ -93,9 +93,9 @@ pub struct Progress {
     pub workers: usize,
 }
 
-/// The state of one job and its crew.
+/// The state of one job and its pool.
 pub struct Coordinator {
-    crew: Crew,
+    pool: WorkerPool,
     wall: Option<Duration>,
     judge: Judge,
     looks: Vec<Look>,
@@ -122,19 +122,20 @@ impl Coordinator {
             layout,
             limits,
         };
-        let Past { tally, deliveries, islands, workers, looks, effort } = past;
+        let Past { tally, deliveries, out_of_order, workers, looks, effort } = past;
         let ledger = Ledger::new(plan.paths, stream_walks, plan.looks, tally, deliveries)
             .drawn_by(plan.lots)
-            .with_islands(&islands, &Digester::new(&scene_hash));
+            .with_out_of_order(&out_of_order, &Digester::new(&scene_hash));
         let reached = looks.last().is_some_and(|look| look.reached && look.walks == ledger.prefix_walks());
         let ending = match () {
             () if reached => Some(Ending::TargetReached),
             () if ledger.is_complete() => Some(Ending::BudgetSpent),
             () => None,
         };
-        let crew = Crew::new(terms, ledger.numbered_from(plan.first), Ledger::unleased, workers, effort);
+        let pool =
+            WorkerPool::new(terms, ledger.numbered_from(plan.first), Ledger::unleased, workers, effort);
         Coordinator {
-            crew,
+            pool,
             wall: plan.wall,
             judge: plan.judge,
             looks,
@@ -148,32 +149,32 @@ impl Coordinator {
     /// The coordinator of a job that another job follows: at its end the workers are not told that they are done, and look for
     /// the other job's coordinator.
     pub fn followed_by_another(mut self) -> Self {
-        self.crew.expect_another_job();
+        self.pool.expect_another_job();
         self
     }
 
     /// The books of the prefix: all that another coordinator needs to go on from here. A large tally is shared, not
     /// copied; the prefix then moves on only after the reader has dropped it.
     pub fn past(&self) -> Past {
-        let ledger = &self.crew.ledger;
+        let ledger = &self.pool.ledger;
         Past {
             tally: ledger.prefix().clone(),
             deliveries: ledger.deliveries().clone(),
-            islands: ledger.kept_islands(MOST_ISLAND_BYTES),
-            workers: self.crew.workers().to_vec(),
+            out_of_order: ledger.kept_out_of_order(MOST_OUT_OF_ORDER_BYTES),
+            workers: self.pool.workers().to_vec(),
             looks: self.looks.clone(),
             effort: self.effort(),
         }
     }
 
-    /// The books without islands, and with a copy of the tally, so that a slow reader holds up nothing here.
-    pub fn glimpse(&self) -> Past {
-        let ledger = &self.crew.ledger;
+    /// The books without out-of-order ranges, and with a copy of the tally, so that a slow reader holds up nothing here.
+    pub fn snapshot(&self) -> Past {
+        let ledger = &self.pool.ledger;
         Past {
             tally: Tally::clone(ledger.prefix()).into(),
             deliveries: ledger.deliveries().clone(),
-            islands: Vec::new(),
-            workers: self.crew.workers().to_vec(),
+            out_of_order: Vec::new(),
+            workers: self.pool.workers().to_vec(),
             looks: self.looks.clone(),
             effort: self.effort(),
         }
@@ -182,10 +183,10 @@ impl Coordinator {
     /// The books themselves, after the job is over.
     pub fn into_past(self) -> Past {
         let effort = self.effort();
-        let (ledger, workers) = self.crew.into_books();
-        let islands = ledger.kept_islands(MOST_ISLAND_BYTES);
+        let (ledger, workers) = self.pool.into_books();
+        let out_of_order = ledger.kept_out_of_order(MOST_OUT_OF_ORDER_BYTES);
         let (tally, deliveries) = ledger.into_prefix();
-        Past { tally, deliveries, islands, workers, looks: self.looks, effort }
+        Past { tally, deliveries, out_of_order, workers, looks: self.looks, effort }
     }
 
     /// The reason why the job ended, once it has.
@@ -195,22 +196,22 @@ impl Coordinator {
 
     /// The tally of the prefix 0 … N − 1.
     pub fn prefix(&self) -> &Tally {
-        self.crew.ledger.prefix()
+        self.pool.ledger.prefix()
     }
 
     /// A snapshot for progress displays.
     pub fn progress(&self) -> Progress {
-        Progress { walks: self.crew.ledger.walks_in(), workers: self.crew.workers_now() }
+        Progress { walks: self.pool.ledger.walks_in(), workers: self.pool.workers_now() }
     }
 
     /// The workers that are connected now.
     pub fn present(&self) -> Vec<Present> {
-        self.crew.present()
+        self.pool.present()
     }
 
     /// The workers that ever brought a result, in earlier sessions too.
     pub fn contributors(&self) -> &[Contributor] {
-        self.crew.workers()
+        self.pool.workers()
     }
 
     /// All looks so far.
@@ -225,11 +226,11 @@ impl Coordinator {
 
     /// What the run has taken so far, its earlier sessions included.
     pub fn effort(&self) -> Effort {
-        self.crew.effort()
+        self.pool.effort()
     }
 
     fn stop_grace(&self) -> Duration {
-        STOP_GRACE + Duration::from_secs_f64(2.0 * LEASE_SECONDS_PER_SUM * self.crew.terms().sums() as f64)
+        STOP_GRACE + Duration::from_secs_f64(2.0 * LEASE_SECONDS_PER_SUM * self.pool.terms().sums() as f64)
     }
 
     /// Ends the job early, in good order: only lost gaps are leased from now on. For a while the coordinator waits for
@@ -239,18 +240,18 @@ impl Coordinator {
             return vec![];
         }
         self.stopping = Some((ending, now));
-        self.crew.fill_gaps();
+        self.pool.fill_gaps();
         self.advance(now)
     }
 
     /// Notes that no worker will come any more. Ends the job once none is left: messages of the last workers may still
     /// be unread, and workers may have joined that the owner does not know of.
     pub fn on_no_workers(&mut self) -> Vec<Action> {
-        if !self.crew.is_empty() || self.ending.is_some() {
+        if !self.pool.is_empty() || self.ending.is_some() {
             return vec![];
         }
-        self.crew.ledger.hurry();
-        let mut actions = self.advance(self.crew.ticked());
+        self.pool.ledger.hurry();
+        let mut actions = self.advance(self.pool.ticked());
         actions.extend(self.finish(Ending::NoWorkers));
         actions
     }
@@ -258,15 +259,15 @@ impl Coordinator {
     /// Tells the owner when nothing comes in for long, and ends the job when nothing can come in any more. A relay
     /// without workers waits for them, and workers may have to wait for a slow disk.
     fn keep_watch(&mut self) -> Vec<Action> {
-        let Crew { ledger, .. } = &self.crew;
+        let WorkerPool { ledger, .. } = &self.pool;
         let walks = ledger.walks_in();
-        let could = walks < ledger.total() && self.crew.threads() > 0 && !ledger.is_held();
-        match self.watch.look(self.crew.awake(), walks, self.crew.progress()) {
+        let could = walks < ledger.total() && self.pool.threads() > 0 && !ledger.is_held();
+        match self.watch.look(self.pool.awake(), walks, self.pool.progress()) {
             Watched::Well => vec![],
             Watched::Still if could => self.finish(Ending::Stuck),
             Watched::Still | Watched::Quiet => {
-                let seconds = self.watch.quiet(self.crew.awake()).as_secs();
-                vec![Action::Tell(Notice::Quiet { seconds, why: self.crew.standstill() })]
+                let seconds = self.watch.quiet(self.pool.awake()).as_secs();
+                vec![Action::Tell(Notice::Quiet { seconds, why: self.pool.standstill() })]
             }
         }
     }
@@ -276,17 +277,17 @@ impl Coordinator {
             return vec![];
         }
         self.ending = Some(ending);
-        self.crew.dismiss()
+        self.pool.dismiss()
     }
 }
 
-impl Captain for Coordinator {
-    fn crew(&mut self) -> &mut Crew {
-        &mut self.crew
+impl Leader for Coordinator {
+    fn pool_mut(&mut self) -> &mut WorkerPool {
+        &mut self.pool
     }
 
-    fn its_crew(&self) -> &Crew {
-        &self.crew
+    fn pool(&self) -> &WorkerPool {
+        &self.pool
     }
 
     fn is_over(&self) -> bool {
@@ -296,26 +297,26 @@ impl Captain for Coordinator {
     /// Moves the prefix on, judges it at each look, and gives out more work.
     fn advance(&mut self, now: Now) -> Vec<Action> {
         loop {
-            match self.crew.advance() {
+            match self.pool.advance() {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(_) => return self.finish(Ending::Overflow),
             }
-            if self.crew.ledger.at_look() {
-                let look = (self.judge)(self.crew.ledger.prefix(), &self.looks);
+            if self.pool.ledger.at_look() {
+                let look = (self.judge)(self.pool.ledger.prefix(), &self.looks);
                 self.looks.push(look);
                 if look.reached {
                     return self.finish(Ending::TargetReached);
                 }
             }
         }
-        if self.crew.ledger.is_complete() {
+        if self.pool.ledger.is_complete() {
             return self.finish(Ending::BudgetSpent);
         }
-        let mut actions = self.crew.go_on(now);
+        let mut actions = self.pool.go_on(now);
         // A stopping job ends once nothing more can be saved.
         if let Some((ending, _)) = self.stopping
-            && !self.crew.gap_may_close()
+            && !self.pool.gap_may_close()
         {
             actions.extend(self.finish(ending));
         }
@@ -328,16 +329,16 @@ impl Captain for Coordinator {
 
     /// Notices silence, stalls, the wall clock and the end of a stop's grace.
     fn tick(&mut self, now: Now) -> Vec<Action> {
-        let mut actions = self.crew.tick(now);
+        let mut actions = self.pool.tick(now);
         let wall_is_over = self.wall.is_some_and(|wall| now >= wall);
         actions.extend(match self.stopping {
             Some((ending, since)) if now.saturating_sub(since) > self.stop_grace() => self.finish(ending),
             None if wall_is_over => self.stop(Ending::WallClock, now),
-            _ if !actions.is_empty() || self.crew.ledger.may_advance() => self.advance(now),
+            _ if !actions.is_empty() || self.pool.ledger.may_advance() => self.advance(now),
             _ => vec![],
         });
         if self.ending.is_none() {
-            actions.extend(self.crew.keep_going(now));
+            actions.extend(self.pool.keep_going(now));
             actions.extend(self.keep_watch());
         }
         actions

@@ -5,7 +5,7 @@
 //! (neighbours merged into one) until the gap is filled. Of the leases in the prefix the ledger keeps who delivered
 //! them, and their digests ([`crate::deliveries`]).
 
-mod island;
+mod out_of_order;
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -13,8 +13,8 @@ use std::sync::Arc;
 
 use radiosity::{MergeError, Tally};
 
-pub use self::island::Island;
-use self::island::{Sums, Waiting};
+pub use self::out_of_order::OutOfOrderRange;
+use self::out_of_order::{Sums, Waiting};
 use crate::deliveries::{Deliveries, Delivery, Growing};
 use crate::digest::Digester;
 use crate::message::LeaseId;
@@ -39,7 +39,7 @@ pub struct Ledger {
     /// The number of walks in all lost ranges.
     lost_walks: u64,
     waiting: BTreeMap<u64, Waiting>,
-    /// The number of walks in all islands.
+    /// The number of walks in all out-of-order ranges.
     waiting_walks: u64,
     prefix: Arc<Tally>,
     /// Whether the prefix moves on even where that takes a copy of it.
@@ -103,12 +103,12 @@ impl Ledger {
         self
     }
 
-    /// Takes up the islands of a checkpoint, in their order; the walks between them are leased first. An island that no
-    /// longer fits the job, because the job ends earlier or has a look within the island, is dropped and walked again.
-    pub fn with_islands(mut self, islands: &[Island], digester: &Digester) -> Self {
-        for island in islands {
-            let Some(parcel) = island.parcel(digester) else { continue };
-            let (first, walks) = (island.first, parcel.counts().walks);
+    /// Takes up the out-of-order ranges of a checkpoint, in their order; the walks between them are leased first. An out-of-order range that no
+    /// longer fits the job, because the job ends earlier or has a look within the range, is dropped and walked again.
+    pub fn with_out_of_order(mut self, out_of_order: &[OutOfOrderRange], digester: &Digester) -> Self {
+        for range in out_of_order {
+            let Some(parcel) = range.parcel(digester) else { continue };
+            let (first, walks) = (range.first, parcel.counts().walks);
             let Some(end) = first.checked_add(walks) else { continue };
             let is_looked_at = self.looks.iter().any(|&look| first < look && look < end);
             if first < self.next
@@ -121,27 +121,27 @@ impl Ledger {
             self.set_lost(self.next..first);
             self.next = end;
             self.waiting_walks += walks;
-            let deliveries = Growing::new(island.deliveries.clone(), end, self.lots);
+            let deliveries = Growing::new(range.deliveries.clone(), end, self.lots);
             self.waiting.insert(first, Waiting { end, sums: Sums::Packed(parcel), deliveries });
         }
         self
     }
 
-    /// The islands, lowest first, as many as fit into `bytes` bytes.
-    pub fn kept_islands(&self, bytes: usize) -> Vec<Island> {
+    /// The out-of-order ranges, lowest first, as many as fit into `bytes` bytes.
+    pub fn kept_out_of_order(&self, bytes: usize) -> Vec<OutOfOrderRange> {
         let mut left = bytes;
-        let mut islands = Vec::new();
+        let mut out_of_order = Vec::new();
         for (&first, waiting) in &self.waiting {
             let (counts, sums) = (Box::new(waiting.sums.counts().to_array()), waiting.sums.packed());
             let deliveries = waiting.deliveries.deliveries().clone();
             let size = sums.len() + size_of_val(deliveries.entries());
-            if size > left && !islands.is_empty() {
+            if size > left && !out_of_order.is_empty() {
                 break;
             }
             left = left.saturating_sub(size);
-            islands.push(Island { first, counts, sums, deliveries });
+            out_of_order.push(OutOfOrderRange { first, counts, sums, deliveries });
         }
-        islands
+        out_of_order
     }
 
     /// The number of a walk outside.
@@ -299,11 +299,11 @@ impl Ledger {
     }
 
     /// The number of ranges that wait beyond a gap.
-    pub fn islands(&self) -> usize {
+    pub fn out_of_order_ranges(&self) -> usize {
         self.waiting.len()
     }
 
-    /// Whether a range would be added to the prefix or to an island, so that it makes no new island. A range that
+    /// Whether a range would be added to the prefix or to an out-of-order range, so that it makes no new range. A range that
     /// continues the prefix always does, and so is always asked for; while the prefix is being read, the range waits
     /// beside it.
     pub fn adjoins(&self, range: &Range<u64>) -> bool {
@@ -311,13 +311,13 @@ impl Ledger {
         continues || self.before(range.start).is_some() || self.follows(range.end)
     }
 
-    /// The first walk of the island that ends at a walk, unless there is a look at that walk.
+    /// The first walk of the range that ends at a walk, unless there is a look at that walk.
     fn before(&self, walk: u64) -> Option<u64> {
         let (&start, earlier) = self.waiting.range(..walk).next_back()?;
         (earlier.end == walk && !self.looks.contains(&walk)).then_some(start)
     }
 
-    /// Whether an island begins at a walk, and there is no look at that walk.
+    /// Whether an out-of-order range begins at a walk, and there is no look at that walk.
     fn follows(&self, walk: u64) -> bool {
         self.waiting.contains_key(&walk) && !self.looks.contains(&walk)
     }

@@ -3,7 +3,7 @@
 //!
 //! From the ground up: the [`digest`] of a tally, the [`Deliveries`] and the [`Roster`] of the workers that delivered,
 //! the [`Provenance`] that a relay sends of its workers, the [`message`] and its bytes ([`codec`]), the [`Ledger`] of
-//! walks, the crew of workers with their leases, and at the top [`Coordinator`] and [`Relay`]: events and a time go
+//! walks, the pool of workers with their leases, and at the top [`Coordinator`] and [`Relay`]: events and a time go
 //! in, actions come out ([`Lead`]). A [`Checkpoint`] holds all of this state in a file.
 //!
 //! Four modules are namespaces: `message` is the protocol itself, and what `codec`, `digest` and `pace` hold are verbs and
@@ -13,22 +13,22 @@
 
 #![warn(unreachable_pub, unnameable_types)]
 
-mod captain;
 mod checkpoint;
 pub mod codec;
 mod coordinator;
-mod crew;
 mod deliveries;
 pub mod digest;
 mod effort;
 mod foreign;
 mod lead;
+mod leader;
 mod ledger;
 mod limits;
 mod merge;
 pub mod message;
 pub mod pace;
 mod parcel;
+mod pool;
 mod provenance;
 mod rejected;
 mod relay;
@@ -39,16 +39,16 @@ mod watch;
 
 pub use checkpoint::{Book, Checkpoint, CheckpointError, CheckpointFault, Look, Part, Past, Session};
 pub use coordinator::{Coordinator, Ending, Judge, Plan, Progress};
-pub use crew::{Present, SILENCE, STALL};
 pub use deliveries::{Deliveries, Delivery, Growing};
 pub use effort::Effort;
 pub use foreign::Foreign;
 pub use lead::{Action, Lead, Notice, Now, PeerId};
-pub use ledger::{Island, Ledger};
+pub use ledger::{Ledger, OutOfOrderRange};
 pub use limits::{Limits, MaterialLimits, SensorLimits};
 pub use merge::MergeFault;
 pub use message::LeaseId;
 pub use parcel::Parcel;
+pub use pool::{Present, SILENCE, STALL};
 pub use provenance::Provenance;
 pub use rejected::Rejected;
 pub use relay::{Relay, RelayEnd};

@@ -38,7 +38,7 @@ pub enum MergeFault {
 
 impl Checkpoint {
     /// Adds the walks of another result; the caller must know that both are of one method. Looks are dropped, since
-    /// none was taken of these walks together, and so are islands.
+    /// none was taken of these walks together, and so are out-of-order ranges.
     ///
     /// # Errors
     /// Where they do not go together; nothing is changed then, but for an overflow.
@@ -57,7 +57,7 @@ impl Checkpoint {
         self.book.workers.append(&mut book.workers);
         self.book.sessions.append(&mut book.sessions);
         self.book.looks.clear();
-        self.book.islands.clear();
+        self.book.out_of_order.clear();
         self.book.effort = sum(&self.book.effort, &book.effort);
         Arc::make_mut(&mut self.tally).merge(&other.tally).map_err(|_| MergeFault::Overflow)
     }

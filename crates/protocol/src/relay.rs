@@ -10,15 +10,15 @@ use std::collections::VecDeque;
 
 use radiosity::Tally;
 
-use crate::captain::Captain;
 use crate::codec::pack;
-use crate::crew::Crew;
 use crate::deliveries::Deliveries;
 use crate::effort::Effort;
 use crate::lead::{Action, Now};
+use crate::leader::Leader;
 use crate::ledger::Ledger;
 use crate::message::{LeaseId, LeaseResult, ToCoordinator};
 use crate::pace::RELAY_ROUNDS;
+use crate::pool::WorkerPool;
 use crate::provenance::Provenance;
 use crate::terms::Terms;
 
@@ -29,9 +29,9 @@ struct Held {
     since: Now,
 }
 
-/// The state of a relay and its crew.
+/// The state of a relay and its pool.
 pub struct Relay {
-    crew: Crew,
+    pool: WorkerPool,
     lots: u64,
     /// The leases that the relay has, in the order in which they came.
     held: VecDeque<Held>,
@@ -58,8 +58,8 @@ impl Relay {
     /// workers are reported one by one.
     pub fn new(terms: Terms, lots: u64) -> Self {
         let ledger = books(&terms, lots);
-        let crew = Crew::new(terms, ledger, Ledger::span, vec![], Effort::default());
-        Relay { crew, lots, held: VecDeque::new(), outbox: vec![], told: 0, over: None }
+        let pool = WorkerPool::new(terms, ledger, Ledger::span, vec![], Effort::default());
+        Relay { pool, lots, held: VecDeque::new(), outbox: vec![], told: 0, over: None }
     }
 
     /// The reason why the relay ended, once it has.
@@ -69,7 +69,7 @@ impl Relay {
 
     /// A counter that grows whenever any of its workers makes progress.
     pub fn progress(&self) -> u64 {
-        self.crew.progress()
+        self.pool.progress()
     }
 
     /// Takes the messages for the relay's leader, in the order in which they are to be sent. Large results must be
@@ -80,18 +80,18 @@ impl Relay {
 
     /// Takes up a lease from the relay's leader.
     pub fn on_lease(&mut self, lease: LeaseId, first: u64, walks: u64, now: Now) -> Vec<Action> {
-        if self.crew.threads() == 0 {
+        if self.pool.threads() == 0 {
             // The last worker left while this lease was under way. The leader must learn that before the lease comes
             // back.
             self.tell_capacity(now);
             self.outbox.push(ToCoordinator::Return { lease });
             return vec![];
         }
-        if !self.crew.ledger.extend(first, walks) {
+        if !self.pool.ledger.extend(first, walks) {
             return self.finish(RelayEnd::Excess);
         }
         self.held.push_back(Held { lease, walks, since: now });
-        self.crew.go_on(now)
+        self.pool.go_on(now)
     }
 
     /// Ends the relay and tells all its workers that the job is done.
@@ -100,17 +100,17 @@ impl Relay {
             return vec![];
         }
         self.over = Some(end);
-        self.crew.dismiss()
+        self.pool.dismiss()
     }
 
     /// Sends on the result of the first lease.
     fn send_on(&mut self, now: Now) {
-        let (tally, deliveries) = self.crew.ledger.take_off();
+        let (tally, deliveries) = self.pool.ledger.take_off();
         let Held { lease, walks, since } = self.held.pop_front().expect("each look is the end of a lease");
         // The time by its workers' rate: some of this lease was walked before the one before was whole.
-        let rate = self.crew.rate();
+        let rate = self.pool.rate();
         let seconds = if rate > 0.0 { walks as f64 / rate } else { (now - since).as_secs_f64() };
-        let cpu_seconds = self.crew.effort().cpu_seconds;
+        let cpu_seconds = self.pool.effort().cpu_seconds;
         let result = LeaseResult {
             lease,
             seconds,
@@ -119,7 +119,7 @@ impl Relay {
             sums: pack(tally.sums()),
             // These are the digests that came with the parts: if a sum was changed in this relay, the leader finds out.
             digest: deliveries.digest(),
-            provenance: Provenance::new(&deliveries, self.crew.workers()),
+            provenance: Provenance::new(&deliveries, self.pool.workers()),
         };
         self.outbox.push(ToCoordinator::Result(result));
     }
@@ -127,19 +127,19 @@ impl Relay {
     /// Reports the number of threads to the relay's leader when it has changed. With none left, all leases go back, and
     /// their results so far are dropped.
     fn tell_capacity(&mut self, now: Now) {
-        let threads = self.crew.threads();
+        let threads = self.pool.threads();
         if threads == self.told {
             return;
         }
         self.told = threads;
-        let rounds = RELAY_ROUNDS * self.crew.terms().leases_per_thread as f64;
-        let lease_seconds = rounds * self.crew.longest_lease_seconds(now);
+        let rounds = RELAY_ROUNDS * self.pool.terms().leases_per_thread as f64;
+        let lease_seconds = rounds * self.pool.longest_lease_seconds(now);
         let threads = u32::try_from(threads).unwrap_or(u32::MAX);
         self.outbox.push(ToCoordinator::Capacity { threads, lease_seconds });
         if threads == 0 {
             let held = self.held.drain(..);
             self.outbox.extend(held.map(|held| ToCoordinator::Return { lease: held.lease }));
-            self.crew.ledger = books(self.crew.terms(), self.lots);
+            self.pool.ledger = books(self.pool.terms(), self.lots);
         }
     }
 }
@@ -150,13 +150,13 @@ fn books(terms: &Terms, lots: u64) -> Ledger {
     Ledger::new(0, terms.stream_walks.max(1), vec![], empty.into(), Deliveries::default()).drawn_by(lots)
 }
 
-impl Captain for Relay {
-    fn crew(&mut self) -> &mut Crew {
-        &mut self.crew
+impl Leader for Relay {
+    fn pool_mut(&mut self) -> &mut WorkerPool {
+        &mut self.pool
     }
 
-    fn its_crew(&self) -> &Crew {
-        &self.crew
+    fn pool(&self) -> &WorkerPool {
+        &self.pool
     }
 
     fn is_over(&self) -> bool {
@@ -166,10 +166,10 @@ impl Captain for Relay {
     /// Merges the results that are in, sends on the leases that are whole, and gives out more work.
     fn advance(&mut self, now: Now) -> Vec<Action> {
         loop {
-            match self.crew.advance() {
-                Ok(true) if self.crew.ledger.at_look() => self.send_on(now),
+            match self.pool.advance() {
+                Ok(true) if self.pool.ledger.at_look() => self.send_on(now),
                 Ok(true) => {}
-                Ok(false) => return self.crew.go_on(now),
+                Ok(false) => return self.pool.go_on(now),
                 Err(_) => return self.finish(RelayEnd::Overflow),
             }
         }
@@ -181,12 +181,12 @@ impl Captain for Relay {
 
     /// Notices silence and stalls, and reports the number of threads to the relay's leader.
     fn tick(&mut self, now: Now) -> Vec<Action> {
-        let mut actions = self.crew.tick(now);
+        let mut actions = self.pool.tick(now);
         if !actions.is_empty() {
             actions.extend(self.advance(now));
         }
         if self.over.is_none() {
-            actions.extend(self.crew.keep_going(now));
+            actions.extend(self.pool.keep_going(now));
         }
         self.tell_capacity(now);
         actions

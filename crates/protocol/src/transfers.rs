@@ -1,7 +1,7 @@
 //! Transfers of large results: offered by workers, asked for when there is room, staged as they arrive.
 //!
-//! The leader holds the tally of the prefix, the islands beyond gaps, and packed results under way. A result that
-//! continues the prefix or an island needs no further tally; one that would found an island is asked for only when
+//! The leader holds the tally of the prefix, the out-of-order ranges beyond gaps, and packed results under way. A result that
+//! continues the prefix or an out-of-order range needs no further tally; one that would found an out-of-order range is asked for only when
 //! there is room for one. Until then its worker keeps the result and goes on with its next lease. The result that
 //! continues the prefix is always asked for, so that the job goes on.
 
@@ -27,8 +27,8 @@ const PIECE_PATIENCE: Duration = Duration::from_secs(20);
 /// The room for large results.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Room {
-    /// The most islands that may be held.
-    pub islands: usize,
+    /// The most out-of-order ranges that may be held.
+    pub ranges: usize,
     /// The most bytes of packed results under way; one result of any size is always allowed.
     pub bytes: usize,
 }
@@ -75,8 +75,8 @@ impl Transfers {
     pub(crate) fn grant(&mut self, ledger: &Ledger, room: Room, now: Duration) -> Vec<(PeerId, LeaseId)> {
         let mut bytes: usize = self.under_way.values().map(|transfer| transfer.offer.bytes).sum();
         let founding = |offer: &Offer| !ledger.adjoins(&offer.walks);
-        let mut islands =
-            ledger.islands() + self.under_way.values().filter(|transfer| founding(&transfer.offer)).count();
+        let mut out_of_order = ledger.out_of_order_ranges()
+            + self.under_way.values().filter(|transfer| founding(&transfer.offer)).count();
         let mut granted = Vec::new();
         for (&place, offer) in &self.offers {
             let under_way = self.under_way.len() + granted.len();
@@ -84,10 +84,10 @@ impl Transfers {
                 break;
             }
             if founding(offer) {
-                if islands >= room.islands {
+                if out_of_order >= room.ranges {
                     continue;
                 }
-                islands += 1;
+                out_of_order += 1;
             }
             bytes += offer.bytes;
             granted.push(place);
@@ -211,7 +211,7 @@ mod tests {
     use radiosity::{Counts, Layout, Tally};
 
     const NOW: Duration = Duration::ZERO;
-    const ROOM: Room = Room { islands: 1, bytes: 50 };
+    const ROOM: Room = Room { ranges: 1, bytes: 50 };
 
     /// A ledger of which ten leases of ten walks are out.
     fn books() -> Ledger {
@@ -256,12 +256,12 @@ mod tests {
             transfers.finish(lease, lease, &[0; 10]).unwrap();
             arrive(&mut books, lease);
         }
-        assert_eq!((books.islands(), books.prefix_walks()), (1, 10));
+        assert_eq!((books.out_of_order_ranges(), books.prefix_walks()), (1, 10));
         assert_eq!(asked(&mut transfers, &books, ROOM), [5]);
         transfers.finish(5, 5, &[0; 10]).unwrap();
         arrive(&mut books, 5);
         arrive(&mut books, 1);
-        assert_eq!((books.islands(), books.prefix_walks()), (0, 60));
+        assert_eq!((books.out_of_order_ranges(), books.prefix_walks()), (0, 60));
         assert_eq!(asked(&mut transfers, &books, ROOM), [8]);
     }
 
@@ -269,7 +269,7 @@ mod tests {
     fn bytes_under_way_are_bounded_but_one_result_always_comes() {
         let (books, mut transfers) = (books(), Transfers::default());
         (0..9).for_each(|lease| offer(&mut transfers, lease));
-        let wide = Room { islands: 9, bytes: 35 };
+        let wide = Room { ranges: 9, bytes: 35 };
         assert_eq!(asked(&mut transfers, &books, wide), [0, 1, 2]);
         transfers.finish(1, 1, &[0; 10]).unwrap();
         assert_eq!(asked(&mut transfers, &books, wide), [3]);
@@ -277,7 +277,7 @@ mod tests {
         transfers.forget(4);
         assert_eq!(asked(&mut transfers, &books, wide), [5]);
         [2, 3, 5].iter().for_each(|&peer| transfers.forget(peer));
-        assert_eq!(asked(&mut transfers, &books, Room { islands: 9, bytes: 0 }), [6]);
+        assert_eq!(asked(&mut transfers, &books, Room { ranges: 9, bytes: 0 }), [6]);
     }
 
     #[test]

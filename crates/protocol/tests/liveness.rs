@@ -26,7 +26,7 @@ const PACE: u64 = 2;
 /// The results that a thread of a worker keeps, as in `worker.rs`.
 const MOST_KEPT: usize = 2;
 
-/// The patches of a scene with large tallies. A few of their islands find room beside the prefix.
+/// The patches of a scene with large tallies. A few of their out-of-order ranges find room beside the prefix.
 const LARGE: usize = 4 * SMALL_TALLY;
 
 /// The longest that nothing may move, in ticks: if all workers are sound, and if some worker was stuck of late (a

@@ -6,6 +6,7 @@
 #![warn(unreachable_pub, unnameable_types)]
 
 mod answer;
+mod factors;
 mod mesh;
 mod refusal;
 mod run;
@@ -19,6 +20,8 @@ mod _radwalk {
 
     #[pymodule_export]
     use crate::answer::Answer;
+    #[pymodule_export]
+    use crate::factors::factors;
     #[pymodule_export]
     use crate::mesh::Mesh;
     #[pymodule_export]

@@ -31,6 +31,15 @@ pub(crate) enum Source<'py> {
 }
 
 impl Source<'_> {
+    /// The job with the patches that the scene has.
+    pub(crate) fn as_written(&self, overrides: &[String]) -> PyResult<Job> {
+        match self {
+            Source::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
+            Source::File(path) => job::load_as_written(path, overrides),
+        }
+        .map_err(refuse)
+    }
+
     /// The job, with the patches that a pilot chooses where it leaves them open.
     fn job(&self, overrides: &[String]) -> PyResult<Job> {
         let job = match self {

@@ -9,6 +9,7 @@ use plotters::coord::ranged1d::{KeyPointHint, Ranged};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
+use stats::Measured;
 
 /// Width of a chart, and height of its plot with the title [pixels].
 const SIZE: [u32; 2] = [720, 440];
@@ -59,6 +60,20 @@ pub struct Series {
     pub style: Style,
     /// The points, in the order of the line.
     pub points: Vec<Point>,
+}
+
+impl Series {
+    /// What theory says along a sweep: a line.
+    pub fn theory(name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let points = points.into_iter().map(|(x, y)| Point { x, y, error: 0.0 }).collect();
+        Series { name: name.into(), style: Style::Line, points }
+    }
+
+    /// Measurements along a sweep: joined marks with error bars.
+    pub fn measured(name: &str, points: impl IntoIterator<Item = (f64, Measured)>) -> Self {
+        let points = points.into_iter().map(|(x, y)| Point { x, y: y.value, error: y.standard_error });
+        Series { name: name.into(), style: Style::Joined, points: points.collect() }
+    }
 }
 
 /// A point of a chart.

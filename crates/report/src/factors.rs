@@ -1,13 +1,13 @@
 //! `factors.csv`, `groups.csv` and `thermal.csv`: exchange factors between groups of faces, and the heat between them.
 //! `factors.json`: how they were counted.
 
-use std::io::{self, Write};
+use std::io::{self, Seek, Write};
 
 use exchange::{Estimate, Factors, Smoothed, Thermal};
 use serde::Serialize;
 
 use crate::export::matrix_market;
-use crate::export::npz::{self, Array};
+use crate::export::npz::Archive;
 use crate::summary::hex;
 
 /// What stands for walks that end on the backs of one-sided surfaces.
@@ -15,6 +15,9 @@ pub const BACK: &str = "back";
 
 /// What stands for walks that leave the scene.
 pub const ESCAPE: &str = "escape";
+
+/// What stands for factors that are dropped.
+pub const REST: &str = "rest";
 
 /// How exchange factors were counted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -72,6 +75,59 @@ pub struct SmoothingSummary {
     pub largest_move: f64,
 }
 
+/// How sparse factors were counted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SparseSummary {
+    /// The version of the program.
+    pub version: String,
+    /// Digest of the surfaces.
+    #[serde(serialize_with = "hex")]
+    pub scene_hash: [u8; 32],
+    /// The seed of the walks.
+    pub seed: u64,
+    /// The kind of factor: `first_hit` or `absorbed`.
+    pub kind: &'static str,
+    /// How many groups there are, each of which has a row.
+    pub groups: usize,
+    /// How many columns there are.
+    pub columns: usize,
+    /// Walks of all rows.
+    pub walks: u64,
+    /// The number of rays of these walks.
+    pub rays: u64,
+    /// Wall time of the last count [s].
+    pub seconds: f64,
+    /// The level of the intervals.
+    pub confidence: f64,
+    /// How many factors are not 0.
+    pub entries: u64,
+    /// The root of the sum of variances of a row, in the mean square over rows by their area.
+    pub error: f64,
+    /// The part of the walks that ended on backs.
+    pub back: f64,
+    /// The part that escaped: below the horizon, where the sky is told apart.
+    pub escape: f64,
+    /// The part that left for the sky, where that is told apart.
+    pub sky: f64,
+    /// What a threshold dropped; `null` without one.
+    pub dropped: Option<DroppedSummary>,
+    /// Rows that had all their walks and are not known as well as was asked; `null` where nothing was.
+    pub unreached: Option<usize>,
+}
+
+/// The factors that a threshold dropped.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DroppedSummary {
+    /// The threshold.
+    pub least: f64,
+    /// How many factors were below it.
+    pub entries: u64,
+    /// Their sum in a row, in the mean over rows.
+    pub mean: f64,
+    /// Their sum in the row where it is largest.
+    pub largest: f64,
+}
+
 /// One group as a row of its table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GroupRow<'a> {
@@ -124,9 +180,9 @@ pub fn write_factors(
 /// G + 2 columns; `smoothed` and `smoothed_error` where there are any; the names of rows and of columns.
 ///
 /// # Errors
-/// Those of `writer`, and more than 4 GiB.
+/// Those of `writer`.
 pub fn write_factors_npz(
-    writer: impl Write,
+    writer: impl Write + Seek,
     names: &[String],
     factors: &Factors<'_>,
     smoothed: Option<&Smoothed>,
@@ -136,19 +192,18 @@ pub fn write_factors_npz(
         (0..names.len()).map(|i| columns().map(|j| of(factors.get(i, j))).collect()).collect()
     };
     let rows = names.iter().map(String::as_str);
-    let mut arrays = vec![
-        Array::words("from", rows.clone()),
-        Array::words("to", rows.chain([BACK, ESCAPE])),
-        Array::matrix("factor", &matrix(&|known| known.factor)),
-        Array::matrix("std_error", &matrix(&|known| known.std_error.unwrap_or(f64::NAN))),
-        Array::matrix("ci_low", &matrix(&|known| known.interval.low)),
-        Array::matrix("ci_high", &matrix(&|known| known.interval.high)),
-    ];
+    let mut archive = Archive::new(writer);
+    archive.words("from", rows.clone())?;
+    archive.words("to", rows.chain([BACK, ESCAPE]))?;
+    archive.matrix("factor", &matrix(&|known| known.factor))?;
+    archive.matrix("std_error", &matrix(&|known| known.std_error.unwrap_or(f64::NAN)))?;
+    archive.matrix("ci_low", &matrix(&|known| known.interval.low))?;
+    archive.matrix("ci_high", &matrix(&|known| known.interval.high))?;
     if let Some(smoothed) = smoothed {
-        arrays.push(Array::matrix("smoothed", &smoothed.factors));
-        arrays.push(Array::matrix("smoothed_error", &smoothed.errors));
+        archive.matrix("smoothed", &smoothed.factors)?;
+        archive.matrix("smoothed_error", &smoothed.errors)?;
     }
-    npz::write(writer, &arrays)
+    archive.finish()
 }
 
 /// Writes the factors that are not 0 as a sparse matrix of G rows and G + 2 columns; the smoothed ones, where there are any.
@@ -167,7 +222,7 @@ pub fn write_factors_mtx(
         None => {
             let columns = || 0..names.len() + 2;
             let row = |i| columns().map(|j| factors.get(i, j).factor).collect();
-            matrix_market::write(writer, words, &(0..names.len()).map(row).collect::<Vec<_>>())
+            matrix_market::write(writer, words, &(0..names.len()).map(row).collect::<Vec<Vec<f64>>>())
         }
     }
 }
@@ -221,15 +276,13 @@ pub fn write_thermal(writer: impl Write, names: &[String], thermal: &Thermal) ->
     table.flush()
 }
 
-impl FactorsSummary {
-    /// Writes the summary as JSON.
-    ///
-    /// # Errors
-    /// Those of `writer`.
-    pub fn write(&self, mut writer: impl Write) -> io::Result<()> {
-        serde_json::to_writer_pretty(&mut writer, self)?;
-        writer.write_all(b"\n")
-    }
+/// Writes a summary as JSON.
+///
+/// # Errors
+/// Those of `writer`.
+pub fn write_json(mut writer: impl Write, summary: &impl Serialize) -> io::Result<()> {
+    serde_json::to_writer_pretty(&mut writer, summary)?;
+    writer.write_all(b"\n")
 }
 
 #[cfg(test)]

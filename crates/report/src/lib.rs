@@ -9,7 +9,6 @@ mod atomic;
 mod bounds;
 mod camera;
 mod chart;
-mod cores;
 mod daylight;
 mod dials;
 mod error;
@@ -18,8 +17,10 @@ mod export;
 mod factors;
 mod flow;
 mod mark;
+mod markdown;
 mod method;
 mod model;
+mod numbers;
 mod outlines;
 mod pack;
 mod page;
@@ -42,15 +43,20 @@ pub use accuracy::{AccuracySummary, TotalSummary};
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, write_soon};
 pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};
-pub use cores::on_all_cores;
 pub use daylight::{DaylightRow, DaylightSummary, LevelSummary, write_daylight, write_ill};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
-pub use export::{Cells, Column, columns, corners, read_table, write_glb, write_parquet, write_vtu};
-pub use factors::{
-    BACK, ESCAPE, FactorsSummary, GroupRow, SmoothingSummary, ToleranceSummary, is_outside,
-    write_exact_factors, write_factors, write_factors_mtx, write_factors_npz, write_groups, write_thermal,
+pub use export::{
+    Cells, Column, CsrKind, CsrNumbers, FoamList, MatrixRow, MatrixRows, columns, corners, read_table,
+    write_csr, write_energyplus, write_glb, write_mtx, write_openfoam, write_parquet, write_udales,
+    write_udales_sky, write_view3d, write_vtu,
 };
+pub use factors::{
+    BACK, DroppedSummary, ESCAPE, FactorsSummary, GroupRow, REST, SmoothingSummary, SparseSummary,
+    ToleranceSummary, is_outside, write_exact_factors, write_factors, write_factors_mtx, write_factors_npz,
+    write_groups, write_json, write_thermal,
+};
+pub use markdown::Markdown;
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};

@@ -1,5 +1,7 @@
 //! Numbers as people read them.
 
+pub use crate::numbers::{measured, number, printed};
+
 /// A number with three digits and a prefix: 1.23 M.
 pub fn quantity(x: f64) -> String {
     let (scaled, prefix) = match x {

@@ -8,7 +8,6 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::io;
 use std::ops::Range;
 use std::path::Path;
-use std::sync::Mutex;
 
 use judge::MOMENTS;
 use protocol::digest::{self, Digest, Digester};
@@ -210,31 +209,19 @@ fn sample(leases: Vec<Lease>, share: f64, seed: u64) -> Vec<Lease> {
 
 /// The leases that come out otherwise than they were delivered.
 fn wrong(sample: &[Lease], settings: &Settings, experiment: &Experiment) -> Result<Vec<Lease>, Overflow> {
-    let queue = Mutex::new(sample.iter());
-    let next = || queue.lock().expect("no thread panics while it holds this").next();
     let digester = Digester::new(&experiment.scene().hash());
-    let work = || {
-        let mut wrong = Vec::new();
-        let mut board = experiment.board::<MOMENTS>();
-        while let Some(lease) = next() {
-            let replica = Replica::new(experiment.clone(), settings, lease.seed);
-            let mut sum = 0;
-            for first in lease.walks.clone().step_by(BOARD_WALKS as usize) {
-                let end = lease.walks.end.min(first + BOARD_WALKS);
-                sum = digest::add(sum, digester.digest(&replica.trace(first..end, &mut board)?));
-            }
-            if sum != lease.digest {
-                wrong.push(lease.clone());
-            }
+    let board = || experiment.board::<MOMENTS>();
+    let found = parallel::on_threads(parallel::cores(), sample.len(), board, |board, i| {
+        let lease = &sample[i];
+        let replica = Replica::new(experiment.clone(), settings, lease.seed);
+        let mut sum = 0;
+        for first in lease.walks.clone().step_by(BOARD_WALKS as usize) {
+            let end = lease.walks.end.min(first + BOARD_WALKS);
+            sum = digest::add(sum, digester.digest(&replica.trace(first..end, board)?));
         }
-        Ok(wrong)
-    };
-    std::thread::scope(|scope| {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(sample.len());
-        let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        let found = threads.into_iter().map(|thread| thread.join().expect("walks do not panic"));
-        found.collect::<Result<Vec<_>, _>>().map(|found| found.concat())
-    })
+        Ok((sum != lease.digest).then(|| lease.clone()))
+    });
+    found.into_iter().filter_map(Result::transpose).collect()
 }
 
 /// The workers that delivered wrong leases, in words.
@@ -362,7 +349,7 @@ mod tests {
         let layout = radiosity::Layout { scores: 1, moments: 2, slopes: 0, events: false };
         let book = Book {
             parts: vec![Part { job_hash: [0; 32], seed: 1, first: 0, deliveries }],
-            islands: vec![],
+            out_of_order: vec![],
             workers: workers.into(),
             looks: vec![],
             goal: [0; 32],

@@ -100,14 +100,14 @@ impl Identity {
 
     /// A checkpoint of these books.
     pub fn checkpoint(&self, past: Past) -> Checkpoint {
-        let Past { tally, deliveries, islands, workers, looks, effort } = past;
+        let Past { tally, deliveries, out_of_order, workers, looks, effort } = past;
         let mut sessions = self.sessions.clone();
         if let Some(session) = sessions.last_mut() {
             session.ended = unix_seconds();
         }
         let part = Part { job_hash: self.job_hash, seed: self.seed, first: self.first, deliveries };
         let (goal, job) = (self.goal, self.job.clone());
-        let book = Book { parts: vec![part], islands, workers, looks, goal, effort, sessions, job };
+        let book = Book { parts: vec![part], out_of_order, workers, looks, goal, effort, sessions, job };
         Checkpoint { scene_hash: self.scene_hash, tally, book }
     }
 }
@@ -282,7 +282,7 @@ impl Keeper {
     ///
     /// # Errors
     /// What went wrong with the one before. The run may go on: the latest good one is still there.
-    pub fn tend(&mut self, coordinator: &Coordinator) -> Result<(), Error> {
+    pub fn supervise(&mut self, coordinator: &Coordinator) -> Result<(), Error> {
         match self.written.try_recv() {
             Ok(done) => {
                 self.under_way = false;

@@ -23,14 +23,6 @@ pub enum Error {
         "the scene is in colour, and daylight coefficients are those of one reflectance a surface; choose --channel r, g or b (g is the nearest to what eyes see)"
     )]
     DaylightChannel,
-    /// The sky is not divided so.
-    #[error(
-        "{patches} is no number of patches of the sky (Tregenza's and Reinhart's are 145, 577 and 2305); choose one of these"
-    )]
-    NoDivision {
-        /// The number that was asked for.
-        patches: u32,
-    },
     /// A look would have no walks.
     #[error(
         "{paths} walks for {cells} places are fewer than {fewest} for each, the least that says something; give more --paths, or fewer sensors"
@@ -42,6 +34,14 @@ pub enum Error {
         cells: u64,
         /// The least for each.
         fewest: u64,
+    },
+    /// A file of counted rows cannot be read or written.
+    #[error("the rows in {} cannot be read or written ({source}); see to the file, or count anew with --force", path.display())]
+    Rows {
+        /// The path of the file.
+        path: PathBuf,
+        /// What the system says, or what is wrong with the file.
+        source: std::io::Error,
     },
     /// A file of the output folder cannot be written.
     #[error(transparent)]

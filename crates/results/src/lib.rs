@@ -13,6 +13,11 @@
 
 #![warn(unreachable_pub, unnameable_types)]
 
+#[cfg(not(unix))]
+compile_error!(
+    "radwalk's processes need Unix: build it on Linux, on macOS, or on Windows in its subsystem for Linux"
+);
+
 mod audit;
 mod checkpoints;
 mod combine;
@@ -45,7 +50,8 @@ pub use kept::{Kept, kept_partition};
 pub use memory::{check_memory, peak_memory, peak_memory_of};
 pub use merge::merge;
 pub use outputs::{LivePage, RunOutput, units};
-pub use pilot::{Chosen, all_threads, choose};
+pub use parallel::cores as all_threads;
+pub use pilot::{Chosen, choose};
 pub use replica::Replica;
 pub use resume::{Resumed, resume};
 pub use settings::Settings;

@@ -12,7 +12,7 @@ use report::words::{counted, percent, quantity};
 use report::{
     AccuracySummary, ChoiceSummary, DiscretisedSummary, Draft, Live, Milestone, Model, OutputFolder, Page,
     PartSummary, PartitionSummary, Photo, Provenance, RunFacts, SessionSummary, Shot, Smooth, Summary,
-    TotalSummary, Units, WorkerSummary, on_all_cores,
+    TotalSummary, Units, WorkerSummary,
 };
 
 use crate::checkpoints::{
@@ -302,7 +302,7 @@ fn summarise(settings: &Settings, estimates: &Estimates, book: &Book, git: &str,
 /// How far the discretised system's answer is from the integral equation's; `None` where too little was walked to tell.
 fn distance(settings: &Settings, estimates: &Estimates) -> Option<DiscretisedSummary> {
     let control = Control::new(estimates, settings.seed)?;
-    let groups = on_all_cores(Control::GROUPS, |group| control.group(group));
+    let groups = parallel::on_all_cores(Control::GROUPS, |group| control.group(group));
     control.distance(estimates, &groups, settings.confidence)
 }
 

@@ -1,10 +1,7 @@
 //! The choice of a job's patches: a pilot walks the scene on a fine grid, with walks of its own, and a rule reads off what to cut.
 
-use std::num::NonZeroUsize;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::thread;
 
 use job::{Auto, Cut, Forecast, Job, Partition, WalkKind};
 use judge::MOMENTS;
@@ -354,26 +351,17 @@ impl<'a> Pilot<'a> {
             .collect();
         let groups: Vec<Mutex<&mut Tally>> = groups.iter_mut().map(Mutex::new).collect();
         let all = Mutex::new(all);
-        let next = AtomicUsize::new(0);
-        let shoot = || -> Result<(), MergeError> {
-            let (mut board, mut tally) = (experiment.board::<MOMENTS>(), experiment.tally::<MOMENTS>());
-            while let Some((group, range)) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
-                experiment.walk(sequence, range.clone(), &mut board);
-                board.add_to(&mut tally)?;
-                groups[*group].lock().unwrap_or_else(PoisonError::into_inner).add_without_squares(&tally)?;
-                all.lock().unwrap_or_else(PoisonError::into_inner).merge(&tally)?;
-                tally.clear();
-            }
-            Ok(())
-        };
-        thread::scope(|scope| {
-            let spawned: Vec<_> =
-                (1..threads.clamp(1, parts.len().max(1))).map(|_| scope.spawn(shoot)).collect();
-            let here = shoot();
-            let others = spawned.into_iter().map(|thread| thread.join().expect("walks do not panic"));
-            others.fold(here, Result::and)
-        })
-        .map_err(|_| Error::Overflow)
+        let boards = || (experiment.board::<MOMENTS>(), experiment.tally::<MOMENTS>());
+        let walked = parallel::on_threads(threads, parts.len(), boards, |(board, tally), i| {
+            let (group, range) = &parts[i];
+            experiment.walk(sequence, range.clone(), board);
+            board.add_to(tally)?;
+            groups[*group].lock().unwrap_or_else(PoisonError::into_inner).add_without_squares(tally)?;
+            all.lock().unwrap_or_else(PoisonError::into_inner).merge(tally)?;
+            tally.clear();
+            Ok::<_, MergeError>(())
+        });
+        walked.into_iter().collect::<Result<(), _>>().map_err(|_| Error::Overflow)
     }
 
     /// What was seen of every surface, and the energy of all the light.
@@ -448,9 +436,4 @@ fn seed(of_job: u64) -> u64 {
     hasher.update(&of_job.to_le_bytes());
     let digest = *hasher.finalize().as_bytes();
     u64::from_le_bytes(digest[..8].try_into().expect("eight bytes"))
-}
-
-/// The threads that this machine has room for.
-pub fn all_threads() -> usize {
-    thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }

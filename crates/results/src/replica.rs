@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use job::Partition;
+use job::{Partition, Vantage};
 use judge::MOMENTS;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
@@ -23,13 +23,15 @@ struct Packed {
     quantity: Quantity,
     /// [`Settings::chooses_method`].
     chooses_method: bool,
+    /// From where the picture of [`Settings::view`] looks.
+    vantage: Option<Vantage>,
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
 /// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, the
-/// quantity that a target is about, and whether the program chose the method.
-const LATER_SETTINGS: usize = 19;
+/// quantity that a target is about, whether the program chose the method, and from where the picture looks.
+const LATER_SETTINGS: usize = 20;
 
 /// The bytes of a job.
 ///
@@ -43,6 +45,7 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
         patch_of_cell: spec.patch_of_cell.clone(),
         quantity: quantity_of(settings),
         chooses_method: settings.chooses_method,
+        vantage: settings.view.from,
     })
 }
 
@@ -54,6 +57,7 @@ pub(crate) fn repack(bytes: &[u8], change: impl FnOnce(&mut Settings)) -> Result
     let mut packed = decode(bytes)?;
     change(&mut packed.settings);
     packed.quantity = quantity_of(&packed.settings);
+    packed.vantage = packed.settings.view.from;
     encode_serde(&packed).map_err(|error| error.to_string())
 }
 
@@ -74,6 +78,7 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
         target.quantity = packed.quantity;
     }
     packed.settings.chooses_method = packed.chooses_method;
+    packed.settings.view.from = packed.vantage;
     Ok(packed)
 }
 

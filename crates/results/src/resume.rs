@@ -70,7 +70,7 @@ fn explain(error: CheckpointError, settings: &Settings, experiment: &Experiment)
 
 fn go_on_from(Checkpoint { tally, book, .. }: Checkpoint, identity: &mut Identity, build: &str) -> Past {
     let walks = tally.counts.walks;
-    let Book { parts, islands, workers, mut looks, goal, effort, sessions, .. } = book;
+    let Book { parts, out_of_order, workers, mut looks, goal, effort, sessions, .. } = book;
     // Looks at another target have decided nothing.
     if goal != identity.goal {
         looks.iter_mut().for_each(|look| (look.promising, look.reached) = (false, false));
@@ -80,5 +80,5 @@ fn go_on_from(Checkpoint { tally, book, .. }: Checkpoint, identity: &mut Identit
     let deliveries = parts.into_iter().next().map(|part| part.deliveries).unwrap_or_default();
     identity.sessions = sessions;
     identity.sessions.push(session(build));
-    Past { tally, deliveries, islands, workers, looks, effort }
+    Past { tally, deliveries, out_of_order, workers, looks, effort }
 }

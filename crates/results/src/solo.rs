@@ -312,7 +312,7 @@ impl Books {
         let Books { ledger, looks, roster, cpu_seconds, seconds, .. } = self;
         let effort = Effort { seconds, cpu_seconds, workers_seen: threads as u64, ..Effort::default() };
         let (tally, deliveries) = ledger.into_prefix();
-        Past { tally, deliveries, islands: Vec::new(), workers: roster.into_workers(), looks, effort }
+        Past { tally, deliveries, out_of_order: Vec::new(), workers: roster.into_workers(), looks, effort }
     }
 }
 

@@ -27,7 +27,7 @@ fn room() -> SceneSpec {
 
 fn write(folder: &TempDir, spec: &SceneSpec, rest: &str) -> PathBuf {
     let path = folder.path().join("job.toml");
-    fs::write(folder.path().join("scene.toml"), scenes::to_toml(spec)).unwrap();
+    fs::write(folder.path().join("scene.toml"), job::to_toml(spec)).unwrap();
     fs::write(&path, format!("[scene]\nfile = \"scene.toml\"\npatches = \"auto\"\n{rest}")).unwrap();
     path
 }

@@ -11,10 +11,8 @@ mod interior;
 mod material;
 mod mesh;
 mod obj;
-mod toml;
 mod trials;
 
 pub use boxes::{cornell, corridor, cube, cube_of_surfaces, furnace, in_cells, room};
 pub use interior::{interior, interior_obj};
-pub use toml::to_toml;
 pub use trials::{cube_with_tile, far_lamp, moved, plates, two_rooms, unequal_rooms, wedge};

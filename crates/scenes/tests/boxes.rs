@@ -1,8 +1,9 @@
 //! Tests that the small scenes are valid and as described, and that scene files describe the scenes they are written
 //! from.
 
+use job::to_toml;
 use radiosity::{Birth, Estimator, Experiment, IndexChoice, Method, Scene, Sequence};
-use scenes::{cornell, corridor, cube, cube_of_surfaces, furnace, in_cells, interior, room, to_toml};
+use scenes::{cornell, corridor, cube, cube_of_surfaces, furnace, in_cells, interior, room};
 
 #[test]
 fn the_cube_is_that_of_the_shipped_scene_file() {

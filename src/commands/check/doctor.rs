@@ -55,7 +55,7 @@ pub(crate) fn repair(job: &Job) -> Result<(), Fault> {
         return Ok(());
     }
     let copy = copy_of(job.scene.path());
-    crate::commands::new::write_new(&copy, &scenes::to_toml(&spec))?;
+    crate::commands::new::write_new(&copy, &job::to_toml(&spec))?;
     let told = [("turned round", turned), ("left out, being there twice", removed)];
     for (what, names) in told.iter().filter(|(_, names)| !names.is_empty()) {
         say(&format!("{what}: {}", names.join(", ")));

@@ -5,19 +5,31 @@ use std::sync::mpsc::channel;
 
 use judge::MOMENTS;
 use protocol::Look;
-use radiosity::Tally;
+use radiosity::{Counts, Tally};
 use results::{Identity, Settings};
-use studies::compare::{Shot, Team, Trial};
 
+use super::contender::Trial;
 use crate::build::BUILD;
 use crate::fault::Fault;
-use crate::team::{Hands, walk};
+use crate::lead::{Executor, Team, walk};
+
+/// The result of some runs of a trial.
+pub(super) struct Shot {
+    /// The tally of each run.
+    pub tallies: Vec<Tally>,
+    /// The processor time of one run's walks [s].
+    pub seconds: f64,
+    /// The most memory that a worker process took [bytes], if the system tells.
+    pub memory: Option<u64>,
+    /// The bytes that workers sent for one run.
+    pub traffic: u64,
+}
 
 /// Walks a trial, in a number of runs.
 ///
 /// # Errors
 /// Where the cluster fails, and where a signal ends it.
-pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
+pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
     let Trial { job, experiment } = trial;
     let identity = Identity::new(job, &Settings::of(job), experiment, BUILD)?;
     let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();
@@ -28,11 +40,26 @@ pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
     let walked =
-        walk(&Hands::Local(team), &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
+        walk(&Executor::Local(team), &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
+    let mut before = experiment.tally::<MOMENTS>();
+    let run = |prefix: Tally| {
+        let run = since(&before, &prefix);
+        before = prefix;
+        run
+    };
     Ok(Shot {
-        tallies: Shot::runs(experiment.tally::<MOMENTS>(), prefixes.iter()),
+        tallies: prefixes.iter().map(run).collect(),
         seconds: walked.cpu_seconds / runs as f64,
         memory: walked.memory,
         traffic: walked.received / runs as u64,
     })
+}
+
+/// The walks of `now` that are not those of `before`.
+fn since(before: &Tally, now: &Tally) -> Tally {
+    let (earlier, later) = (before.counts.to_array(), now.counts.to_array());
+    let counts = Counts::from_array(std::array::from_fn(|i| later[i] - earlier[i]));
+    let sums = now.sums().iter().zip(before.sums()).map(|(now, before)| now - before).collect();
+    let counts = counts.expect("fewer walks than before are counted where those were");
+    Tally::from_parts(counts, now.patches(), now.layout(), sums).expect("as many sums as before")
 }

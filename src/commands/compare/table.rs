@@ -1,11 +1,11 @@
-//! `compare.csv`: the rows measured so far, each added to the file when it is measured.
+//! `compare.csv`: the points measured so far, a row each, added to the file when it is measured.
 
 use std::fs;
 
 use report::OutputFolder;
-use studies::compare::{Point, Rows};
 use tracing::warn;
 
+use super::measure::Point;
 use crate::build::BUILD;
 use crate::fault::Fault;
 
@@ -18,7 +18,7 @@ const PREVIOUS: &str = "compare.previous.csv";
 /// The rows of an output folder.
 pub(crate) struct Table<'a> {
     folder: &'a OutputFolder,
-    rows: Rows,
+    points: Vec<Point>,
 }
 
 impl<'a> Table<'a> {
@@ -27,42 +27,61 @@ impl<'a> Table<'a> {
     /// # Errors
     /// Where the file cannot be read.
     pub(crate) fn new(folder: &'a OutputFolder, resume: bool) -> Result<Self, Fault> {
-        let mut table = Table { folder, rows: Rows::default() };
         let path = folder.file(TABLE);
-        if resume && path.exists() {
-            let bytes = fs::read(&path).map_err(|source| Fault::Table { path: path.clone(), source })?;
-            let (rows, lost) = Rows::read(&bytes, BUILD);
-            if lost > 0 {
-                let previous = folder.file(PREVIOUS);
-                fs::copy(&path, &previous).map_err(|source| Fault::Table { path: path.clone(), source })?;
-                warn!(
-                    "{lost} rows of {} cannot be used (damaged, or measured by another build); they are measured \
-                     again, the table is kept as {}",
-                    path.display(),
-                    previous.display()
-                );
-            }
-            table.rows = rows;
+        if !resume || !path.exists() {
+            return Ok(Table { folder, points: Vec::new() });
         }
-        Ok(table)
+        let bytes = fs::read(&path).map_err(|source| Fault::Table { path: path.clone(), source })?;
+        let (points, lost) = usable(&bytes);
+        if lost > 0 {
+            let previous = folder.file(PREVIOUS);
+            fs::copy(&path, &previous).map_err(|source| Fault::Table { path: path.clone(), source })?;
+            warn!(
+                "{lost} rows of {} cannot be used (damaged, or measured by another build); they are measured \
+                 again, the table is kept as {}",
+                path.display(),
+                previous.display()
+            );
+        }
+        Ok(Table { folder, points })
     }
 
     /// How many rows there are.
     pub(crate) fn len(&self) -> usize {
-        self.rows.count()
+        self.points.len()
     }
 
     /// A row that was measured before.
-    pub(crate) fn find(&self, key: &str, method: &str, rays: u64, runs: usize) -> Option<&Point> {
-        self.rows.find(key, method, rays, runs)
+    pub(super) fn find(&self, key: &str, method: &str, rays: u64, runs: usize) -> Option<&Point> {
+        let is_it = |p: &&Point| (&p.key[..], &p.method[..], p.rays, p.runs) == (key, method, rays, runs);
+        self.points.iter().find(is_it)
     }
 
     /// Adds a row, on disk too.
     ///
     /// # Errors
     /// Where it cannot be written.
-    pub(crate) fn add(&mut self, point: Point) -> Result<(), Fault> {
-        self.rows.add(point);
-        Ok(self.folder.write(TABLE, |file| self.rows.write(file))?)
+    pub(super) fn add(&mut self, point: Point) -> Result<(), Fault> {
+        self.points.push(point);
+        Ok(self.folder.write(TABLE, |file| {
+            let mut writer = csv::Writer::from_writer(file);
+            self.points.iter().try_for_each(|point| writer.serialize(point))?;
+            writer.flush()
+        })?)
     }
+}
+
+/// The rows of a table that this build measured, and how many others there are.
+fn usable(table: &[u8]) -> (Vec<Point>, usize) {
+    // A line without an end may lack digits of its last number.
+    let whole = table.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
+    let mut lost = usize::from(whole < table.len());
+    let mut points = Vec::new();
+    for row in csv::Reader::from_reader(&table[..whole]).deserialize::<Point>() {
+        match row {
+            Ok(point) if point.build == BUILD => points.push(point),
+            _ => lost += 1,
+        }
+    }
+    (points, lost)
 }

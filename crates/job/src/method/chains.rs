@@ -6,6 +6,7 @@ use super::table::{Beside, MethodTable, WalkKind};
 use super::walks::read_patches;
 use crate::document::Value;
 use crate::error::Error;
+use crate::keys::SOLVE_KEYS;
 use crate::word::Word;
 
 /// The word of a [`Solve`].
@@ -25,8 +26,6 @@ impl Word for SolveWord {
         }
     }
 }
-
-pub(crate) const SOLVE_KEYS: &[&str] = &["solve", "births", "regular"];
 
 /// What chains make of their rays; the sampler stands elsewhere.
 pub(super) fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Error> {

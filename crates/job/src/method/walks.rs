@@ -6,6 +6,7 @@ use radiosity::{Birth, InfiniteEnd};
 
 use crate::document::Value;
 use crate::error::Error;
+use crate::keys::{BIRTH_KEYS, INFINITE_KEYS};
 use crate::word::Word;
 
 /// Reflections of an infinite walk of fixed length, unless the job says otherwise.
@@ -30,8 +31,6 @@ impl Word for EndWord {
         }
     }
 }
-
-pub(crate) const INFINITE_KEYS: &[&str] = &["end", "threshold", "length"];
 
 pub(super) fn read_infinite(value: Value<'_>) -> Result<InfiniteEnd, Error> {
     let mut table = value.table(INFINITE_KEYS)?;
@@ -71,8 +70,6 @@ fn read_length(value: &Value<'_>) -> Result<u32, Error> {
         value.integer(1..=u64::from(u32::MAX), "a walk reflects at least once, counted in 32 bits")?;
     Ok(length as u32)
 }
-
-pub(crate) const BIRTH_KEYS: &[&str] = &["patches"];
 
 pub(super) fn read_birth(value: Value<'_>, patch_count: Option<u64>) -> Result<Birth, Error> {
     if value.is_string() {

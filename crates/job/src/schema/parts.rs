@@ -2,20 +2,38 @@
 
 use serde_json::{Value, json};
 
+use crate::keys::Key;
 use crate::word::Word;
 
 /// The dialect that the schemas are written in.
 const DIALECT: &str = "http://json-schema.org/draft-07/schema#";
 
 /// The schema of a file: a table with a title.
-pub(super) fn titled(title: &str, mut schema: Value) -> Value {
+pub(crate) fn titled(title: &str, mut schema: Value) -> Value {
     schema["$schema"] = json!(DIALECT);
     schema["title"] = json!(title);
     schema
 }
 
+/// A table of known keys.
+pub(crate) fn table_of(keys: &[Key]) -> Value {
+    let described = |key: &Key| match key.words {
+        "" => (key.values)(),
+        words => told((key.values)(), words),
+    };
+    let properties: serde_json::Map<String, Value> =
+        keys.iter().map(|key| (key.name.to_owned(), described(key))).collect();
+    let required: Vec<&str> = keys.iter().filter(|key| key.is_required).map(|key| key.name).collect();
+    json!({
+        "type": "object",
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
 /// A table of known keys. A key that `of` has no schema for may hold anything.
-pub(super) fn table(keys: &[&str], required: &[&str], of: fn(&str) -> Value) -> Value {
+pub(crate) fn table(keys: &[&str], required: &[&str], of: fn(&str) -> Value) -> Value {
     let properties: serde_json::Map<String, Value> =
         keys.iter().map(|&key| (key.to_owned(), of(key))).collect();
     json!({
@@ -27,64 +45,64 @@ pub(super) fn table(keys: &[&str], required: &[&str], of: fn(&str) -> Value) -> 
 }
 
 /// A schema with the sentence that editors show beside the key.
-pub(super) fn told(mut schema: Value, description: &str) -> Value {
+pub(crate) fn told(mut schema: Value, description: &str) -> Value {
     schema["description"] = json!(description);
     schema
 }
 
-pub(super) fn word<W: Word>() -> Value {
+pub(crate) fn word<W: Word>() -> Value {
     json!({"enum": W::ALL.iter().map(|choice| choice.word()).collect::<Vec<_>>()})
 }
 
-pub(super) fn integer(least: u64, most: u64) -> Value {
+pub(crate) fn integer(least: u64, most: u64) -> Value {
     json!({"type": "integer", "minimum": least, "maximum": most})
 }
 
-pub(super) fn count(least: u64) -> Value {
+pub(crate) fn count(least: u64) -> Value {
     json!({"type": "integer", "minimum": least})
 }
 
-pub(super) fn positive() -> Value {
+pub(crate) fn positive() -> Value {
     json!({"type": "number", "exclusiveMinimum": 0})
 }
 
-pub(super) fn list_of(items: Value, least: usize) -> Value {
+pub(crate) fn list_of(items: Value, least: usize) -> Value {
     json!({"type": "array", "items": items, "minItems": least})
 }
 
-pub(super) fn exactly(items: Value, n: usize) -> Value {
+pub(crate) fn exactly(items: Value, n: usize) -> Value {
     json!({"type": "array", "items": items, "minItems": n, "maxItems": n})
 }
 
-pub(super) fn patches() -> Value {
+pub(crate) fn patches() -> Value {
     json!({"type": "array", "items": count(0), "minItems": 1, "uniqueItems": true})
 }
 
 /// A number, or three.
-pub(super) fn spectrum(channel: Value) -> Value {
+pub(crate) fn spectrum(channel: Value) -> Value {
     json!({"anyOf": [channel.clone(), exactly(channel, 3)]})
 }
 
-pub(super) fn reflectance() -> Value {
+pub(crate) fn reflectance() -> Value {
     spectrum(json!({"type": "number", "minimum": 0, "exclusiveMaximum": 1}))
 }
 
-pub(super) fn light() -> Value {
+pub(crate) fn light() -> Value {
     spectrum(json!({"type": "number", "minimum": 0}))
 }
 
-pub(super) fn boolean() -> Value {
+pub(crate) fn boolean() -> Value {
     json!({"type": "boolean"})
 }
 
-pub(super) fn text() -> Value {
+pub(crate) fn text() -> Value {
     json!({"type": "string", "minLength": 1})
 }
 
-pub(super) fn corners() -> Value {
+pub(crate) fn corners() -> Value {
     exactly(point(), 3)
 }
 
-pub(super) fn point() -> Value {
+pub(crate) fn point() -> Value {
     exactly(json!({"type": "number"}), 3)
 }

@@ -22,12 +22,12 @@ fn delivered(walks: u64, digest: Digest) -> Deliveries {
     Delivery::lease(walks, 0, digest).into()
 }
 
-/// An island of ten walks.
-fn island(sums: usize) -> Island {
+/// An out-of-order range of ten walks.
+fn range(sums: usize) -> OutOfOrderRange {
     let counts = Counts { walks: 10, rays: 20, absorbed: 10, ..Counts::default() };
     let tally = Tally::from_parts(counts, sums / 2, PAIR, vec![3; sums]).unwrap();
     let deliveries = delivered(10, Digester::new(&SCENE).digest(&tally));
-    Island { first: 200, counts: Box::new(counts.to_array()), sums: pack(tally.sums()), deliveries }
+    OutOfOrderRange { first: 200, counts: Box::new(counts.to_array()), sums: pack(tally.sums()), deliveries }
 }
 
 fn of(tally: Tally) -> Checkpoint {
@@ -36,7 +36,7 @@ fn of(tally: Tally) -> Checkpoint {
     let worker = Contributor { name: "here:1".into(), walks: tally.counts.walks, leases: 1, faults: 0 };
     let book = Book {
         parts: vec![Part { job_hash: [1; 32], seed: 42, first: 7, deliveries }],
-        islands: vec![],
+        out_of_order: vec![],
         workers: vec![worker],
         looks: vec![Look { walks: 50, median_relative_error: 0.1, promising: true, ..Look::default() }],
         goal: [3; 32],
@@ -168,18 +168,18 @@ fn sums_that_were_not_delivered_are_refused_though_the_checksum_is_right() {
 #[test]
 fn what_waits_beyond_a_gap_is_kept_and_believed_where_it_was_delivered() {
     let mut checkpoint = checkpoint();
-    checkpoint.book.islands = vec![island(6)];
+    checkpoint.book.out_of_order = vec![range(6)];
     assert_eq!(parse(&bytes_of(&checkpoint)).unwrap(), checkpoint);
-    let contradicts = |change: &dyn Fn(&mut Island)| {
+    let contradicts = |change: &dyn Fn(&mut OutOfOrderRange)| {
         let mut checkpoint = checkpoint.clone();
-        change(&mut checkpoint.book.islands[0]);
+        change(&mut checkpoint.book.out_of_order[0]);
         assert!(matches!(fault_of(&bytes_of(&checkpoint)), CheckpointFault::Contradiction(_)));
     };
-    contradicts(&|island| island.sums[0] ^= 1);
-    contradicts(&|island| island.sums.clear());
-    contradicts(&|island| island.counts[0] = u128::MAX);
-    contradicts(&|island| island.deliveries = Deliveries::default());
-    contradicts(&|changed| *changed = island(4));
+    contradicts(&|range| range.sums[0] ^= 1);
+    contradicts(&|range| range.sums.clear());
+    contradicts(&|range| range.counts[0] = u128::MAX);
+    contradicts(&|range| range.deliveries = Deliveries::default());
+    contradicts(&|changed| *changed = range(4));
 }
 
 /// Files may be forged together with their checksums.

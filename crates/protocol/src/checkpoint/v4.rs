@@ -1,4 +1,4 @@
-//! Books of format 4: an entry for every lease, the names of workers alone, and no islands.
+//! Books of format 4: an entry for every lease, the names of workers alone, and no out-of-order ranges.
 
 use bincode::Decode;
 
@@ -53,6 +53,6 @@ pub(super) fn book(bytes: &[u8]) -> Option<Book> {
         Some(Part { job_hash, seed, first, deliveries: growing.into_deliveries() })
     };
     let parts = parts.into_iter().map(part).collect::<Option<_>>()?;
-    let (islands, workers) = (vec![], roster.into_workers());
-    Some(Book { parts, islands, workers, looks, goal, effort, sessions, job })
+    let (out_of_order, workers) = (vec![], roster.into_workers());
+    Some(Book { parts, out_of_order, workers, looks, goal, effort, sessions, job })
 }

@@ -170,16 +170,16 @@ fn a_range_adjoins_the_prefix_and_islands_but_across_no_look() {
     let adjoining = |books: &Ledger| -> Vec<u64> {
         leases.iter().filter(|(_, range)| books.adjoins(range)).map(|(_, range)| range.start).collect()
     };
-    assert_eq!((adjoining(&books), books.islands()), (vec![0], 0));
+    assert_eq!((adjoining(&books), books.out_of_order_ranges()), (vec![0], 0));
     for n in [4, 7] {
         accept(&mut books, leases[n].0, &leases[n].1).unwrap();
     }
-    assert_eq!((adjoining(&books), books.islands()), (vec![0, 300, 600, 800], 2));
+    assert_eq!((adjoining(&books), books.out_of_order_ranges()), (vec![0, 300, 600, 800], 2));
     for n in [6, 0] {
         accept(&mut books, leases[n].0, &leases[n].1).unwrap();
     }
     assert!(books.advance(|_| {}).unwrap());
-    assert_eq!((adjoining(&books), books.islands()), (vec![100, 300, 500, 800], 2));
+    assert_eq!((adjoining(&books), books.out_of_order_ranges()), (vec![100, 300, 500, 800], 2));
 }
 
 #[test]
@@ -263,13 +263,15 @@ fn islands_of_a_checkpoint_are_gone_on_from_and_only_gaps_are_walked() {
         accept(&mut books, leases[n].0, &leases[n].1).unwrap();
     }
     while books.advance(|_| {}).unwrap() {}
-    let islands = books.kept_islands(usize::MAX);
-    let places = |islands: &[Island]| islands.iter().map(|island| island.first).collect::<Vec<_>>();
-    assert_eq!(places(&islands), [200, 500]);
-    assert_eq!(places(&books.kept_islands(1)), [200], "as far as there is room, one at least");
+    let out_of_order = books.kept_out_of_order(usize::MAX);
+    let places =
+        |out_of_order: &[OutOfOrderRange]| out_of_order.iter().map(|range| range.first).collect::<Vec<_>>();
+    assert_eq!(places(&out_of_order), [200, 500]);
+    assert_eq!(places(&books.kept_out_of_order(1)), [200], "as far as there is room, one at least");
     let resumed = |total: u64, looks: &[u64]| {
         let (prefix, deliveries) = (books.prefix().clone(), books.deliveries().clone());
-        Ledger::new(total, 100, looks.to_vec(), prefix, deliveries).with_islands(&islands, &DIGESTER())
+        Ledger::new(total, 100, looks.to_vec(), prefix, deliveries)
+            .with_out_of_order(&out_of_order, &DIGESTER())
     };
     let mut again = resumed(1000, &[500]);
     assert_eq!((again.walks_in(), again.unleased()), (500, 500));
@@ -282,7 +284,7 @@ fn islands_of_a_checkpoint_are_gone_on_from_and_only_gaps_are_walked() {
     while again.advance(|_| {}).unwrap() {}
     assert_eq!(**again.prefix(), tally(&(0..1000)));
     assert_accounted(&again);
-    assert_eq!(resumed(600, &[500]).walks_in(), 300, "the second island ends beyond the job");
+    assert_eq!(resumed(600, &[500]).walks_in(), 300, "the second range ends beyond the job");
     assert_eq!(resumed(1000, &[300]).walks_in(), 300, "a look lies within the first");
 }
 

@@ -5,7 +5,8 @@
     >>> result.radiosity, result.interval
 
 :func:`run` walks a job on threads of this process, :func:`exact` solves a small scene without randomness, :func:`load` opens the
-output folder of ``radwalk run``, and :class:`Scene` is a scene of arrays. The answer is a function of the job: the numbers are those of
+output folder of ``radwalk run``, and :class:`Scene` is a scene of arrays.
+:func:`factors` counts view factors into a sparse matrix. The answer is a function of the job: the numbers are those of
 ``radwalk run`` with the same job, to the last bit, on any number of threads.
 """
 
@@ -13,6 +14,7 @@ from ._radwalk import Error, __git__, __version__
 from .results import ExactResult, Result, Table
 from .running import Doubt, Progress, exact, load, run
 from .scene import Scene
+from .view_factors import factors
 
 __all__ = [
     "Doubt",
@@ -25,6 +27,7 @@ __all__ = [
     "__git__",
     "__version__",
     "exact",
+    "factors",
     "load",
     "run",
 ]

@@ -133,3 +133,20 @@ def run(
 ) -> Result: ...
 def exact(job_or_scene: str | PathLike[str] | Scene, **keys: Any) -> ExactResult: ...
 def load(folder: str | PathLike[str]) -> Result: ...
+def factors(
+    mesh: Any,
+    *,
+    rays: int = ...,
+    sides: int = ...,
+    sky: int | None = ...,
+    reflections: bool = ...,
+    reflectance: ArrayLike = ...,
+    drop: float = ...,
+    tolerance: float | None = ...,
+    groups: str | PathLike[str] | None = ...,
+    channel: int | None = ...,
+    intervals: bool = ...,
+    threads: int | None = ...,
+    progress: bool | Callable[[Progress], object] | None = ...,
+    **keys: Any,
+) -> Any: ...

@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 use job::{Stand, Vantage, View};
+use parallel::on_all_cores;
 use radiosity::Scene;
 
 use super::Camera;
 use super::inside::inside;
 use crate::bounds::Bounds;
-use crate::cores::on_all_cores;
 
 /// Half the field of view: tan 20°, about that of a 50 mm lens.
 const TAN_HALF_VIEW: f64 = 0.363_970_234_266_202_36;

@@ -9,12 +9,12 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 use job::Stand;
+use parallel::on_all_cores;
 use radiosity::{Lookout, Ray, Scene, Side};
 
 use super::choice::{CLEARLY_MORE, Frame, TRIAL_SIZE};
 use super::{Camera, Sight};
 use crate::bounds::Bounds;
-use crate::cores::on_all_cores;
 
 /// Columns searched along each side of the ground plan.
 const COLUMNS: usize = 11;

@@ -1,16 +1,26 @@
 //! Results for other programs: VTK for ParaView, glTF for viewers and modellers, Parquet for data frames. All have the
-//! corners of the patches. Exchange factors as matrices for NumPy and for Matrix Market.
+//! corners of the patches. Exchange factors as matrices for NumPy, SciPy and Matrix Market, and as
+//! view factors for the programs that read these.
 
 #[cfg(test)]
 mod agree;
+mod csr;
 mod glb;
 pub(crate) mod matrix_market;
+mod matrix_rows;
 pub(crate) mod npz;
 mod parquet;
 mod table;
+mod view_factors;
 mod vtu;
 
+pub use csr::{CsrKind, CsrNumbers, write_csr};
 pub use glb::write_glb;
+pub use matrix_market::write as write_mtx;
+pub use matrix_rows::{MatrixRow, MatrixRows};
 pub use parquet::write_parquet;
 pub use table::{Cells, Column, columns, corners, read_table};
+pub use view_factors::{
+    FoamList, write_energyplus, write_openfoam, write_udales, write_udales_sky, write_view3d,
+};
 pub use vtu::write_vtu;

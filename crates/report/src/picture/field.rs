@@ -8,13 +8,13 @@
 //! filtering*, HPG 2017).
 
 use glam::{DVec3, Vec3};
+use parallel::on_all_cores;
 use radiosity::{Lookout, Ray, Scene};
 
 use super::lamps::{Aim, Lamps};
 use super::numbers::{Use, point, unit, z_order};
 use super::spot::{BAND, Spot};
 use crate::camera::Camera;
-use crate::cores::on_all_cores;
 use crate::smooth::Smooth;
 
 /// Samples of a pixel at most. A sample is a ray that gathers, and [`SHADOWS`] to lamps, whose light is noisier.

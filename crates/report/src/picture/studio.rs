@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use job::View;
+use parallel::on_all_cores;
 use radiosity::{Face, Scene, Side};
 
 use super::field::{Field, Lights, samples};
@@ -12,7 +13,6 @@ use super::light::{
 use super::spot::{BAND, Spot};
 use super::{Picture, Shot};
 use crate::camera::Camera;
-use crate::cores::on_all_cores;
 use crate::smooth::Smooth;
 use crate::values::Values;
 

@@ -1,9 +1,8 @@
 //! What the counts say: figures of every place, as tables and in words.
 
 use std::f64::consts::PI;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
+use parallel::on_threads;
 use report::words::{counted, percent};
 use report::{DaylightRow, DaylightSummary, LevelSummary, OutputFolder};
 use sky::{Encoding, Known, Level, Matrix, Metrics, Row, STANDARD_SKIES, Sky, TARGETS};
@@ -40,27 +39,14 @@ struct Place {
 }
 
 impl<'a> Answer<'a> {
-    /// The answer to a question by what was counted; some threads work it out.
+    /// The answer to a question by what was counted; it is worked out on some threads.
     pub fn of(question: &'a Question, counted: Counted, threads: usize) -> Self {
         let overcast = Sky::standard(STANDARD_SKIES, [0.0, 0.0, 1.0], 100.0).expect("there is such a sky");
         let mut vector = question.dome.vector(&overcast);
         vector[0] = question.ground / PI * 100.0;
-        let (next, cells) = (AtomicUsize::new(0), question.cells());
-        let places = Mutex::new((0..cells).map(|_| None).collect::<Vec<Option<Place>>>());
-        std::thread::scope(|scope| {
-            let worker = || {
-                loop {
-                    let cell = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(tally) = counted.tallies.get(cell) else { break };
-                    let found = place(question, cell, &row(tally), &vector);
-                    places.lock().expect("no thread panics while it writes")[cell] = Some(found);
-                }
-            };
-            (1..threads).for_each(|_| _ = scope.spawn(worker));
-            worker();
-        });
-        let places = places.into_inner().expect("no thread panics while it writes");
-        Answer { question, counted, places: places.into_iter().flatten().collect() }
+        let of = |(): &mut (), cell: usize| place(question, cell, &row(&counted.tallies[cell]), &vector);
+        let places = on_threads(threads, question.cells(), || (), of);
+        Answer { question, counted, places }
     }
 
     /// Writes all files.

@@ -1,9 +1,9 @@
 //! The walks of daylight coefficients, from look to look.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
+use parallel::on_threads;
 use radiosity::{Sequence, SkyTally};
 use sky::Row;
 
@@ -88,24 +88,20 @@ fn walk(
             (first..end).step_by(PART as usize).map(move |first| (cell, first, end.min(first + PART)))
         })
         .collect();
-    let (next, goes_on) = (AtomicUsize::new(0), AtomicBool::new(true));
-    let sums = Mutex::new(tallies);
-    std::thread::scope(|scope| {
-        let worker = || {
-            while goes_on.load(Ordering::Relaxed) {
-                let number = next.fetch_add(1, Ordering::Relaxed);
-                let Some(&(cell, first, end)) = parts.get(number) else { break };
-                let mut tally = SkyTally::new(question.dome.patches().count());
-                question.coefficients.walk(&sequence, cell, first..end, &mut tally);
-                // Whole numbers: their order plays no part.
-                sums.lock().expect("no thread panics while it adds")[cell].add(&tally);
-                if !watch(number as f64 / parts.len() as f64) {
-                    goes_on.store(false, Ordering::Relaxed);
-                }
+    let (done, goes_on) = (AtomicUsize::new(0), AtomicBool::new(true));
+    let tally = |(): &mut (), number: usize| {
+        let (cell, first, end) = parts[number];
+        let mut tally = SkyTally::new(question.dome.patches().count());
+        if goes_on.load(Ordering::Relaxed) {
+            question.coefficients.walk(&sequence, cell, first..end, &mut tally);
+            let part = done.fetch_add(1, Ordering::Relaxed) as f64 / parts.len() as f64;
+            if !watch(part) {
+                goes_on.store(false, Ordering::Relaxed);
             }
-        };
-        (1..threads).for_each(|_| _ = scope.spawn(worker));
-        worker();
-    });
+        }
+        tally
+    };
+    let walked = on_threads(threads, parts.len(), || (), tally);
+    parts.iter().zip(&walked).for_each(|(&(cell, ..), tally)| tallies[cell].add(tally));
     goes_on.into_inner().then_some(())
 }

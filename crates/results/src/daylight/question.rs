@@ -14,8 +14,8 @@ use crate::error::Error;
 pub struct Wished<'a> {
     /// The weather file.
     pub weather: &'a Path,
-    /// The number of patches of the sky.
-    pub patches: u32,
+    /// The division of the sky.
+    pub patches: SkyPatches,
     /// The reflectance of the ground, where a scene has none.
     pub ground: f64,
     /// Of a scene in colour: the channel whose reflectances hold.
@@ -54,7 +54,7 @@ impl Question {
             return Err(Error::DaylightChannel);
         }
         job.scene = job.scene.for_daylight(wished.channel.unwrap_or(0));
-        let sky = SkyPatches::new(wished.patches).ok_or(Error::NoDivision { patches: wished.patches })?;
+        let sky = wished.patches.clone();
         let coefficients = Coefficients::new(job.build_scene()?, job.scene.sensors(), sky.clone())?;
         let cells = coefficients.sensors().cell_count() as u64;
         if job.budget.paths / cells < FEWEST {

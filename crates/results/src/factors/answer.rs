@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use exchange::{Balance, Factors, Smoothed, Thermal, ThermalFault, smooth};
+use exchange::{Balance, Factors, Smoothed, SparseFactors, Thermal, ThermalFault, smooth};
 use radiosity::FactorKind;
 use report::words::{counted, percent};
 use report::{FactorsSummary, OutputFolder, SmoothingSummary, ToleranceSummary, is_outside};
@@ -14,11 +14,11 @@ use super::subject::Subject;
 use crate::error::Error;
 
 const TABLE: &str = "factors.csv";
-const GROUPS: &str = "groups.csv";
-const SUMMARY: &str = "factors.json";
-const THERMAL: &str = "thermal.csv";
-const NUMPY: &str = "factors.npz";
-const MATRIX: &str = "factors.mtx";
+pub(super) const GROUPS: &str = "groups.csv";
+pub(super) const SUMMARY: &str = "factors.json";
+pub(super) const THERMAL: &str = "thermal.csv";
+pub(super) const NUMPY: &str = "factors.npz";
+pub(super) const MATRIX: &str = "factors.mtx";
 
 /// All files that may be written.
 pub const FILES: [&str; 7] = [TABLE, GROUPS, SUMMARY, THERMAL, NUMPY, MATRIX, COUNTS];
@@ -76,9 +76,10 @@ impl Answer {
         let smoothed = subject.smooth.then(|| smooth(counts, &weights)).flatten();
         let thermal = subject.enclosure.as_ref().map(|enclosure| {
             let (given, environment) = (&enclosure.given[..], enclosure.environment);
-            Balance { counts, emitting_areas: &weights, given, environment, level: subject.level }.solve()
+            let factors = &SparseFactors::from(counts);
+            Balance { factors, emitting_areas: &weights, given, environment, level: subject.level }.solve()
         });
-        let thermal = thermal.transpose().map_err(|fault| named(fault, &names))?;
+        let thermal = thermal.transpose().map_err(|fault| named(&fault, &names))?;
         Ok(Answer { subject, names, smoothed, thermal, tolerance, counted })
     }
 
@@ -106,7 +107,7 @@ impl Answer {
             folder.write(THERMAL, |file| report::write_thermal(file, names, thermal))?;
         }
         let summary = self.summary();
-        Ok(folder.write(SUMMARY, |file| summary.write(file))?)
+        Ok(folder.write(SUMMARY, |file| report::write_json(file, &summary))?)
     }
 
     fn summary(&self) -> FactorsSummary {
@@ -210,8 +211,8 @@ impl Answer {
 }
 
 /// What is wrong with an enclosure, by the names of its groups.
-fn named(fault: ThermalFault, names: &[String]) -> FactorsFault {
-    match fault {
+pub(super) fn named(fault: &ThermalFault, names: &[String]) -> FactorsFault {
+    match *fault {
         ThermalFault::Backs { group } => FactorsFault::Backs { group: names[group].clone() },
         ThermalFault::Undetermined => FactorsFault::Undetermined,
         ThermalFault::BelowZero { group } => FactorsFault::BelowZero { group: names[group].clone() },

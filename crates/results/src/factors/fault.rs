@@ -14,7 +14,7 @@ pub enum FactorsFault {
     NoChannel,
     /// The table would be too large.
     #[error(
-        "there are {groups} groups, more than {most} (every pair of them is a row of factors.csv); choose coarser --groups: by-surface, by-material or a file"
+        "there are {groups} groups, more than {most} (every pair of them is a row of factors.csv); give --sparse, or choose coarser --groups: by-surface, by-material or a file"
     )]
     TooManyGroups {
         /// How many there are.
@@ -103,6 +103,9 @@ pub enum FactorsFault {
         /// The path of the file.
         path: PathBuf,
     },
+    /// Programs that read sparse factors are given these.
+    #[error("view3d, udales, energyplus and openfoam are files of sparse factors; give --sparse, too")]
+    SparseExports,
     /// Merged factors have no files to choose.
     #[error(
         "--export is for radiosities: merged factors are written as matrices where the first folder has these; leave it out"

@@ -9,6 +9,7 @@ mod counted;
 mod fault;
 mod kept;
 mod question;
+mod sparse;
 mod subject;
 
 pub use answer::{Answer, FILES, MatrixFile, matrices_in};
@@ -17,3 +18,6 @@ pub use counted::Counted;
 pub use fault::FactorsFault;
 pub use kept::{Kept, is_counted, merge};
 pub use question::{Asked, Question};
+pub use sparse::{
+    Hands, SparseAnswer, SparseAsked, SparseCounted, SparseFile, UNLIT, count_rows, sparse_files,
+};

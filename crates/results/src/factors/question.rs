@@ -8,11 +8,15 @@ use radiosity::{FactorKind, Scene};
 use report::{BACK, ESCAPE};
 
 use super::fault::FactorsFault;
+use super::sparse::SparseAsked;
 use super::subject::{GroupOfFaces, Subject};
 use crate::error::Error;
 
 /// The most groups: every pair of them is a row of the table.
 const MOST_GROUPS: usize = 2048;
+
+/// The most groups of sparse factors: walks of each have places of their own in the sequence.
+const MOST_ROWS: usize = 1 << 22;
 
 /// The most faces that are groups each where nothing is said of groups.
 const MOST_FACES: usize = 256;
@@ -34,6 +38,8 @@ pub struct Asked<'a> {
     pub smooth: bool,
     /// A file of temperatures and fluxes.
     pub temperatures: Option<&'a Path>,
+    /// What is asked of sparse factors; `None`: of dense ones.
+    pub sparse: Option<SparseAsked>,
 }
 
 /// What is to be counted.
@@ -68,24 +74,28 @@ impl Question {
             return Err(FactorsFault::NoChannel.into());
         }
         job.scene = job.scene.for_exchange(asked.channel.unwrap_or(0), |_| None);
+        if asked.sparse.is_some() {
+            job.scene = job.scene.without_sky();
+        }
         // Factors are counted by single walks; of the method only the space that they go on in is used.
         job.method = MethodTable { space: job.method.space, ..MethodTable::default() };
         (job.budget.first_path, job.budget.wall_seconds) = (0, None);
         (job.sources, job.sensitivity) = (Vec::new(), Vec::new());
         let mut scene = job.build_scene()?;
-        let groups = groups_of(asked.groups, &job, &scene)?;
-        if Plan::pilot(groups.count(), job.budget.paths).is_none() {
+        let groups = groups_of(asked, &job, &scene)?;
+        if asked.sparse.is_none() && Plan::pilot(groups.count(), job.budget.paths).is_none() {
             return Err(FactorsFault::FewWalks { paths: job.budget.paths, groups: groups.count() }.into());
         }
-        let enclosure = asked.temperatures.map(|path| load_enclosure(path, &groups.names)).transpose()?;
+        let names = enclosed_names(asked, &groups, &scene);
+        let enclosure = asked.temperatures.map(|path| load_enclosure(path, &names)).transpose()?;
         if let Some(enclosure) = enclosure.as_ref().filter(|it| it.emissivities.iter().any(Option::is_some)) {
             let reflectances = reflectances(enclosure, &groups, &scene)?;
             job.scene = job.scene.for_exchange(0, |surface| reflectances[surface]);
             scene = job.build_scene()?;
         }
-        let factors = groups.count() * (groups.count() + 2);
+        let factors = groups.count() as f64 * (groups.count() + 2) as f64;
         let level = match job.simultaneous {
-            true => (1.0 - (1.0 - job.confidence) / factors as f64).min(1.0_f64.next_down()),
+            true => (1.0 - (1.0 - job.confidence) / factors).min(1.0_f64.next_down()),
             false => job.confidence,
         };
         let chosen: Vec<Pair> =
@@ -94,6 +104,22 @@ impl Question {
         let numbers = (!chosen.is_empty()).then(|| chosen.iter().map(|(numbers, _)| *numbers).collect());
         let tolerance = asked.tolerance.map(|relative| Tolerance { relative, pairs: numbers, level });
         Ok(Question { job, scene, groups, kind, tolerance, pairs, enclosure, level, smooth: asked.smooth })
+    }
+
+    /// A name for each group: where each patch is one, that of its surface, and the number of the patch where the surface has several.
+    pub(super) fn names(&self) -> Vec<String> {
+        let Question { scene, groups, .. } = self;
+        if !is_by_patch(groups, scene) {
+            return groups.names.clone();
+        }
+        let mut faces = std::collections::HashMap::new();
+        let surface = |surface| scene.surface_name(surface);
+        scene.faces().iter().for_each(|face| *faces.entry(surface(face.surface)).or_insert(0) += 1);
+        let name = |(face, number): (radiosity::Face, &String)| match faces[surface(face.surface)] {
+            1 => surface(face.surface).to_owned(),
+            _ => format!("{} {number}", surface(face.surface)),
+        };
+        scene.faces().iter().zip(&groups.names).map(name).collect()
     }
 
     /// What answers need of it.
@@ -120,25 +146,42 @@ impl Question {
     }
 }
 
-fn groups_of(asked: Option<&str>, job: &Job, scene: &Scene) -> Result<Groups, Error> {
+/// The names by which temperatures are given: where every patch is a group of sparse factors, those of surfaces.
+fn enclosed_names(asked: &Asked<'_>, groups: &Groups, scene: &Scene) -> Vec<String> {
+    match asked.sparse.is_some() && is_by_patch(groups, scene) {
+        true => scene.faces().iter().map(|face| scene.surface_name(face.surface).to_owned()).collect(),
+        false => groups.names.clone(),
+    }
+}
+
+/// Whether each face is a group of its own.
+fn is_by_patch(groups: &Groups, scene: &Scene) -> bool {
+    groups.count() == scene.faces().len()
+}
+
+fn groups_of(asked: &Asked<'_>, job: &Job, scene: &Scene) -> Result<Groups, Error> {
     if scene.faces().are_grouped() {
         return Err(FactorsFault::GroupedPatches.into());
     }
-    let grouping = match asked {
+    let (most, most_faces) = match asked.sparse {
+        Some(_) => (MOST_ROWS, MOST_ROWS),
+        None => (MOST_GROUPS, MOST_FACES),
+    };
+    let grouping = match asked.groups {
         Some("by-patch") => Grouping::ByPatch,
         Some("by-surface") => Grouping::BySurface,
         Some("by-material") => Grouping::ByMaterial,
         Some(file) => Grouping::File(PathBuf::from(file)),
-        None if scene.faces().len() <= MOST_FACES => Grouping::ByPatch,
+        None if scene.faces().len() <= most_faces => Grouping::ByPatch,
         None => Grouping::BySurface,
     };
     let faces = scene.faces().len();
-    if grouping == Grouping::ByPatch && faces > MOST_GROUPS {
-        return Err(FactorsFault::TooManyGroups { groups: faces, most: MOST_GROUPS }.into());
+    if grouping == Grouping::ByPatch && faces > most {
+        return Err(FactorsFault::TooManyGroups { groups: faces, most }.into());
     }
     let groups = Groups::of(&grouping, &job.scene, scene)?;
-    if groups.count() > MOST_GROUPS {
-        return Err(FactorsFault::TooManyGroups { groups: groups.count(), most: MOST_GROUPS }.into());
+    if groups.count() > most {
+        return Err(FactorsFault::TooManyGroups { groups: groups.count(), most }.into());
     }
     match groups.names.iter().find(|name| [BACK, ESCAPE].contains(&name.as_str())) {
         Some(name) => Err(FactorsFault::Reserved { name: name.clone() }.into()),

@@ -1,0 +1,463 @@
+//! Runs of a method in a scene, and how what they tell compares with what is true.
+
+use std::collections::BTreeMap;
+
+use radiosity::Scene;
+use report::Cells;
+use results::Kept;
+use serde_json::Value;
+use stats::Measured;
+
+use super::Failure;
+use super::methods::{METHODS, Method, scene};
+use super::scenes::Site;
+use super::truth::{Fine, Truth};
+
+/// Classes of patches by the scores that a run is worth there, up to 1, 4, 16, 64, or more: (b/σ)², b being the reflected light and σ the
+/// root mean squared error of a run, and never more than its mean number of hits.
+pub const CLASSES: [f64; 5] = [1.0, 4.0, 16.0, 64.0, f64::INFINITY];
+
+/// The columns of radiosities, grey and in colour.
+const CHANNELS: [&str; 4] = ["", "_r", "_g", "_b"];
+
+/// The relative error of targets over what the plainest runs tell of nine tenths of the area, and the part of the area that is asked for.
+const TARGET: f64 = 1.5;
+pub const FRACTION: f64 = 0.9;
+
+/// Seeds of runs with a target, and the methods that have them.
+pub const TARGET_SEEDS: usize = 20;
+const TARGETS: [&str; 4] = ["collision", "gathering", "sobol", "chains"];
+
+/// What is told of a radiosity.
+#[derive(Clone, Copy, Default)]
+struct Told {
+    mean: Option<f64>,
+    std_error: Option<f64>,
+    low: f64,
+    high: f64,
+    hits: f64,
+    /// The irradiance and its interval, where they are known.
+    h: Option<f64>,
+    h_interval: Option<[f64; 2]>,
+}
+
+/// A run: what it tells, number by number, and its summary.
+struct Run {
+    told: Vec<Told>,
+    summary: Value,
+}
+
+/// What intervals of a class of patches come to.
+#[derive(Clone, Copy, Default)]
+pub struct Class {
+    /// The part of the intervals that hold the truth; `None` of no patches.
+    pub coverage: Option<Measured>,
+    /// Half-width that the median run tells over the error that 95 % of the runs keep within, both added up relative to B.
+    pub width: f64,
+    /// Standard error told over the root mean squared error.
+    pub std_error: f64,
+    /// The relative standard error of that ratio, by leaving out each run in turn (jackknife).
+    pub chance: f64,
+}
+
+/// A told figure and the truth.
+#[derive(Clone, Copy)]
+pub struct Pair {
+    pub told: f64,
+    pub truth: f64,
+}
+
+/// Runs that reached a target: their part, and the part of the area that is truly within it, in the mean and at least.
+#[derive(Clone, Copy)]
+pub struct Reached {
+    pub error: f64,
+    pub part: f64,
+    pub within: f64,
+    pub least: f64,
+}
+
+/// A method in a scene.
+pub struct Row {
+    pub site: String,
+    pub method: &'static str,
+    pub seeds: usize,
+    pub paths: u64,
+    /// Why it cannot be studied; nothing else is told then.
+    pub refused: Option<String>,
+    pub classes: [Class; 5],
+    /// The part of the intervals of irradiance that hold the truth.
+    pub irradiance: Option<Measured>,
+    /// Median, ninth decile and worst relative half-width over the area.
+    pub headline: Option<[Pair; 3]>,
+    /// Checks that failed, with the part of the runs.
+    pub alarms: BTreeMap<String, f64>,
+    /// The total error of the answer: as told, and as predicted before.
+    pub total: Option<Pair>,
+    pub predicted: Option<Pair>,
+    pub reached: Option<Reached>,
+}
+
+/// All methods in a scene.
+pub fn all(site: &Site) -> Result<Vec<Row>, Failure> {
+    let (spec, scene) = scene(site)?;
+    let truths =
+        [Truth::discrete(site, &spec, scene.faces().len())?, Truth::continuous(site, scene.faces().len())?];
+    let fine = if site.made && scene.channels() == 1 { Fine::new(site, &spec)? } else { None };
+    let mut rows = Vec::new();
+    for method in METHODS.iter().filter(|method| site.made || method.in_rooms) {
+        let paths = method.paths(site, scene.faces().len());
+        let done = match method.name {
+            "auto patches" | "default" => of_chosen(site, method, paths, fine.as_ref()),
+            _ => of_given(site, method, paths, (&scene, &truths), fine.as_ref()),
+        };
+        let refused =
+            |why: Failure| Row { refused: Some(why.to_string()), ..Row::new(site, method, 0, paths) };
+        rows.push(done.unwrap_or_else(refused));
+    }
+    Ok(rows)
+}
+
+impl Row {
+    fn new(site: &Site, method: &Method, seeds: usize, paths: u64) -> Self {
+        Row {
+            site: site.name.clone(),
+            method: method.name,
+            seeds,
+            paths,
+            refused: None,
+            classes: [Class::default(); 5],
+            irradiance: None,
+            headline: None,
+            alarms: BTreeMap::new(),
+            total: None,
+            predicted: None,
+            reached: None,
+        }
+    }
+}
+
+/// The results of a task for each of some seeds, on two threads.
+fn for_seeds<T: Send>(
+    seeds: usize,
+    task: impl Fn(u64) -> Result<T, Failure> + Sync,
+) -> Result<Vec<T>, Failure> {
+    let done = parallel::on_threads(2, seeds, || (), |(), seed| task(1 + seed as u64));
+    done.into_iter().collect()
+}
+
+/// A method on given patches.
+fn of_given(
+    site: &Site,
+    method: &Method,
+    paths: u64,
+    (scene, [discrete, continuous]): (&Scene, &[Truth; 2]),
+    fine: Option<&Fine>,
+) -> Result<Row, Failure> {
+    let seeds = method.seeds(site);
+    let done = for_seeds(seeds, |seed| {
+        let kept = method.run(site, paths, seed, &[])?;
+        let error = fine.filter(|_| method.name == "linear").map(|fine| total(&kept, fine));
+        let continuous = kept.settings.method.space == radiosity::Space::Continuous;
+        Ok((read(&kept)?, error, continuous))
+    })?;
+    let truth = if done[0].2 { continuous } else { discrete };
+    let runs: Vec<&Run> = done.iter().map(|(run, ..)| run).collect();
+    let patches = Patches::new(scene, truth);
+    let mut row = Row::new(site, method, seeds, paths);
+    row.classes = patches.classes(&runs);
+    row.irradiance = patches.irradiance(&runs);
+    row.headline = patches.headline(&runs);
+    row.alarms = alarms(&runs);
+    (row.total, row.predicted) = totals(&done.iter().filter_map(|(_, error, _)| *error).collect::<Vec<_>>());
+    if TARGETS.contains(&method.name) {
+        row.reached = reached(site, method, paths, &patches, &runs)?;
+    }
+    Ok(row)
+}
+
+/// A method whose patches a pilot chooses: no two runs need have the same.
+fn of_chosen(site: &Site, method: &Method, paths: u64, fine: Option<&Fine>) -> Result<Row, Failure> {
+    let seeds = method.seeds(site);
+    let done = for_seeds(seeds, |seed| {
+        let kept = method.run(site, paths, seed, &[])?;
+        let error = fine.map(|fine| total(&kept, fine));
+        Ok((Run { told: Vec::new(), summary: serde_json::to_value(kept.summary("study"))? }, error))
+    })?;
+    let mut row = Row::new(site, method, seeds, paths);
+    row.alarms = alarms(&done.iter().map(|(run, _)| run).collect::<Vec<_>>());
+    (row.total, row.predicted) = totals(&done.iter().filter_map(|(_, error)| *error).collect::<Vec<_>>());
+    Ok(row)
+}
+
+/// The total error of a run: told, predicted, true.
+fn total(kept: &Kept, fine: &Fine) -> [f64; 3] {
+    let summary = serde_json::to_value(kept.summary("study")).unwrap_or_default();
+    let number = |places: [&str; 2]| {
+        places.iter().find_map(|place| summary.pointer(place)?.as_f64()).unwrap_or(f64::NAN)
+    };
+    let linear = summary.pointer("/accuracy/answer").is_some_and(|answer| answer == "linear");
+    [
+        number(["/accuracy/total"; 2]),
+        number(["/predicted/total", "/partition/total"]),
+        fine.error(kept, linear),
+    ]
+}
+
+/// Root mean squares over runs of what is told and of what is true, where both are known.
+fn totals(found: &[[f64; 3]]) -> (Option<Pair>, Option<Pair>) {
+    let root = |of: &dyn Fn(&[f64; 3]) -> f64| {
+        (found.iter().map(|run| of(run).powi(2)).sum::<f64>() / found.len() as f64).sqrt()
+    };
+    let pair = |k: usize| {
+        Some(Pair { told: root(&|run| run[k]), truth: root(&|run| run[2]) })
+            .filter(|pair| pair.told.is_finite())
+    };
+    if found.is_empty() { (None, None) } else { (pair(0), pair(1)) }
+}
+
+/// Reads what a run tells.
+fn read(kept: &Kept) -> Result<Run, Failure> {
+    let estimates = kept.estimates();
+    let columns = report::columns(&estimates)?;
+    let cells = |name: String| {
+        columns.iter().find(|column| column.name == name).map(|column| match &column.cells {
+            Cells::Number(cells) => cells.clone(),
+            Cells::Whole(cells) => cells.iter().map(|cell| cell.map(|cell| cell as f64)).collect(),
+            Cells::Words(_) => Vec::new(),
+        })
+    };
+    let hits = cells("hits".into()).ok_or("a table has hits")?;
+    let mut channels = Vec::new();
+    for suffix in CHANNELS {
+        let Some(mean) = cells(format!("radiosity{suffix}")) else { continue };
+        let column = |name: &str| cells(format!("{name}{suffix}")).ok_or("a column is missing");
+        let (error, low, high) = (column("std_error")?, column("ci_low")?, column("ci_high")?);
+        let (h, h_low, h_high) =
+            (column("irradiance")?, column("irradiance_low")?, column("irradiance_high")?);
+        let told = (0..mean.len()).map(|i| Told {
+            mean: mean[i],
+            std_error: error[i],
+            low: low[i].unwrap_or(0.0),
+            high: high[i].unwrap_or(f64::INFINITY),
+            hits: hits[i].unwrap_or(0.0),
+            h: h[i],
+            h_interval: h_low[i].zip(h_high[i]).map(|(low, high)| [low, high]),
+        });
+        channels.push(told.collect::<Vec<_>>());
+    }
+    let rows = hits.len();
+    let told = (0..rows).flat_map(|i| channels.iter().map(move |channel| channel[i])).collect();
+    Ok(Run { told, summary: serde_json::to_value(kept.summary("study"))? })
+}
+
+/// The faces of a scene in the order of tables, channel by channel.
+struct Patches {
+    /// Area [m²], R, E, B and H of each number.
+    of: Vec<[f64; 5]>,
+    channels: usize,
+}
+
+impl Patches {
+    fn new(scene: &Scene, truth: &Truth) -> Self {
+        let channels = scene.channels();
+        let of = scene.faces().by_patch().flat_map(|i| {
+            let face = scene.faces().get(i);
+            (0..channels).map(move |c| {
+                let [b, h] = truth.light[i * channels + c];
+                [face.area, face.reflectance[c], face.emittance[c], b, h]
+            })
+        });
+        Patches { of: of.collect(), channels }
+    }
+
+    /// The class of each number that is unknown before walks. Where there is no light there are no scores.
+    fn class_of(&self, runs: &[&Run]) -> Vec<Option<usize>> {
+        let mean = |of: &dyn Fn(&Run) -> f64| runs.iter().map(|run| of(run)).sum::<f64>() / runs.len() as f64;
+        let scores = |k: usize| {
+            let [_, _, emittance, b, _] = self.of[k];
+            let square = mean(&|run| (run.told[k].mean.unwrap_or(emittance) - b).powi(2));
+            let worth = if b > emittance { (b - emittance).powi(2) / square } else { 0.0 };
+            worth.min(mean(&|run| run.told[k].hits))
+        };
+        // A patch that no run has hit is worth 1, but for rounding.
+        let class = |k: usize| CLASSES.iter().position(|&most| scores(k) <= most * (1.0 + 1e-9));
+        (0..self.of.len()).map(|k| class(k).filter(|_| self.of[k][1] > 0.0)).collect()
+    }
+
+    fn classes(&self, runs: &[&Run]) -> [Class; 5] {
+        let class_of = self.class_of(runs);
+        std::array::from_fn(|class| {
+            let members: Vec<usize> = (0..self.of.len()).filter(|&k| class_of[k] == Some(class)).collect();
+            if members.is_empty() {
+                return Class::default();
+            }
+            let holds = |run: &&Run| {
+                let inside = members.iter().filter(|&&k| {
+                    let (b, Told { low, high, .. }) = (self.of[k][3], run.told[k]);
+                    let slack = 1e-9 * b;
+                    low - slack <= b && b <= high + slack
+                });
+                inside.count() as f64 / members.len() as f64
+            };
+            let each: Vec<f64> = runs.iter().map(holds).collect();
+            let (mut widths, mut truths) = (0.0, 0.0);
+            // Of each run the sums of what is told of squared errors, and of squared errors.
+            let mut squares = vec![[0.0; 2]; runs.len()];
+            for &k in &members {
+                let scale = self.of[k][3].max(f64::MIN_POSITIVE);
+                let told = || runs.iter().map(|run| run.told[k]);
+                let mut told_widths: Vec<f64> = told().map(|told| 0.5 * (told.high - told.low)).collect();
+                told_widths.sort_by(f64::total_cmp);
+                widths += told_widths[told_widths.len() / 2] / scale;
+                truths += self.error_within(k, runs, 0.95) / scale;
+                for (told, sums) in told().zip(&mut squares) {
+                    if let Some((std_error, mean)) = told.std_error.zip(told.mean) {
+                        sums[0] += (std_error / scale).powi(2);
+                        sums[1] += ((mean - self.of[k][3]) / scale).powi(2);
+                    }
+                }
+            }
+            let (std_error, chance) = ratio_of_roots(&squares);
+            Class { coverage: Some(Measured::of(&each)), width: widths / truths, std_error, chance }
+        })
+    }
+
+    /// The error of B that a part of the runs do not exceed. What is unknown is taken for its own emittance.
+    fn error_within(&self, k: usize, runs: &[&Run], part: f64) -> f64 {
+        let [_, _, emittance, b, _] = self.of[k];
+        not_exceeded(runs.iter().map(|run| run.told[k].mean.unwrap_or(emittance) - b), part)
+    }
+
+    /// The error of H that a part of the runs do not exceed. What is unknown is taken for dark.
+    fn irradiance_within(&self, k: usize, runs: &[&Run], part: f64) -> f64 {
+        let [.., h] = self.of[k];
+        not_exceeded(runs.iter().map(|run| run.told[k].h.unwrap_or(0.0) - h), part)
+    }
+
+    fn irradiance(&self, runs: &[&Run]) -> Option<Measured> {
+        let holds = |run: &&Run| {
+            let (mut inside, mut all) = (0.0, 0.0);
+            for (&[.., h], told) in self.of.iter().zip(&run.told) {
+                let Some([low, high]) = told.h_interval else { continue };
+                let slack = 1e-9 * h;
+                all += 1.0;
+                inside += f64::from(u8::from(low - slack <= h && h <= high + slack));
+            }
+            (all > 0.0).then(|| inside / all)
+        };
+        let each: Vec<f64> = runs.iter().filter_map(holds).collect();
+        (each.len() > 1).then(|| Measured::of(&each))
+    }
+
+    /// The headline's percentiles: told by the median run, and true, by the errors of irradiance that 95 % of the runs keep within.
+    /// Patches that no light reaches are left out, as they are told to be.
+    fn headline(&self, runs: &[&Run]) -> Option<[Pair; 3]> {
+        let told = |place: &str| {
+            let of =
+                |run: &&Run| run.summary.pointer(place).map(|value| value.as_f64().unwrap_or(f64::INFINITY));
+            let mut values: Vec<f64> = runs.iter().filter_map(of).collect();
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() / 2).copied()
+        };
+        // The floor is a number, in colour one for each channel.
+        let floor = |c: usize| {
+            let of = |run: &&Run| {
+                let floor = run.summary.pointer("/headline/floor")?;
+                floor.get(c).unwrap_or(floor).as_f64()
+            };
+            runs.iter().filter_map(of).sum::<f64>() / runs.len() as f64
+        };
+        let mut ranks: Vec<(f64, f64)> = Vec::new();
+        for (face, numbers) in self.of.chunks(self.channels).enumerate() {
+            let relative = |(c, &[.., h]): (usize, &[f64; 5])| {
+                self.irradiance_within(face * self.channels + c, runs, 0.95) / h.max(floor(c))
+            };
+            if numbers.iter().any(|[.., h]| *h > 0.0) {
+                ranks.push((numbers.iter().enumerate().map(relative).fold(0.0, f64::max), numbers[0][0]));
+            }
+        }
+        ranks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let total: f64 = ranks.iter().map(|(_, area)| area).sum();
+        let at = |part: f64| {
+            let mut below = 0.0;
+            let reached = ranks.iter().find(|(_, area)| {
+                below += area;
+                below >= part * total * (1.0 - 1e-12)
+            });
+            reached.map_or(f64::NAN, |(error, _)| *error)
+        };
+        Some([
+            Pair { told: told("/headline/median")?, truth: at(0.5) },
+            Pair { told: told("/headline/p90")?, truth: at(0.9) },
+            Pair { told: told("/headline/worst")?, truth: at(1.0) },
+        ])
+    }
+
+    /// The part of the lit area whose irradiance is truly within a relative error.
+    fn part_within(&self, run: &Run, error: f64) -> f64 {
+        let (mut within, mut area) = (0.0, 0.0);
+        for (numbers, told) in self.of.chunks(self.channels).zip(run.told.chunks(self.channels)) {
+            let is_within =
+                |(&[.., h], told): (&[f64; 5], &Told)| (told.h.unwrap_or(0.0) - h).abs() <= error * h;
+            if numbers.iter().any(|[.., h]| *h > 0.0) {
+                area += numbers[0][0];
+                within += if numbers.iter().zip(told).all(is_within) { numbers[0][0] } else { 0.0 };
+            }
+        }
+        within / area
+    }
+}
+
+/// What a part of some errors do not exceed.
+fn not_exceeded(errors: impl Iterator<Item = f64>, part: f64) -> f64 {
+    let mut errors: Vec<f64> = errors.map(f64::abs).collect();
+    errors.sort_by(f64::total_cmp);
+    errors[((part * errors.len() as f64) as usize).min(errors.len() - 1)]
+}
+
+/// The root of a ratio of sums, and its relative standard error by the jackknife.
+fn ratio_of_roots(sums: &[[f64; 2]]) -> (f64, f64) {
+    let all = [0, 1].map(|k| sums.iter().map(|sums| sums[k]).sum::<f64>());
+    let ratio = |without: [f64; 2]| ((all[0] - without[0]) / (all[1] - without[1])).sqrt();
+    let (whole, n) = (ratio([0.0; 2]), sums.len() as f64);
+    let squares: f64 = sums.iter().map(|&without| (ratio(without) / whole - 1.0).powi(2)).sum();
+    (whole, (squares * (n - 1.0) / n).sqrt())
+}
+
+fn alarms(runs: &[&Run]) -> BTreeMap<String, f64> {
+    let mut failed = BTreeMap::new();
+    for run in runs {
+        for check in run.summary["checks"].as_array().into_iter().flatten() {
+            let is_wrong = check["verdict"] == "failed";
+            *failed.entry(check["name"].as_str().unwrap_or_default().into()).or_default() +=
+                f64::from(u8::from(is_wrong)) / runs.len() as f64;
+        }
+    }
+    failed
+}
+
+/// Runs with a target.
+fn reached(
+    site: &Site,
+    method: &Method,
+    paths: u64,
+    patches: &Patches,
+    runs: &[&Run],
+) -> Result<Option<Reached>, Failure> {
+    let Some([_, ninth, _]) = patches.headline(runs) else { return Ok(None) };
+    if !ninth.told.is_finite() || ninth.told <= 0.0 {
+        return Ok(None);
+    }
+    let error = (TARGET * ninth.told).min(1.0);
+    let more = [format!("target.relative_error={error}"), format!("target.fraction={FRACTION}")];
+    let seeds = TARGET_SEEDS.min(method.seeds(site));
+    let done = for_seeds(seeds, |seed| read(&method.run(site, 4 * paths, 1000 + seed, &more)?))?;
+    let reached: Vec<f64> = done
+        .iter()
+        .filter(|run| run.summary.pointer("/target/reached").is_some_and(|reached| reached == true))
+        .map(|run| patches.part_within(run, error))
+        .collect();
+    let within = reached.iter().sum::<f64>() / reached.len() as f64;
+    let least = reached.iter().copied().fold(f64::INFINITY, f64::min);
+    Ok(Some(Reached { error, part: reached.len() as f64 / seeds as f64, within, least }))
+}

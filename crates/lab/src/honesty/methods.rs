@@ -1,0 +1,141 @@
+//! The methods of the study, and runs of them.
+
+use radiosity::{Experiment, IndexChoice, Scene};
+use results::{Kept, choose, walk_here};
+
+use super::Failure;
+use super::scenes::Site;
+
+/// A method, as a job has it.
+pub struct Method {
+    pub name: &'static str,
+    /// The keys that choose it.
+    set: &'static [&'static str],
+    /// The seeds of a made scene.
+    pub seeds: usize,
+    /// Whether it is tried in rooms from elsewhere.
+    pub in_rooms: bool,
+    /// Paths of a run over those of the plainest.
+    longer: u64,
+}
+
+const SHOOTING: &str = "method.walk=shooting";
+
+/// The first is the plainest: its hits say which class a patch is in.
+pub const METHODS: [Method; 12] = [
+    Method {
+        name: "collision",
+        set: &[SHOOTING, "method.estimator=collision"],
+        seeds: 200,
+        in_rooms: true,
+        longer: 1,
+    },
+    Method {
+        name: "continuous",
+        set: &[SHOOTING, "method.space=continuous"],
+        seeds: 200,
+        in_rooms: true,
+        longer: 1,
+    },
+    Method {
+        name: "absorption",
+        set: &[SHOOTING, "method.estimator=absorption"],
+        seeds: 200,
+        in_rooms: false,
+        longer: 1,
+    },
+    Method {
+        name: "survival",
+        set: &[SHOOTING, "method.estimator=survival"],
+        seeds: 200,
+        in_rooms: false,
+        longer: 1,
+    },
+    Method {
+        name: "infinite, roulette",
+        set: &[SHOOTING, "method.estimator=infinite"],
+        seeds: 100,
+        in_rooms: false,
+        longer: 1,
+    },
+    Method {
+        name: "infinite, cut off",
+        set: &[
+            SHOOTING,
+            "method.estimator=infinite",
+            "method.infinite.end=cutoff",
+            "method.infinite.threshold=0.01",
+        ],
+        seeds: 100,
+        in_rooms: false,
+        longer: 1,
+    },
+    Method { name: "gathering", set: &["method.walk=gathering"], seeds: 100, in_rooms: false, longer: 4 },
+    Method {
+        name: "sobol",
+        set: &[SHOOTING, "method.sampler=sobol"],
+        seeds: 100,
+        in_rooms: false,
+        longer: 1,
+    },
+    Method { name: "chains", set: &["method.walk=jacobi"], seeds: 100, in_rooms: true, longer: 0 },
+    Method {
+        name: "linear",
+        set: &[SHOOTING, "method.basis=linear", "method.space=continuous"],
+        seeds: 100,
+        in_rooms: false,
+        longer: 1,
+    },
+    Method { name: "auto patches", set: &["scene.patches=auto"], seeds: 16, in_rooms: false, longer: 4 },
+    Method { name: "default", set: &[], seeds: 16, in_rooms: false, longer: 4 },
+];
+
+/// Walks of the plainest runs in made scenes; in rooms, for each of their faces.
+const WALKS: u64 = 4096;
+const WALKS_PER_FACE: u64 = 20;
+
+/// The rays of the shortest chains that a job takes, for each face.
+const CHAIN_RAYS: u64 = 8 * 32;
+
+impl Method {
+    /// The paths of its runs in a scene of so many faces.
+    pub fn paths(&self, site: &Site, faces: usize) -> u64 {
+        let plain = if site.made { WALKS } else { WALKS_PER_FACE * faces as u64 };
+        if self.longer == 0 { CHAIN_RAYS * faces as u64 } else { self.longer * plain }
+    }
+
+    pub fn seeds(&self, site: &Site) -> usize {
+        match (site.made, site.slow) {
+            (true, false) => self.seeds,
+            (true, true) => self.seeds.div_ceil(4),
+            (false, _) => 10,
+        }
+    }
+
+    /// What a job is changed by.
+    fn overrides(&self, paths: u64, seed: u64, more: &[String]) -> Vec<String> {
+        let plain = [format!("budget.paths={paths}"), format!("seed={seed}")];
+        self.set.iter().map(|set| (*set).into()).chain(plain).chain(more.iter().cloned()).collect()
+    }
+
+    /// One run in this thread.
+    pub fn run(&self, site: &Site, paths: u64, seed: u64, more: &[String]) -> Result<Kept, Failure> {
+        let overrides = self.overrides(paths, seed, more);
+        let mut job = job::load(&site.path, &overrides)?;
+        if let Some(chosen) = choose(&job, 1.try_into().expect("not 0"))? {
+            job = job::load_cut(&site.path, &overrides, &chosen.partition)?;
+        }
+        let scene = job.build_scene()?;
+        let experiment = Experiment::new(scene, job.method.walks())?;
+        let done = walk_here(&job, experiment, 1, "study", &mut |_| true)?;
+        Ok(done.ok_or("the run was given up")?.0)
+    }
+}
+
+/// The scene of a site with its given patches.
+pub fn scene(site: &Site) -> Result<(radiosity::SceneSpec, Scene), Failure> {
+    let job = job::load(&site.path, &[SHOOTING.into()])?;
+    let spec = job.scene.spec().clone();
+    let scene = Scene::build(&spec, IndexChoice::Auto)?;
+    Ok((spec, scene))
+}

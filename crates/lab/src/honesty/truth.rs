@@ -1,0 +1,129 @@
+//! What is true: exact solutions of the patches' system, and runs that are far longer.
+
+use exact::Exact;
+use radiosity::{Estimates, Scene, SceneSpec, Shape};
+use results::Kept;
+
+use super::Failure;
+use super::methods::METHODS;
+use super::scenes::Site;
+
+/// How many times longer than a run its reference is.
+const LONGER: u64 = 256;
+const LONGER_IN_ROOMS: u64 = 64;
+
+/// Cells of the reference along each edge of a patch, and its walks for each cell.
+const FINE: u32 = 4;
+const FINE_WALKS: u64 = 1 << 21;
+
+/// B and H of every face and channel, channels of a face side by side, in the order of faces [W/m²].
+pub struct Truth {
+    pub light: Vec<[f64; 2]>,
+}
+
+impl Truth {
+    /// The answer of discrete walks, exact in made scenes.
+    pub fn discrete(site: &Site, spec: &SceneSpec, faces: usize) -> Result<Self, Failure> {
+        if !site.made {
+            return Self::by_run(site, 0, faces);
+        }
+        let channels = Exact::of_channels(spec, &|_| ())?;
+        let of = |c: &Exact, i: usize| [c.solution().radiosity[i], c.solution().irradiance[i]];
+        let light = (0..faces).flat_map(|i| channels.iter().map(move |c| of(c, i)).collect::<Vec<_>>());
+        Ok(Truth { light: light.collect() })
+    }
+
+    /// The answer of continuous walks.
+    pub fn continuous(site: &Site, faces: usize) -> Result<Self, Failure> {
+        Self::by_run(site, 1, faces)
+    }
+
+    fn by_run(site: &Site, method: usize, faces: usize) -> Result<Self, Failure> {
+        let method = &METHODS[method];
+        let longer = if site.made { LONGER } else { LONGER_IN_ROOMS };
+        let kept = method.run(site, longer * method.paths(site, faces), 1 << 40, &[])?;
+        Ok(Truth { light: light(&kept.estimates()) })
+    }
+}
+
+/// B and H of every face and channel; its own emittance where nothing is known.
+fn light(estimates: &Estimates) -> Vec<[f64; 2]> {
+    let channels = estimates.scene().channels();
+    let of = |(_, face, known): (usize, radiosity::Face, Option<radiosity::Channels>)| {
+        (0..channels).map(move |c| {
+            let h = known.and_then(|known| known[c].irradiance).unwrap_or(0.0);
+            [face.emittance[c] + face.reflectance[c] * h, h]
+        })
+    };
+    estimates.iter().flat_map(of).collect()
+}
+
+/// The light on fine cells of the surfaces of a made scene, by continuous walks.
+pub struct Fine {
+    scene: Scene,
+    /// Reflected radiosity of every piece, and the variance of that.
+    reflected: Vec<[f64; 2]>,
+}
+
+impl Fine {
+    /// `None` in scenes that are not parallelograms in grids.
+    pub fn new(site: &Site, spec: &SceneSpec) -> Result<Option<Self>, Failure> {
+        let mut fine = spec.clone();
+        for surface in &mut fine.surfaces {
+            let Shape::Parallelogram { cells, .. } = &mut surface.shape else { return Ok(None) };
+            let coarse = *cells;
+            *cells = cells.map(|n| FINE * n);
+            let part = |cell: u32, k: u32| {
+                let (u, v) = (FINE * (cell / coarse[1]) + k / FINE, FINE * (cell % coarse[1]) + k % FINE);
+                u * cells[1] + v
+            };
+            let emit = surface.cell_emittance.iter();
+            surface.cell_emittance = emit
+                .flat_map(|&(cell, e)| (0..FINE * FINE).map(move |k| (cell, k, e)))
+                .map(|(cell, k, e)| (part(cell, k), e))
+                .collect();
+        }
+        let folder = tempfile::tempdir()?;
+        let site = Site::made(&site.name, "", &fine, folder.path())?;
+        let kept = METHODS[1].run(&site, FINE_WALKS, 1 << 41, &[])?;
+        let of = |(_, face, known): (usize, radiosity::Face, Option<radiosity::Channels>)| {
+            known.map_or([0.0; 2], |known| {
+                [known[0].radiosity - face.emittance[0], known[0].std_error.unwrap_or(0.0).powi(2)]
+            })
+        };
+        let reflected = kept.estimates().iter().map(of).collect();
+        Ok(Some(Fine { scene: kept.experiment.scene().clone(), reflected }))
+    }
+
+    /// The relative L2 error of the reflected light that a run's outputs hold, of the first channel: of its linear fits, or of the means of
+    /// its patches. The reference's own variance is taken off.
+    pub fn error(&self, kept: &Kept, linear: bool) -> f64 {
+        let (estimates, mut wrong, mut light) = (kept.estimates(), 0.0, 0.0);
+        let (ours, theirs) = (estimates.scene(), self.scene.faces());
+        for number in 0..theirs.piece_count() as u32 {
+            let cell = theirs.piece(number);
+            let fine = &self.scene.surfaces()[cell.surface as usize];
+            let local = number - fine.piece(0, cell.side);
+            let uv = fine.point_in_cell(local, [0.5, 0.5]);
+            let surface = &ours.surfaces()[cell.surface as usize];
+            let piece = surface.piece(surface.cell_at(uv), cell.side);
+            let face = ours.faces().face_of(piece) as usize;
+            let emitted = ours.faces().get(face).emittance[0];
+            let mean = estimates.face(face).map_or(0.0, |known| known[0].radiosity - emitted);
+            let slope = if linear { self.slope(&estimates, ours, face, piece, uv) } else { 0.0 };
+            let [truth, variance] = self.reflected[number as usize];
+            wrong += cell.area * ((mean + slope - truth).powi(2) - variance);
+            light += cell.area * (truth * truth - variance);
+        }
+        (wrong.max(0.0) / light).sqrt()
+    }
+
+    fn slope(&self, estimates: &Estimates, scene: &Scene, face: usize, piece: u32, uv: [f64; 2]) -> f64 {
+        let Some(slopes) = estimates.slopes(face) else { return 0.0 };
+        let weights = scene.faces().corner_weights(piece, uv);
+        let corners = scene.corners_on_fit(piece);
+        let place =
+            [0, 1].map(|k| corners.iter().zip(weights).map(|(corner, weight)| weight * corner[k]).sum());
+        slopes[0].at(&[place])[0]
+    }
+}

@@ -1,0 +1,77 @@
+//! Work in parts on the threads of this machine: the results stand in the order of the parts, whatever the threads.
+
+#![warn(unreachable_pub, unnameable_types)]
+
+use std::num::NonZero;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+/// The number of threads that run at once on this machine.
+pub fn cores() -> usize {
+    thread::available_parallelism().map_or(1, NonZero::get)
+}
+
+/// The results of all parts, in their order, on all cores.
+pub fn on_all_cores<T: Send>(parts: usize, part: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    on_threads(cores(), parts, || (), |(), i| part(i))
+}
+
+/// The results of all parts, in their order, on at most `threads` threads, of which the calling thread is one. Each thread works with what
+/// `prepare` makes for it, and takes the next part when it is done with one.
+///
+/// # Panics
+/// If a part does.
+pub fn on_threads<S, T: Send>(
+    threads: usize,
+    parts: usize,
+    prepare: impl Fn() -> S + Sync,
+    part: impl Fn(&mut S, usize) -> T + Sync,
+) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut state = prepare();
+        let mut done = Vec::new();
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            if i >= parts {
+                return done;
+            }
+            done.push((i, part(&mut state, i)));
+        }
+    };
+    let mut done: Vec<(usize, T)> = thread::scope(|scope| {
+        let others: Vec<_> = (1..threads.min(parts)).map(|_| scope.spawn(work)).collect();
+        let own = work();
+        let theirs = others.into_iter().map(|thread| thread.join().expect("parts do not panic"));
+        theirs.fold(own, |mut all, some| {
+            all.extend(some);
+            all
+        })
+    });
+    done.sort_unstable_by_key(|&(i, _)| i);
+    done.into_iter().map(|(_, result)| result).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_come_in_their_order() {
+        let squares: Vec<usize> = (0..1000).map(|i| i * i).collect();
+        assert_eq!(on_all_cores(1000, |i| i * i), squares);
+        assert!(on_all_cores(0, |i| i).is_empty());
+        for threads in [0, 1, 3, 2000] {
+            assert_eq!(on_threads(threads, 1000, || (), |(), i| i * i), squares);
+        }
+    }
+
+    /// What a thread has made for itself stays its own.
+    #[test]
+    fn threads_prepare_once_each() {
+        let made = AtomicUsize::new(0);
+        let prepare = || made.fetch_add(1, Ordering::Relaxed);
+        let states = on_threads(3, 100, prepare, |state, _| *state);
+        assert!(made.into_inner() <= 3 && states.iter().all(|&state| state < 3));
+    }
+}

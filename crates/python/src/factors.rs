@@ -1,0 +1,77 @@
+//! View factors, counted row by row.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use report::OutputFolder;
+use results::factors::{
+    Asked, Hands, Question, SparseAnswer, SparseAsked, SparseFile, UNLIT, count_rows, sparse_files,
+};
+
+use crate::refusal::refuse;
+use crate::run::Source;
+
+/// What of the factors is asked for, as Python has it.
+#[derive(FromPyObject)]
+pub(crate) struct Wanted {
+    rays: u32,
+    drop: f64,
+    sky: Option<u32>,
+    reflections: bool,
+    channel: Option<usize>,
+    groups: Option<String>,
+    tolerance: Option<f64>,
+}
+
+/// Counts the rows of a job's scene on threads, and writes what `radwalk factors --sparse --export npz` does into a folder, which must
+/// be empty. `watch(part)` hears what part of them is done. Returns what makes the factors doubtful.
+#[pyfunction]
+#[pyo3(signature = (source, overrides, folder, wanted, threads, watch=None))]
+pub(crate) fn factors(
+    py: Python<'_>,
+    source: Source<'_>,
+    overrides: Vec<String>,
+    folder: PathBuf,
+    wanted: Wanted,
+    threads: usize,
+    watch: Option<Py<PyAny>>,
+) -> PyResult<Vec<String>> {
+    let sparse = SparseAsked { rays: wanted.rays, least: wanted.drop, sky: wanted.sky, part: [1, 1] };
+    let asked = Asked {
+        groups: wanted.groups.as_deref(),
+        reflections: wanted.reflections,
+        channel: wanted.channel,
+        tolerance: wanted.tolerance,
+        sparse: Some(sparse),
+        ..Asked::default()
+    };
+    let overrides = [vec![UNLIT.to_owned()], overrides].concat();
+    let job = source.as_written(&overrides)?;
+    let mut trouble = None;
+    let mut ask = |part: f64| {
+        let asked = Python::attach(|py| {
+            py.check_signals()?;
+            watch.as_ref().map_or(Ok(()), |watch| watch.call1(py, (part,)).map(drop))
+        });
+        trouble = asked.err();
+        trouble.is_none()
+    };
+    let count = || -> Result<Option<Vec<String>>, results::Error> {
+        let question = Question::of(job, &asked)?;
+        let folder = OutputFolder::claim(&folder, &sparse_files(), false)?;
+        let hands = Hands { threads, watch: &mut ask };
+        let counted = count_rows(&question, &sparse, (&folder, false, &[]), hands)?;
+        if counted.interrupted {
+            return Ok(None);
+        }
+        let answer = SparseAnswer::of(&question, &sparse, counted, &folder)?;
+        answer.write(&folder, &[SparseFile::Npz])?;
+        Ok(Some(answer.warnings()))
+    };
+    let done = py.detach(count).map_err(refuse)?;
+    match (trouble, done) {
+        (Some(trouble), _) => Err(trouble),
+        (None, Some(warnings)) => Ok(warnings),
+        (None, None) => unreachable!("a count is given up for trouble alone"),
+    }
+}

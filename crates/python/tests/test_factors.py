@@ -1,0 +1,63 @@
+"""View factors: those of the program, of every kind of mesh, in matrices that scipy makes sums and products of."""
+
+import numpy as np
+import pytest
+
+import radwalk
+from conftest import CONFIGS, FACES, VERTICES
+
+sparse = pytest.importorskip("scipy.sparse")
+
+
+def test_the_matrix_is_that_of_the_program(tmp_path, binary):
+    job = CONFIGS / "cube54.toml"
+    found = radwalk.factors(job, rays=2000, seed=5, progress=False)
+    binary("factors", job, "--sparse", "--rays", 2000, "--seed", 5, "--quiet", "--export", "npz,mtx", "--out", tmp_path / "out")
+    npz = sparse.load_npz(tmp_path / "out" / "factors.npz")
+    assert found.shape == npz.shape == (54, 56) and (abs(found - npz)).nnz == 0
+    from scipy.io import mmread
+
+    assert (abs(found - sparse.csr_array(mmread(tmp_path / "out" / "factors.mtx")))).nnz == 0
+    with np.load(tmp_path / "out" / "factors.npz") as arrays:
+        assert list(arrays["extra"]) == ["back", "escape"] and arrays["count"].sum() == 54 * 2000
+        assert np.allclose(arrays["count"] / 2000, arrays["data"], rtol=0, atol=2.0**-51)
+
+
+def test_rows_add_up_and_are_reciprocal():
+    factors, low, high = radwalk.factors((VERTICES, FACES), rays=4096, intervals=True, threads=2, progress=False)
+    assert np.abs(factors.sum(axis=1) - 1.0).max() == 0.0
+    square = factors[:, :12].toarray()
+    # Triangles of one area in a closed cube: pairs differ by less than six standard errors.
+    assert np.abs(square - square.T).max() < 6.0 * np.sqrt(2.0 * 0.25 / 4096)
+    assert (low.data <= factors.data).all() and (factors.data <= high.data).all()
+    # The floor's two triangles see the ceiling by 0.19982 (Howell, C-11).
+    opposed = square[:2, 2:4].sum(axis=1).mean()
+    assert abs(opposed - 0.199_825) < 6.0 * np.sqrt(0.16 / 8192)
+
+
+def test_every_mesh_is_taken(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    meshio = pytest.importorskip("meshio")
+    arrays = radwalk.factors((VERTICES, FACES), rays=500, progress=False)
+    mesh = trimesh.Trimesh(VERTICES, FACES, process=False)
+    mesh.export(tmp_path / "cube.stl")
+    for other in (mesh, meshio.Mesh(VERTICES, [("triangle", FACES)]), radwalk.Scene(VERTICES, FACES, 0.0, sides=1)):
+        assert (abs(radwalk.factors(other, rays=500, progress=False) - arrays)).nnz == 0
+    file = radwalk.factors(tmp_path / "cube.stl", rays=500, progress=False, **{"import.sides": 1})
+    assert file.shape == arrays.shape
+    quads = meshio.Mesh(VERTICES, [("quad", np.array([[0, 1, 3, 2]]))])
+    assert radwalk.factors(quads, rays=100, sky=145, progress=False).shape == (2, 2 + 2 + 145)
+
+
+def test_heed_is_paid_to_what_python_asks():
+    seen = []
+    radwalk.factors((VERTICES, FACES), rays=2_000_000, progress=seen.append)
+    assert seen and all(0.0 <= stage.paths / stage.paths_total <= 1.0 for stage in seen)
+
+    def stop(_):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        radwalk.factors((VERTICES, FACES), rays=50_000_000, progress=stop)
+    with pytest.raises(radwalk.Error):
+        radwalk.factors((VERTICES, FACES + 10), rays=10)

@@ -1,0 +1,332 @@
+//! What counted rows say: matrices, tables, heat, and a few lines for people.
+
+use std::cell::RefCell;
+use std::io::BufWriter;
+
+use exchange::{Balance, Intervals, SparseFactors, Thermal};
+use radiosity::FactorKind;
+use report::words::{counted, percent};
+use report::{
+    BACK, CsrKind, CsrNumbers, DroppedSummary, ESCAPE, FoamList, OutputFolder, REST, SparseSummary,
+};
+
+use super::super::answer::{GROUPS, MATRIX, NUMPY, SUMMARY, THERMAL, named};
+use super::super::question::Question;
+use super::super::subject::Subject;
+use super::SparseAsked;
+use super::count::SparseCounted;
+use super::journal::ROWS;
+use super::matrix::{RowsFile, RowsMatrix, View};
+use crate::error::Error;
+
+/// A file that sparse factors are written to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SparseFile {
+    /// `factors.mtx`: Matrix Market.
+    Mtx,
+    /// `factors.npz`: compressed rows for SciPy, with counts and intervals.
+    Npz,
+    /// `factors.vf`: View3D.
+    View3d,
+    /// `vfsparse.inp` and `svf.inp`: uDALES.
+    Udales,
+    /// `factors.idf`: EnergyPlus.
+    EnergyPlus,
+    /// `F` and `globalFaceFaces`: OpenFOAM.
+    OpenFoam,
+}
+
+impl SparseFile {
+    /// All of them.
+    pub const ALL: [SparseFile; 6] = [
+        SparseFile::Mtx,
+        SparseFile::Npz,
+        SparseFile::View3d,
+        SparseFile::Udales,
+        SparseFile::EnergyPlus,
+        SparseFile::OpenFoam,
+    ];
+
+    /// The names of its files.
+    pub fn names(self) -> &'static [&'static str] {
+        match self {
+            SparseFile::Mtx => &[MATRIX],
+            SparseFile::Npz => &[NUMPY],
+            SparseFile::View3d => &["factors.vf"],
+            SparseFile::Udales => &["vfsparse.inp", "svf.inp"],
+            SparseFile::EnergyPlus => &["factors.idf"],
+            SparseFile::OpenFoam => &["F", "globalFaceFaces"],
+        }
+    }
+}
+
+/// All files of sparse factors.
+pub fn sparse_files() -> Vec<&'static str> {
+    let own = [ROWS, GROUPS, SUMMARY, THERMAL].into_iter();
+    own.chain(SparseFile::ALL.iter().flat_map(|file| file.names()).copied()).collect()
+}
+
+/// Sums over all rows.
+#[derive(Clone, Debug, Default)]
+struct Sums {
+    /// Walks of each row.
+    walks: Vec<u64>,
+    rays: u64,
+    entries: u64,
+    /// Walks that ended on backs, that escaped below the horizon or to anywhere, that left for the sky.
+    lost: [u64; 3],
+    /// The sum of variances of each row, times the weight of the row.
+    variance: f64,
+    dropped: u64,
+    /// The parts of rows that were dropped: their sum, and the largest.
+    dropped_part: [f64; 2],
+    unreached: usize,
+}
+
+/// What the rows say.
+pub struct SparseAnswer {
+    subject: Subject,
+    zone: String,
+    /// What each group is called where each has a name of its own.
+    names: Vec<String>,
+    counted: SparseCounted,
+    file: RowsFile,
+    sums: Sums,
+    thermal: Option<Thermal>,
+}
+
+impl SparseAnswer {
+    /// The answer by rows of all groups that are in a folder.
+    ///
+    /// # Errors
+    /// Where the rows cannot be read, or say nothing of heat.
+    pub fn of(
+        question: &Question,
+        asked: &SparseAsked,
+        counted: SparseCounted,
+        folder: &OutputFolder,
+    ) -> Result<Self, Error> {
+        let (subject, heading) = (question.subject(), &counted.heading);
+        let file = RowsFile {
+            path: folder.file(ROWS),
+            groups: heading.groups,
+            columns: heading.columns + usize::from(asked.least > 0.0),
+            least: asked.least,
+        };
+        let sums = Sums::of(&file, &subject)?;
+        let thermal = balance(&file, &subject)?;
+        let names = question.names();
+        Ok(SparseAnswer { subject, zone: question.job.name.clone(), names, counted, file, sums, thermal })
+    }
+
+    fn matrix(&self, view: View) -> RowsMatrix<'_> {
+        RowsMatrix { file: &self.file, entries: self.sums.entries, view }
+    }
+
+    /// Writes these files, the groups and the summary.
+    ///
+    /// # Errors
+    /// Where a file cannot be written.
+    pub fn write(&self, folder: &OutputFolder, files: &[SparseFile]) -> Result<(), Error> {
+        for file in files {
+            self.write_file(folder, *file)?;
+        }
+        let rows = self.subject.rows(|i| self.sums.walks[i]);
+        folder.write(GROUPS, |file| report::write_groups(file, &rows))?;
+        if let Some(thermal) = &self.thermal {
+            folder.write(THERMAL, |file| report::write_thermal(file, &self.names, thermal))?;
+        }
+        let summary = self.summary();
+        Ok(folder.write(SUMMARY, |file| report::write_json(file, &summary))?)
+    }
+
+    fn write_file(&self, folder: &OutputFolder, file: SparseFile) -> Result<(), Error> {
+        let (factors, names) = (self.matrix(View::Factor), file.names());
+        match file {
+            SparseFile::Mtx => {
+                let words = "Exchange factors of radwalk: rows are the groups of groups.csv, in its order";
+                let words = format!("{words}\ncolumns are these, then {}", self.extra().join(", "));
+                folder.write(names[0], |file| report::write_mtx(file, &words, &factors))?;
+            }
+            SparseFile::Npz => self.write_npz(folder, names[0], &factors)?,
+            SparseFile::View3d => {
+                let areas: Vec<f64> = self.subject.groups.iter().map(|group| group.area).collect();
+                let emissivities: Vec<f64> =
+                    self.subject.rows(|_| 0).iter().map(|row| row.absorptance).collect();
+                folder
+                    .write(names[0], |file| report::write_view3d(file, (&areas, &emissivities), &factors))?;
+            }
+            SparseFile::Udales => {
+                folder.write(names[0], |file| report::write_udales(file, &factors))?;
+                folder.write(names[1], |file| report::write_udales_sky(file, &factors))?;
+            }
+            SparseFile::EnergyPlus => {
+                folder.write(names[0], |file| {
+                    report::write_energyplus(file, &self.zone, &self.names, &factors)
+                })?;
+            }
+            SparseFile::OpenFoam => {
+                folder.write(names[0], |file| report::write_openfoam(file, FoamList::Factors, &factors))?;
+                folder.write(names[1], |file| report::write_openfoam(file, FoamList::Columns, &factors))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn write_npz(&self, folder: &OutputFolder, name: &str, factors: &RowsMatrix<'_>) -> Result<(), Error> {
+        let intervals = || RefCell::new(Intervals::new(self.subject.level));
+        let [count, low, high] =
+            [View::Count, View::Low(intervals()), View::High(intervals())].map(|view| self.matrix(view));
+        let more = [
+            CsrNumbers { name: "count", kind: CsrKind::U32, numbers: &count },
+            CsrNumbers { name: "ci_low", kind: CsrKind::LowF32, numbers: &low },
+            CsrNumbers { name: "ci_high", kind: CsrKind::HighF32, numbers: &high },
+        ];
+        let of_rows = [
+            ("area", self.subject.groups.iter().map(|group| group.area).collect()),
+            ("walks", self.sums.walks.iter().map(|&walks| walks as f64).collect()),
+        ];
+        let extra = self.extra();
+        Ok(folder
+            .write(name, |file| report::write_csr(BufWriter::new(file), factors, &more, &of_rows, &extra))?)
+    }
+
+    /// The columns behind the groups.
+    fn extra(&self) -> Vec<String> {
+        let sky = (0..self.counted.heading.sky).map(|patch| format!("sky {patch}"));
+        let rest = (self.file.least > 0.0).then(|| REST.to_owned());
+        [BACK, ESCAPE].into_iter().map(String::from).chain(sky).chain(rest).collect()
+    }
+
+    fn summary(&self) -> SparseSummary {
+        let SparseAnswer { subject, counted, sums, file, .. } = self;
+        let walks = sums.walks.iter().sum::<u64>();
+        let part = |lost: u64| lost as f64 / walks as f64;
+        SparseSummary {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene_hash: subject.scene_hash,
+            seed: counted.heading.seed,
+            kind: match subject.kind {
+                FactorKind::FirstHit => "first_hit",
+                FactorKind::Absorbed => "absorbed",
+            },
+            groups: file.groups,
+            columns: file.columns,
+            walks,
+            rays: sums.rays,
+            seconds: counted.seconds,
+            confidence: subject.confidence,
+            entries: sums.entries,
+            error: self.error(),
+            back: part(sums.lost[0]),
+            escape: part(sums.lost[1]),
+            sky: part(sums.lost[2]),
+            dropped: (file.least > 0.0).then(|| DroppedSummary {
+                least: file.least,
+                entries: sums.dropped,
+                mean: sums.dropped_part[0] / file.groups as f64,
+                largest: sums.dropped_part[1],
+            }),
+            unreached: counted.heading.tolerance.map(|_| sums.unreached),
+        }
+    }
+
+    /// The root of the sum of variances of a row, in the mean square over rows by their weight.
+    fn error(&self) -> f64 {
+        (self.sums.variance / self.subject.weights().iter().sum::<f64>()).sqrt()
+    }
+
+    /// Whether all rows are known as well as was asked, where that was.
+    pub fn reached(&self) -> Option<bool> {
+        self.counted.heading.tolerance.map(|_| self.sums.unreached == 0)
+    }
+
+    /// A few lines for people.
+    pub fn lines(&self) -> Vec<String> {
+        let SparseSummary { groups, walks, entries, seconds, dropped, sky, escape, .. } = self.summary();
+        let (groups, filled) = (groups as u64, entries as f64 / groups as f64);
+        let what = match self.subject.kind {
+            FactorKind::FirstHit => "form factors",
+            FactorKind::Absorbed => "factors of absorption after reflections (Gebhart's)",
+        };
+        let mut lines = vec![
+            format!("{what} of {}: {} in {seconds:.1} s", counted(groups, "row"), counted(walks, "walk")),
+            format!(
+                "{} that are not 0, {filled:.0} a row; a row errs by {:.2e}, root of the sum of squares",
+                counted(entries, "factor"),
+                self.error()
+            ),
+        ];
+        if escape + sky > 0.0 {
+            lines.push(format!("{} of the walks leave the scene", percent(escape + sky)));
+        }
+        lines.extend(dropped.map(|DroppedSummary { least, entries, mean, largest }| {
+            format!(
+                "{} below {least} are dropped, {} of a row in the mean and {} at most; column {REST} holds them",
+                counted(entries, "factor"),
+                percent(mean),
+                percent(largest)
+            )
+        }));
+        lines
+    }
+
+    /// What people should know before they use the factors.
+    pub fn warnings(&self) -> Vec<String> {
+        let back = self.summary().back;
+        let backs = (back > 0.0).then(|| {
+            format!("{} of the walks end on backs of one-sided surfaces (column back)", percent(back))
+        });
+        let missed = (self.sums.unreached > 0).then(|| {
+            format!(
+                "{} have all their walks and are not known so well; give more --rays",
+                counted(self.sums.unreached as u64, "row")
+            )
+        });
+        backs.into_iter().chain(missed).collect()
+    }
+}
+
+impl Sums {
+    fn of(file: &RowsFile, subject: &Subject) -> Result<Self, Error> {
+        let (mut sums, weights) = (Sums::default(), subject.weights());
+        let groups = file.groups as u32;
+        file.each(&mut |i, kept, dropped| {
+            let row = &kept.row;
+            let walks = row.walks();
+            sums.walks.push(walks);
+            sums.rays += kept.rays;
+            sums.entries += row.entries().len() as u64;
+            let [back, escape] = [0, 1].map(|place| u64::from(row.count(groups + place)));
+            let behind = row.entries().iter().filter(|&&(column, _)| column >= groups);
+            let behind: u64 = behind.map(|&(_, count)| u64::from(count)).sum();
+            let sky = behind - back - escape - dropped.walks;
+            sums.lost.iter_mut().zip([back, escape, sky]).for_each(|(sum, more)| *sum += more);
+            sums.variance += weights[i] * row.variance();
+            let part = dropped.walks as f64 / walks as f64;
+            sums.dropped += dropped.entries;
+            sums.dropped_part = [sums.dropped_part[0] + part, sums.dropped_part[1].max(part)];
+            sums.unreached += usize::from(!kept.reached);
+            Ok(())
+        })?;
+        Ok(sums)
+    }
+}
+
+/// The heat between the groups of an enclosure, by all factors: none is dropped.
+fn balance(file: &RowsFile, subject: &Subject) -> Result<Option<Thermal>, Error> {
+    let Some(enclosure) = &subject.enclosure else { return Ok(None) };
+    let mut factors = SparseFactors::default();
+    RowsFile { least: 0.0, ..file.clone() }.each(&mut |_, kept, _| {
+        factors.push(&kept.row, file.groups as u32);
+        Ok(())
+    })?;
+    let balance = Balance {
+        factors: &factors,
+        emitting_areas: &subject.weights(),
+        given: &enclosure.given,
+        environment: enclosure.environment,
+        level: subject.level,
+    };
+    Ok(Some(balance.solve().map_err(|fault| named(&fault, &subject.names()))?))
+}

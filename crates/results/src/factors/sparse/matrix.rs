@@ -1,0 +1,106 @@
+//! Counted rows as matrices: read from their file whenever a writer goes through them.
+
+use std::cell::RefCell;
+use std::io;
+use std::path::PathBuf;
+
+use exchange::{Dropped, Intervals, SparseRow};
+use report::{MatrixRow, MatrixRows};
+
+use super::journal::{KeptRow, Reader};
+use crate::error::Error;
+
+/// The rows of a file, below whose threshold factors are dropped.
+#[derive(Clone, Debug)]
+pub(super) struct RowsFile {
+    pub(super) path: PathBuf,
+    pub(super) groups: usize,
+    /// Columns of the rows, and one more where factors may be dropped.
+    pub(super) columns: usize,
+    pub(super) least: f64,
+}
+
+impl RowsFile {
+    /// Visits all rows, each with what was dropped of it.
+    ///
+    /// # Errors
+    /// Those of `visit`, and where the file is not whole.
+    pub(super) fn each(
+        &self,
+        visit: &mut dyn FnMut(usize, &KeptRow, Dropped) -> io::Result<()>,
+    ) -> Result<(), Error> {
+        let mut reader = Reader::open(&self.path)?;
+        let failed = |source| Error::Rows { path: self.path.clone(), source };
+        let mut number = reader.heading.rows.start;
+        while let Some(mut kept) = reader.next().map_err(failed)? {
+            let dropped = self.drop_small(&mut kept.row);
+            visit(number, &kept, dropped).map_err(failed)?;
+            number += 1;
+        }
+        Ok(())
+    }
+
+    fn drop_small(&self, row: &mut SparseRow) -> Dropped {
+        match self.least > 0.0 {
+            true => row.drop_below(self.least, self.groups as u32, self.columns as u32 - 1),
+            false => Dropped::default(),
+        }
+    }
+}
+
+/// What of the entries a matrix holds.
+pub(super) enum View {
+    /// n/N.
+    Factor,
+    /// n.
+    Count,
+    /// The ends of their intervals.
+    Low(RefCell<Intervals>),
+    /// The upper ones.
+    High(RefCell<Intervals>),
+}
+
+/// Numbers of the entries of all rows.
+pub(super) struct RowsMatrix<'a> {
+    pub(super) file: &'a RowsFile,
+    pub(super) entries: u64,
+    pub(super) view: View,
+}
+
+impl RowsMatrix<'_> {
+    fn numbers(&self, row: &SparseRow) -> Vec<(u32, f64)> {
+        let walks = row.walks();
+        let each = |of: &dyn Fn(u32) -> f64| {
+            row.entries().iter().map(|&(column, count)| (column, of(count))).collect()
+        };
+        match &self.view {
+            View::Factor => row.entries().iter().map(|&(column, _)| column).zip(row.factors()).collect(),
+            View::Count => each(&|count| f64::from(count)),
+            View::Low(intervals) => each(&|count| intervals.borrow_mut().of(count, walks).interval.low),
+            View::High(intervals) => each(&|count| intervals.borrow_mut().of(count, walks).interval.high),
+        }
+    }
+}
+
+impl MatrixRows for RowsMatrix<'_> {
+    fn rows(&self) -> usize {
+        self.file.groups
+    }
+
+    fn columns(&self) -> usize {
+        self.file.columns
+    }
+
+    fn entries(&self) -> u64 {
+        self.entries
+    }
+
+    fn each(&self, visit: &mut dyn FnMut(MatrixRow<'_>) -> io::Result<()>) -> io::Result<()> {
+        let rows =
+            self.file.each(&mut |row, kept, _| visit(MatrixRow { row, entries: &self.numbers(&kept.row) }));
+        rows.map_err(|error| match error {
+            Error::Rows { source, .. } => source,
+            other => io::Error::other(other.to_string()),
+        })
+    }
+}

@@ -1,9 +1,0 @@
-//! The processor time, which is shown beside what is counted, and never judged.
-
-use rustix::time::{ClockId, clock_gettime};
-
-/// The processor time of this thread so far [s].
-pub(crate) fn thread_seconds() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}

@@ -1,0 +1,253 @@
+//! `radwalk factors --sparse`: rows counted one by one, whatever counts them, and the files that are made of them.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use crate::support::{columns, numbers, path, radwalk, run};
+
+/// Two unit squares at a right angle, in the open, in cells.
+const CORNER: &str = r#"
+[material.floor]
+reflectance = 0.5
+[material.wall]
+reflectance = 0.8
+
+[[surface]]
+name     = "floor"
+material = "floor"
+quad     = [[0,0,0], [1,0,0], [0,1,0]]
+patches  = [4, 4]
+
+[[surface]]
+name     = "wall"
+material = "wall"
+quad     = [[0,0,0], [0,1,0], [0,0,1]]
+patches  = [2, 3]
+"#;
+
+/// A folder with the corner, in so many cells where that matters.
+fn folder(cells: u32) -> TempDir {
+    let folder = tempdir().unwrap();
+    let scene = CORNER.replace("[4, 4]", &format!("[{cells}, {cells}]"));
+    fs::write(path(&folder, "corner.toml"), scene).unwrap();
+    folder
+}
+
+/// The arguments that count the corner's rows into a folder.
+fn words(folder: &TempDir, out: &str, more: &str) -> Vec<String> {
+    let at = |name| path(folder, name).to_str().unwrap().to_owned();
+    let more = more.split_whitespace().map(String::from);
+    ["factors".to_owned(), at("corner.toml"), "--sparse".into(), "--quiet".into(), "--out".into(), at(out)]
+        .into_iter()
+        .chain(more)
+        .collect()
+}
+
+/// Counts the corner's rows; the exit code, and what was said on stderr.
+fn count(folder: &TempDir, out: &str, more: &str) -> (i32, String) {
+    let words = words(folder, out, more);
+    let (code, _, stderr) = run(&words.iter().map(String::as_str).collect::<Vec<_>>());
+    (code, stderr)
+}
+
+/// The entries of `factors.mtx`, and its size.
+fn matrix(out: &Path) -> (BTreeMap<(usize, usize), f64>, [usize; 3]) {
+    let text = fs::read_to_string(out.join("factors.mtx")).unwrap();
+    let mut lines = text.lines().filter(|line| !line.starts_with('%'));
+    let whole = |line: &str| -> Vec<f64> { line.split(' ').map(|word| word.parse().unwrap()).collect() };
+    let size = whole(lines.next().unwrap());
+    let entry = |line| {
+        let numbers = whole(line);
+        ((numbers[0] as usize - 1, numbers[1] as usize - 1), numbers[2])
+    };
+    (lines.map(entry).collect(), [size[0] as usize, size[1] as usize, size[2] as usize])
+}
+
+/// The sums of rows, forwards.
+fn sums(entries: &BTreeMap<(usize, usize), f64>, rows: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; rows];
+    entries.iter().for_each(|((row, _), factor)| sums[*row] += factor);
+    sums
+}
+
+fn summary(out: &Path) -> Value {
+    serde_json::from_slice(&fs::read(out.join("factors.json")).unwrap()).unwrap()
+}
+
+/// The walks of a row are those of the same row among dense groups, also after reflections.
+#[test]
+fn rows_are_those_of_the_dense_table() {
+    let folder = folder(4);
+    for kind in ["", "--reflections"] {
+        // A budget of eight times as many walks, at a tolerance that the first look reaches.
+        let corner = path(&folder, "corner.toml");
+        let budget = (22 * 8 * 1024).to_string();
+        let dense = path(&folder, &format!("dense{kind}"));
+        let mut words = vec!["factors", corner.to_str().unwrap(), "--quiet", "--paths", &budget];
+        words.extend(["--tolerance", "0.99", "--out", dense.to_str().unwrap()]);
+        words.extend(kind.split_whitespace());
+        assert_eq!(run(&words).0, 0);
+        let walks = numbers(&columns(&dense.join("groups.csv"))["walks"]);
+        assert!(walks.iter().all(|walks| *walks == 1024.0), "{walks:?}");
+        let sparse = format!("sparse{kind}");
+        assert_eq!(count(&folder, &sparse, &format!("--rays 1024 {kind}")).0, 0);
+        let (entries, size) = matrix(&path(&folder, &sparse));
+        assert_eq!(size, [22, 24, entries.len()]);
+        let table = numbers(&columns(&dense.join("factors.csv"))["factor"]);
+        for (place, factor) in table.iter().enumerate() {
+            let found = entries.get(&(place / 24, place % 24)).copied().unwrap_or(0.0);
+            assert_eq!(found, *factor, "{kind} row {} column {}", place / 24, place % 24);
+        }
+    }
+}
+
+/// The same bytes of all files by one thread and by five, in three parts that are joined, and after twenty kills at any moment.
+#[test]
+fn the_rows_are_a_function_of_the_job() {
+    let folder = folder(40);
+    let job = "--rays 3000 --reflections --export mtx,npz,view3d,udales,energyplus,openfoam";
+    assert_eq!(count(&folder, "one", &format!("{job} --workers 1")).0, 0);
+    assert_eq!(count(&folder, "five", &format!("{job} --workers 5")).0, 0);
+    for part in 1..=3 {
+        assert_eq!(count(&folder, &format!("part{part}"), &format!("{job} --part {part}/3")).0, 0);
+    }
+    let at = |name: &str| path(&folder, name).to_str().unwrap().to_owned();
+    let parts = [at("part2"), at("part3"), at("part1")].join(",");
+    let (code, stderr) = count(&folder, "joined", &format!("{job} --join {parts}"));
+    assert_eq!(code, 0, "{stderr}");
+    let start = |resume: &str| -> Child {
+        let words = words(&folder, "killed", &format!("{job} --workers 2 {resume}"));
+        radwalk().args(words).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    let mut resume = "";
+    for kill in 0..20 {
+        let mut child = start(resume);
+        std::thread::sleep(Duration::from_millis(5 + 13 * kill % 170));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        // A torn row, as a loss of power leaves it.
+        let rows = path(&folder, "killed").join("factors.rows");
+        if let Ok(file) = fs::OpenOptions::new().write(true).open(&rows) {
+            let length = file.metadata().unwrap().len();
+            file.set_len(length.saturating_sub(kill % 3).max(600.min(length))).unwrap();
+            resume = "--resume";
+        }
+    }
+    assert!(start(resume).wait().unwrap().success());
+    let files = ["factors.rows", "factors.mtx", "factors.npz", "factors.vf", "vfsparse.inp", "svf.inp"];
+    for file in files.iter().chain(&["factors.idf", "F", "globalFaceFaces", "groups.csv"]) {
+        let read = |out: &str| fs::read(path(&folder, out).join(file)).unwrap();
+        let one = read("one");
+        for other in ["five", "joined", "killed"] {
+            assert!(read(other) == one, "{file} of {other}");
+        }
+    }
+    // Parts that are not all, and rows of another question.
+    let two = [at("part1"), at("part3")].join(",");
+    let (code, stderr) = count(&folder, "torn", &format!("{job} --join {two}"));
+    assert!(code == 2 && stderr.contains("in none of the folders"), "{stderr}");
+    let (code, stderr) = count(&folder, "one", "--rays 3001 --reflections --resume");
+    assert!(code == 2 && stderr.contains("other surfaces, groups, seed"), "{stderr}");
+}
+
+/// What is dropped is said, and stands in a column of its own, so that rows add up to 1; the rows that are kept have all of it.
+#[test]
+fn rows_add_up_to_one_and_say_what_was_dropped() {
+    let folder = folder(8);
+    assert_eq!(count(&folder, "out", "--rays 3000").0, 0);
+    let out = path(&folder, "out");
+    let (all, [rows, columns, _]) = matrix(&out);
+    assert!(sums(&all, rows).iter().all(|sum| (sum - 1.0).abs() < 1e-12));
+    // The same rows, from the file, with a threshold.
+    assert_eq!(count(&folder, "out", "--rays 3000 --drop 0.004 --resume").0, 0);
+    let (kept, [_, wider, _]) = matrix(&out);
+    assert_eq!(wider, columns + 1);
+    assert!(sums(&kept, rows).iter().all(|sum| (sum - 1.0).abs() < 1e-12));
+    let small = all.iter().filter(|((_, column), factor)| *column < rows && **factor < 0.004);
+    let (number, sum) = small.fold((0, 0.0), |(number, sum), (_, factor)| (number + 1, sum + factor));
+    let dropped = &summary(&out)["dropped"];
+    assert!(number > 20, "there is nothing to drop");
+    assert_eq!(dropped["entries"], number);
+    assert!((dropped["mean"].as_f64().unwrap() * rows as f64 - sum).abs() < 1e-12);
+    let rest: f64 = kept.iter().filter(|((_, column), _)| *column == columns).map(|(_, factor)| factor).sum();
+    assert!((rest - sum).abs() < 1e-12, "{rest} {sum}");
+    assert!(
+        kept.iter().filter(|((_, column), _)| *column < columns).all(|(at, x)| (all[at] - x).abs() < 1e-15)
+    );
+}
+
+/// Rows end at their error, each when it is known so well; the most walks end those that are not.
+#[test]
+fn rows_end_at_an_error() {
+    let folder = folder(2);
+    assert_eq!(count(&folder, "out", "--tolerance 0.1 --rays 1000000").0, 0);
+    let walks = numbers(&columns(&path(&folder, "out").join("groups.csv"))["walks"]);
+    assert!(walks.iter().all(|walks| *walks < 1e6 && *walks >= 1024.0), "{walks:?}");
+    assert!(walks.iter().any(|other| *other != walks[0]), "{walks:?}");
+    assert_eq!(summary(&path(&folder, "out"))["unreached"], 0);
+    let (code, _) = count(&folder, "out2", "--tolerance 0.01 --rays 2000");
+    assert_eq!((code, summary(&path(&folder, "out2"))["unreached"].as_u64()), (1, Some(10)));
+}
+
+/// The floor sees less of the sky behind the wall than before it: the sky's columns by azimuth. A sky of the scene gives way to them.
+#[test]
+fn the_sky_is_told_apart() {
+    let folder = folder(1);
+    let scene = CORNER.replace("patches  = [4, 4]", "") + "[sky]\nemittance = 1.0\n";
+    fs::write(path(&folder, "corner.toml"), scene).unwrap();
+    assert_eq!(count(&folder, "out", "--rays 200000 --sky-patches 145").0, 0);
+    let (entries, [rows, columns, _]) = matrix(&path(&folder, "out"));
+    assert_eq!((rows, columns), (7, 7 + 2 + 145));
+    // The wall stands in x = 0: patch 7 of the lowest band is about the east, patch 22 about the west.
+    let of = |patch: usize| entries.get(&(0, rows + 2 + patch)).copied().unwrap_or(0.0);
+    let [east, west]: [f64; 2] = [5..10, 20..25].map(|patches| patches.map(of).sum());
+    assert!(east > 4.0 * west && east > 0.005, "{east} {west}");
+    let seen: f64 = (0..145).map(of).sum();
+    let wall: f64 = (1..7).map(|column| entries.get(&(0, column)).copied().unwrap_or(0.0)).sum();
+    assert!((wall - 0.200_043_776).abs() < 5.0 * (0.16_f64 / 200_000.0).sqrt(), "{wall}");
+    assert!((seen + wall - 1.0).abs() < 1e-12, "nothing of the floor goes below the horizon");
+}
+
+/// The oven by its facets: temperatures are given by surface, and the heat is that of the closed form.
+#[test]
+fn heat_between_facets() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let words = ["factors", "configs/oven.toml", "--sparse", "--quiet", "--rays", "40000"];
+    let rest = ["--temperatures", "configs/heat/oven.toml", "--out", out.to_str().unwrap()];
+    let (code, _, stderr) = run(&[&words[..], &rest].concat());
+    assert_eq!(code, 0, "{stderr}");
+    let table = columns(&out.join("thermal.csv"));
+    let [flux, error] = ["flux", "flux_error"]
+        .map(|name| table[name].iter().map(|cell| cell.parse().unwrap_or(0.0)).collect::<Vec<f64>>());
+    let heater = |place: &usize| table["group"][*place].starts_with("heater");
+    let places: Vec<usize> = (0..flux.len()).filter(heater).collect();
+    let sum: f64 = places.iter().map(|&place| flux[place]).sum();
+    let spread = places.iter().map(|&place| error[place].powi(2)).sum::<f64>().sqrt();
+    // The four walls are alike, so that they have the one temperature of the closed form. Six standard errors: once in 10⁹.
+    assert!(spread < 0.01 * sum && (sum - 17_629.0).abs() < 6.0 * spread, "{sum} {spread}");
+}
+
+#[test]
+fn what_cannot_be_counted_is_refused() {
+    let folder = folder(1);
+    for (words, told) in [
+        ("--sky-patches 144", "choose 145, 577 or 2305"),
+        ("--part 3/2", "write 1/4"),
+        ("--rays 0", "from 1 to"),
+        ("--rays 10 --paths 100", "cannot be used with"),
+        ("--smooth", "cannot be used with"),
+    ] {
+        let (code, stderr) = count(&folder, "out", words);
+        assert!(code == 2 && stderr.contains(told), "{words}: {stderr}");
+    }
+    let corner = path(&folder, "corner.toml");
+    let (code, _, stderr) = run(&["factors", corner.to_str().unwrap(), "--export", "udales"]);
+    assert!(code == 2 && stderr.contains("give --sparse"), "{stderr}");
+}
