@@ -272,6 +272,13 @@ impl SceneFile {
         scene
     }
 
+    /// The same surfaces in one channel with the sensors, without the sky: daylight comes from a sky of its own, and the light of surfaces
+    /// plays no part.
+    pub fn for_daylight(&self, channel: usize) -> Self {
+        let scene = self.for_exchange(channel, |_| None);
+        SceneFile { sensors: self.sensors.clone(), ..scene.without_sky() }
+    }
+
     /// The scene without its sky: what would end there escapes.
     pub fn without_sky(&self) -> Self {
         let mut scene = SceneFile { sky: None, ..self.clone() };
