@@ -205,7 +205,7 @@ pub(crate) mod tests {
             let [x, y] = Sequence::new(9).walk(i as u64).pair();
             let altitude = 5.0 + 55.0 * x;
             let (direct, diffuse) =
-                if i % 3 == 0 { (0.0, 40.0 + 300.0 * y) } else { (800.0 * y, 60.0 + 90.0 * x) };
+                if i.is_multiple_of(3) { (0.0, 40.0 + 300.0 * y) } else { (800.0 * y, 60.0 + 90.0 * x) };
             let conditions = crate::Conditions {
                 altitude,
                 azimuth: 90.0 + 180.0 * y,
