@@ -38,7 +38,7 @@ fn of_sensors(experiment: &Experiment) -> Option<SensorLimits> {
     };
     let brightest = (0..scene.channels()).map(brightest).fold(1.0, f64::max);
     let sample = (FIXED_POINT as f64 * brightest * MARGIN * paths as f64) as u128;
-    Some(SensorLimits { first_row: scene.faces().len(), sample })
+    Some(SensorLimits { first_row: experiment.first_row_of_sensors(), sample })
 }
 
 /// Each score of a walk counts once for every reflection before it, and once for the face that it is on.

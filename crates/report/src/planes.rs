@@ -6,7 +6,6 @@ use radiosity::{Figure, Reading, Readings, SensorCell};
 use serde::Serialize;
 
 use crate::patches::per_channel;
-use crate::words::quantity;
 
 /// The figures of a plane, or a list, of points.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,11 +20,23 @@ pub struct PlaneSummary {
     pub minimum: PerChannel,
     /// U₀: the minimum over the mean.
     pub uniformity: PerChannel,
+    /// What each source brings to the mean; absent where sources are not told apart.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<PlaneSource>,
     /// The largest half-width over the estimate of a point; `null` where nothing was found for one.
     pub relative_error: f64,
     /// What the target asks of every point; absent where it asks nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<f64>,
+}
+
+/// The part of a source in the mean of a plane.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlaneSource {
+    /// The name of the source.
+    pub name: String,
+    /// The mean illuminance by its light alone.
+    pub mean: PerChannel,
 }
 
 /// A figure of a grey scene, or of every channel of a coloured one.
@@ -68,17 +79,37 @@ impl PerChannel {
 
     /// The figures with their intervals, in words.
     pub fn words(&self) -> String {
-        let one = |Interval { value, low, high }: &Interval| {
-            let value = value.map_or("unknown".into(), quantity);
-            format!("{value} ({} … {})", quantity(*low), quantity(*high))
+        let one = |figure: &Interval| {
+            let Interval { value, low, high } = *figure;
+            let decimals = decimals(figure);
+            let value = value.map_or("unknown".into(), |value| format!("{value:.decimals$}"));
+            format!("{value} ({low:.decimals$} … {high:.decimals$})")
         };
         self.each().iter().map(one).collect::<Vec<_>>().join(", ")
     }
 }
 
-/// The figures of every plane; `asked` is what the target asks of a sensor.
-pub fn plane_summaries(readings: &Readings, asked: impl Fn(usize) -> Option<f64>) -> Vec<PlaneSummary> {
+/// Decimals that show two digits of half of an interval, or four of a number without one.
+fn decimals(&Interval { value, low, high }: &Interval) -> usize {
+    let shown = match 0.5 * (high - low) {
+        half if half > 0.0 => 0.1 * half,
+        _ => 1e-3 * value.unwrap_or(1.0).abs(),
+    };
+    (-shown.max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize
+}
+
+/// The figures of every plane, where the `names` are those of sources that are told apart; `asked` is what the target asks of a sensor.
+pub fn plane_summaries(
+    readings: &Readings,
+    names: &[String],
+    asked: impl Fn(usize) -> Option<f64>,
+) -> Vec<PlaneSummary> {
     let sensors = readings.sensors();
+    let of_source = |name: &String, source: usize, number: usize| {
+        let own = readings.of_source(source)?;
+        let means = (0..own.channels()).map(|c| own.plane(number, c).mean).collect();
+        Some(PlaneSource { name: name.clone(), mean: PerChannel::of(means) })
+    };
     let summary = |(number, sensor): (usize, usize)| {
         let figures: Vec<_> = (0..readings.channels()).map(|c| readings.plane(number, c)).collect();
         let per = |of: &dyn Fn(&radiosity::PlaneFigures) -> Figure| {
@@ -90,6 +121,11 @@ pub fn plane_summaries(readings: &Readings, asked: impl Fn(usize) -> Option<f64>
             mean: per(&|figures| figures.mean),
             minimum: per(&|figures| figures.minimum),
             uniformity: per(&|figures| figures.uniformity),
+            sources: names
+                .iter()
+                .zip(0..)
+                .filter_map(|(name, source)| of_source(name, source, number))
+                .collect(),
             relative_error: readings.worst_error(sensor, false),
             target: asked(sensor),
         }
@@ -117,4 +153,20 @@ pub fn write_planes(writer: impl Write, readings: &Readings) -> io::Result<()> {
         table.serialize((middle.to_array(), normal.to_array(), light))?;
     }
     table.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_show_two_digits_of_their_intervals() {
+        let words = |value: f64, half: f64| {
+            let figure = Interval { value: Some(value), low: value - half, high: value + half };
+            PerChannel::Grey(figure).words()
+        };
+        assert_eq!(words(389.652, 0.1208), "389.65 (389.53 … 389.77)");
+        assert_eq!(words(1272.4, 34.0), "1272 (1238 … 1306)");
+        assert_eq!(words(0.74244, 0.0), "0.7424 (0.7424 … 0.7424)");
+    }
 }

@@ -453,6 +453,11 @@ impl Summary {
         }
     }
 
+    /// What errors are of, where that is not the light itself: words behind an error.
+    pub fn system(&self) -> &'static str {
+        if self.discretised.is_some() { ", of the discretised system" } else { "" }
+    }
+
     /// How well the patches are known, in one line.
     pub fn headline(&self) -> String {
         self.precision.headline.line((self.confidence, self.simultaneous), self.discretised)

@@ -16,7 +16,7 @@ use report::{
 };
 
 use crate::checkpoints::{
-    self, CURRENT, DERIVED, Latest, PARTITION, PLANES, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES,
+    self, CURRENT, DERIVED, ISOLUX, Latest, PARTITION, PLANES, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES,
 };
 use crate::error::Error;
 use crate::kept::Kept;
@@ -146,6 +146,9 @@ impl RunOutput {
             }
             if has_planes(readings) {
                 table(PLANES, &|writer| report::write_planes(writer, readings))?;
+                if let Some(lines) = report::isolux_svg(readings, summary.units.irradiance) {
+                    table(ISOLUX, &|writer| writer.write_all(lines.as_bytes()))?;
+                }
             }
         }
         if !summary.sources.is_empty() {
@@ -393,7 +396,8 @@ fn facts(
         }),
         planes: readings(settings, estimates).map_or_else(Vec::new, |readings| {
             let goal = settings.sensor_goal(experiment);
-            report::plane_summaries(&readings, |sensor| goal.as_ref()?.asked_of(sensor))
+            let sources = experiment.groups().map_or(&[][..], |groups| groups.sources());
+            report::plane_summaries(&readings, sources, |sensor| goal.as_ref()?.asked_of(sensor))
         }),
         sources: report::source_summaries(experiment, tally, settings.source_level(experiment)),
         sensitivities: influences(settings, estimates)

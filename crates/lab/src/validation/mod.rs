@@ -62,7 +62,7 @@ impl Pair {
 
     /// The factor by walks of its first group, a row of sparse factors.
     fn measure(&self, lab: &Lab, kind: FactorKind, seed: u64) -> Claim {
-        let walks = lab.pick(1 << 15, 1 << 22);
+        let walks: u64 = lab.pick(1 << 15, 1 << 22);
         let scene = Scene::build(&self.spec, IndexChoice::Auto).expect("the scene is valid");
         let group_of_face: Vec<u32> = scene.faces().iter().map(|face| (self.group)(face.surface)).collect();
         let groups = 1 + group_of_face.iter().max().expect("a scene has faces");

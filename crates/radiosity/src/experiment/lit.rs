@@ -34,10 +34,9 @@ impl LampsAtCells {
         LampsAtCells { cells: (0..cells).map(of_cell).collect() }
     }
 
-    /// What all lamps bring to a cell, channel by channel.
-    pub(super) fn of_cell(&self, cell: usize) -> [f64; 3] {
-        let lights = self.cells.get(cell).map_or(&[][..], |lights| lights);
-        lights.iter().fold([0.0; 3], |sum, (_, light)| std::array::from_fn(|c| sum[c] + light[c]))
+    /// The lamps that light a cell, and what each brings, channel by channel.
+    pub(super) fn of_cell(&self, cell: usize) -> &[(u32, [f64; 3])] {
+        self.cells.get(cell).map_or(&[], |lights| lights)
     }
 }
 

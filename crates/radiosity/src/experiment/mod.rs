@@ -3,6 +3,7 @@
 mod batches;
 mod board;
 mod chains;
+pub(crate) mod daylight;
 pub(crate) mod exchange;
 mod gathering;
 mod groups;
@@ -139,10 +140,31 @@ impl Experiment {
     }
 
     fn check_groups(self) -> Result<Self, Unfit> {
-        match self.sensors.is_some() && self.groups.is_some() {
-            true => Err(Unfit::SourcesOfSensors),
+        let materials = self.groups().is_some_and(|groups| !groups.materials().is_empty());
+        match self.sensors.is_some() && materials {
+            true => Err(Unfit::SensitiveSensors),
             false => Ok(self),
         }
+    }
+
+    /// Sources that are told apart.
+    fn source_count(&self) -> usize {
+        self.groups().map_or(0, |groups| groups.sources().len())
+    }
+
+    /// Rows of a tally that hold scores of faces: all classes together, and every class but the first.
+    fn face_rows(&self) -> usize {
+        self.scene.faces().len() + self.groups().map_or(0, Groups::class_rows)
+    }
+
+    /// Rows that hold what sensors read: all sources together, and each.
+    fn sensor_rows(&self) -> usize {
+        self.sensors().map_or(0, |sensors| sensors.row_count() * (1 + self.source_count()))
+    }
+
+    /// The number of the first row of sensors in a tally, which counts their samples.
+    pub fn first_row_of_sensors(&self) -> usize {
+        self.face_rows()
     }
 
     /// The groups of patches that are told apart, where there are any.
@@ -206,15 +228,14 @@ impl Experiment {
         with_board!(&self.scores::<M>(0), board => board.layout())
     }
 
-    /// Rows of a tally: the faces; where there are sensors one that counts their samples, and their cells; where groups are
-    /// told apart those of every class but the first, and of materials. Of exchange factors: those of [`ExchangeSpec`].
+    /// Rows of a tally: the faces; where groups are told apart those of every class but the first, and of materials; where there are sensors
+    /// one that counts their samples, and their cells, for all sources together and for each. Of exchange factors: those of [`ExchangeSpec`].
     pub fn rows(&self) -> usize {
         if let Some(exchange) = &self.exchange {
             return exchange.rows();
         }
-        let of_sensors = self.sensors().map_or(0, |sensors| 1 + sensors.row_count());
-        let of_groups = self.groups().map_or(0, |groups| groups.class_rows() + groups.material_rows());
-        self.scene.faces().len() + of_sensors + of_groups
+        let of_sensors = self.sensors().map_or(0, |_| 1 + self.sensor_rows());
+        self.face_rows() + self.groups().map_or(0, Groups::material_rows) + of_sensors
     }
 
     /// An empty tally of M power sums.
@@ -224,9 +245,10 @@ impl Experiment {
 
     /// An empty board for one thread to score on.
     pub fn board<const M: usize>(&self) -> Board<M> {
-        let sensing = self
-            .sensors()
-            .map(|sensors| Sensing::new(self.scene.faces().len(), sensors.row_count(), self.layout::<M>()));
+        let sensing = self.sensors().map(|_| {
+            let faces = [self.scene.faces().len(), self.face_rows()];
+            Sensing::new(faces, self.sensor_rows(), self.layout::<M>())
+        });
         let faces = self.exchange.as_ref().map_or(self.scene.faces().len(), |exchange| exchange.rows());
         // Exchange factors are counted in place of light.
         let groups = self.groups().filter(|_| self.exchange.is_none());

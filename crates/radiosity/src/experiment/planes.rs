@@ -1,6 +1,6 @@
 //! The figures of planes of points: mean, minimum and uniformity, each with its interval.
 
-use stats::{Interval, Moments, minimum_interval};
+use stats::minimum_interval;
 
 use super::readings::{Reading, Readings};
 
@@ -56,28 +56,20 @@ impl Readings<'_> {
         let readings: Vec<Reading> = cells.clone().map(|cell| self.reading(cell, channel)).collect();
         let least = |of: &dyn Fn(&Reading) -> f64| readings.iter().map(of).fold(f64::INFINITY, f64::min);
         let value = (self.samples() > 0).then(|| least(&|reading| reading.irradiance.unwrap_or(0.0)));
-        let is_told = readings.iter().all(|reading| reading.std_error.is_some());
-        if !is_told || self.samples() < 2 {
-            // Each interval stands by itself: exact, or a bound.
-            return Figure {
-                value,
-                low: least(&|reading| reading.ci_low),
-                high: least(&|reading| reading.ci_high),
-            };
-        }
-        let estimate = |cell: usize, reading: &Reading| {
-            let error = self.moments(self.row_of(cell), channel).standard_error().unwrap_or(0.0);
-            [reading.irradiance.unwrap_or(0.0), error * self.per_unit(channel)]
+        // What no spread is known of stands by itself: it is exact, or bounded.
+        let (told, alone): (Vec<_>, Vec<_>) =
+            cells.zip(&readings).partition(|(_, reading)| reading.std_error.is_some_and(|error| error > 0.0));
+        let limits = |of: fn(&Reading) -> f64| alone.iter().map(move |(_, reading)| of(reading));
+        let mut low = limits(|reading| reading.ci_low).fold(f64::INFINITY, f64::min);
+        let mut high = limits(|reading| reading.ci_high).fold(f64::INFINITY, f64::min);
+        let estimate = |&(cell, reading): &(usize, &Reading)| {
+            [reading.irradiance.unwrap_or(0.0), self.sample_error(cell, channel)]
         };
-        let estimates: Vec<[f64; 2]> =
-            cells.zip(&readings).map(|(cell, reading)| estimate(cell, reading)).collect();
-        let Interval { low, high } = minimum_interval(&estimates, self.confidence(), self.samples() - 1);
+        let estimates: Vec<[f64; 2]> = told.iter().map(estimate).collect();
+        if !estimates.is_empty() {
+            let of_told = minimum_interval(&estimates, self.confidence(), self.samples() - 1);
+            (low, high) = (low.min(of_told.low), high.min(of_told.high));
+        }
         Figure { value, low: low.max(0.0), high }
-    }
-
-    /// Σx and Σx² of a row of sensors.
-    pub(super) fn moments(&self, row: usize, channel: usize) -> Moments {
-        let sums = self.tally().patch(row, channel);
-        Moments { n: self.samples(), sum: sums[0], sum_sq: sums[1] }
     }
 }

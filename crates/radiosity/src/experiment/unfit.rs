@@ -58,6 +58,16 @@ pub enum Unfit {
         "exchange factors are those of one reflectance for each surface, and the scene has three channels; choose one of them"
     )]
     ExchangeInColour,
+    /// Daylight coefficients belong to one channel.
+    #[error(
+        "daylight coefficients are those of one reflectance for each surface, and the scene has three channels; choose one of them"
+    )]
+    DaylightInColour,
+    /// Nothing measures the daylight.
+    #[error(
+        "the scene has no sensor (daylight coefficients are those of places where light is measured); add a [[sensor]] to the scene file"
+    )]
+    NoSensors,
     /// Groups that leave faces out, are empty, or walk more than their share of the sequence.
     #[error(
         "the groups of the exchange factors are not those of the scene (each face belongs to one, each has a face), or one walks more than 2⁴⁰ walks; change groups or walks"
@@ -91,11 +101,11 @@ pub enum Unfit {
         "batches and chains are one sample of the light of all sources together, and the covariances of their sources are not kept; write walk = \"shooting\" with sampler = \"random\" and without final_gather, or remove [[source]] and [sensitivity]"
     )]
     SourcesOfBatches,
-    /// Sensors gather what all sources have lit.
+    /// Marks of materials are kept of faces alone.
     #[error(
-        "sensors gather the light of all sources together; remove [[sensor]], or remove [[source]] and [sensitivity]"
+        "sensors and planes gather what walks have found, of which the derivatives by materials are not kept; remove [sensitivity], or remove each [[sensor]], [[plane]] and [[points]]"
     )]
-    SourcesOfSensors,
+    SensitiveSensors,
     /// What is cut off depends on reflectances, too.
     #[error(
         "walks are cut off, and what is cut off depends on the reflectances as well (the derivatives would lack it); write end = \"roulette\", or remove [sensitivity]"

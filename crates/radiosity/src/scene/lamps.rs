@@ -241,6 +241,14 @@ impl Scene {
         }
     }
 
+    /// The irradiance that all lamps without area bring straight to a point, as [`Scene::each_lamp_at`] has it; distant ones as if they were
+    /// the middles of their discs.
+    pub fn lamps_at(&self, point: DVec3, normal: DVec3, from: u32) -> [f64; 3] {
+        let lights =
+            (0..self.lamp_count()).filter_map(|lamp| self.lamp_light(lamp, (point, normal, from), 0));
+        lights.fold([0.0; 3], |sum, light| std::array::from_fn(|c| sum[c] + light[c]))
+    }
+
     /// What a lamp brings to one side of a point; `None` where it lies behind or something stands between.
     pub(crate) fn lamp_light(
         &self,
