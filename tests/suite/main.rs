@@ -14,6 +14,7 @@ mod colour;
 mod compare;
 mod continuous;
 mod coverage;
+mod daylight;
 mod diff;
 mod disk;
 mod documents;

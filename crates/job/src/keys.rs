@@ -2,15 +2,13 @@
 //! and editors' schemas and the reference are written from the same tables.
 
 mod job;
+mod scene;
 
 pub(crate) use self::job::*;
+pub(crate) use self::scene::*;
 
 /// The keys at the top of a job that are lists of tables.
 pub(crate) const JOB_LISTS: [&str; 1] = ["source"];
-
-/// The keys of a scene file.
-pub(crate) const SCENE_KEYS: &[&str] =
-    &["material", "surface", "mesh", "sensor", "sky", "lamp", "plane", "points"];
 
 /// The keys at the top of a scene that are lists of tables.
 pub(crate) const LISTS: [&str; 6] = ["surface", "mesh", "sensor", "lamp", "plane", "points"];

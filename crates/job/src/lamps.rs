@@ -8,23 +8,11 @@ use radiosity::{Emission, LampSpec, LampsSpec, Spectrum};
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::imports::positive;
+use crate::keys::LAMP_KEYS;
 use crate::keys::LISTS;
 use crate::lamp::load_lamp;
 use crate::material::read_spectrum;
 use crate::shape::read_point;
-
-pub(crate) const LAMP_KEYS: &[&str] = &[
-    "name",
-    "file",
-    "intensity",
-    "cone",
-    "illuminance",
-    "diameter",
-    "position",
-    "aim",
-    "rotation",
-    "factor",
-];
 
 /// The key of a file that a lamp has already, and the number of its table.
 type Known = Vec<(PathBuf, u32)>;

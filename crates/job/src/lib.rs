@@ -43,6 +43,7 @@ mod sources;
 mod target;
 mod thermal;
 mod vocabulary;
+mod weather;
 mod word;
 
 pub use budget::{Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_STREAM_PATHS};
@@ -69,4 +70,5 @@ pub use sensors::SensorTarget;
 pub use target::{Target, TotalTarget};
 pub use thermal::{Enclosure, load_enclosure};
 pub use vocabulary::{Light, OutputFile, Unhit, Vantage};
+pub use weather::{load_matrix, load_weather};
 pub use word::Word;

@@ -9,11 +9,8 @@ use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::imports::positive;
 use crate::keys::LISTS;
+use crate::keys::{PLANE_KEYS, POINTS_KEYS};
 use crate::shape::read_point;
-
-pub(crate) const PLANE_KEYS: &[&str] = &["name", "origin", "u", "v", "spacing", "height", "normal"];
-
-pub(crate) const POINTS_KEYS: &[&str] = &["name", "file"];
 
 /// The most points of a plane along one side.
 const MOST_ALONG: f64 = 4096.0;

@@ -19,9 +19,8 @@ use crate::lighting::bounds;
 use crate::partition::misfit;
 use crate::site::{Lines, SurfaceSite};
 use crate::sky::{SKY, sky_box};
-pub(crate) use read::{MESH_KEYS, is_toml};
+pub(crate) use read::is_toml;
 pub use read::{load_scene, load_scene_with};
-pub(crate) use surface::SURFACE_KEYS;
 
 /// A scene as written, and where.
 #[derive(Clone, Debug, PartialEq)]
@@ -271,6 +270,13 @@ impl SceneFile {
             surface.cell_emittance.clear();
         }
         scene
+    }
+
+    /// The same surfaces in one channel with the sensors, without the sky: daylight comes from a sky of its own, and the light of surfaces
+    /// plays no part.
+    pub fn for_daylight(&self, channel: usize) -> Self {
+        let scene = self.for_exchange(channel, |_| None);
+        SceneFile { sensors: self.sensors.clone(), ..scene.without_sky() }
     }
 
     /// The scene without its sky: what would end there escapes.

@@ -9,9 +9,8 @@ use radiosity::{SensorShape, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::document::Value;
 use crate::error::Error;
+use crate::keys::SKY_KEYS;
 use crate::material::read_spectrum;
-
-pub(crate) const SKY_KEYS: &[&str] = &["emittance"];
 
 /// What the sides of the box are called, and their material.
 pub(crate) const SKY: &str = "sky";

@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::word::Word;
 
+/// The word by which a job or a surface leaves its cells to the program.
+pub(crate) const AUTO: &str = "auto";
+
 /// The largest lease: lost with its worker, it would be traced again whole.
 pub(crate) const MAX_STREAM_PATHS: u64 = 1 << 24;
 

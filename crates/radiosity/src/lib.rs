@@ -39,6 +39,7 @@ mod tally;
 mod trace;
 mod walk;
 
+pub use experiment::daylight::{Coefficients, SkyTally};
 pub use experiment::exchange::{ExchangeRows, ExchangeSpec, FactorKind, RowBoard, Segment, exchange_counts};
 pub use experiment::influence::{Derivative, Influences, Property};
 pub use experiment::planes::{Figure, PlaneFigures};

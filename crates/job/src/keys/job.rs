@@ -13,20 +13,20 @@ use crate::vocabulary::{
 /// The keys of a job file.
 pub(crate) const JOB: [Key; 15] = [
     Key::new("name", text, "Names the output folder. Default: the file's name."),
-    Key::new("scene", || json!({"anyOf": [text(), table_of(&SCENE_TABLE)]}), "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply, .mgf, .xml or .vs3. Or a table of the file and how it is cut.").required(),
+    Key::new("scene", || json!({"anyOf": [text(), table(&SCENE_TABLE)]}), "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply, .mgf, .xml or .vs3. Or a table of the file and how it is cut.").required(),
     Key::new("seed", || integer(0, i64::MAX as u64), "The seed of all random numbers. Default: 0."),
     Key::new("confidence", || json!({"type": "number", "minimum": 0.5, "exclusiveMaximum": 1}), "The level of every interval. Default: 0.95."),
     Key::new("simultaneous", boolean, "Whether all intervals hold together. Default: false."),
     Key::new("light", word::<Light>, "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf, where light is assumed and with a [[lamp]], else radiant."),
-    Key::new("import", || table_of(&IMPORT), "How meshes are read."),
-    Key::new("method", || table_of(&METHOD), "How the scene is solved."),
-    Key::new("budget", || table_of(&BUDGET), "What the run may cost.").required(),
+    Key::new("import", || table(&IMPORT), "How meshes are read."),
+    Key::new("method", || table(&METHOD), "How the scene is solved."),
+    Key::new("budget", || table(&BUDGET), "What the run may cost.").required(),
     Key::new("target", target_table, "The accuracy at which the run ends. Default: the budget is spent."),
-    Key::new("tracing", || table_of(&TRACING), "How rays look for surfaces."),
-    Key::new("output", || table_of(&OUTPUT), "What is written beside tally.bin, which is always there."),
+    Key::new("tracing", || table(&TRACING), "How rays look for surfaces."),
+    Key::new("output", || table(&OUTPUT), "What is written beside tally.bin, which is always there."),
     Key::new("view", view, "How the picture is taken. What is absent is chosen from the scene."),
     Key::new("source", || list_of(source_table(), 0), "Groups of emitters that are told apart. Those that no group holds are the source \"rest\"."),
-    Key::new("sensitivity", || table_of(&SENSITIVITY), "How light depends on reflectances and emittances."),
+    Key::new("sensitivity", || table(&SENSITIVITY), "How light depends on reflectances and emittances."),
 ];
 
 pub(crate) const JOB_KEYS: &[&str] = &names(&JOB);
@@ -191,12 +191,12 @@ pub(crate) const METHOD: [Key; 11] = [
     Key::new("sampler", word::<Sampler>, "Where walks take their numbers from. Default: random."),
     Key::new(
         "infinite",
-        || table_of(&INFINITE),
+        || table(&INFINITE),
         "How the infinite estimator's walks end. Default: roulette below 0.001.",
     ),
     Key::new(
         "birth",
-        || json!({"anyOf": [{"enum": ["area", "uniform"]}, table_of(&BIRTH)]}),
+        || json!({"anyOf": [{"enum": ["area", "uniform"]}, table(&BIRTH)]}),
         "Where gathering walks are born. Default: area.",
     ),
     Key::new(
@@ -214,7 +214,7 @@ pub(crate) const METHOD: [Key; 11] = [
         || integer(1, u32::MAX.into()),
         "Rays of a chain, or walks that share a Sobol sequence.",
     ),
-    Key::new("jacobi", || table_of(&SOLVE), "What chains make of their rays. Default: links."),
+    Key::new("jacobi", || table(&SOLVE), "What chains make of their rays. Default: links."),
     Key::new("final_gather", patches, "Patches whose light rays of their own gather. Default: none."),
 ];
 
@@ -296,7 +296,7 @@ pub(crate) const IMPORT: [Key; 14] = [
     ),
     Key::new(
         "material",
-        || json!({"type": "object", "additionalProperties": table_of(&OVERRIDE)}),
+        || json!({"type": "object", "additionalProperties": table(&OVERRIDE)}),
         "Changes of materials by name or, where no material has it, of parts; * stands for any text, later entries win.",
     ),
 ];
@@ -320,7 +320,7 @@ pub(crate) const OVERRIDE_KEYS: &[&str] = &names(&OVERRIDE);
 
 /// A target asks for something, and what is about patches goes with an error of theirs.
 fn target_table() -> Value {
-    let mut schema = table_of(&TARGET);
+    let mut schema = table(&TARGET);
     schema["anyOf"] =
         json!([{"required": ["relative_error"]}, {"required": ["sensors"]}, {"required": ["total_error"]}]);
     schema["dependencies"] = json!({"fraction": ["relative_error"], "min_hits": ["relative_error"], "patches": ["relative_error"], "quantity": ["relative_error"]});
@@ -329,14 +329,14 @@ fn target_table() -> Value {
 
 /// A source holds something.
 fn source_table() -> Value {
-    let mut schema = table_of(&SOURCE);
+    let mut schema = table(&SOURCE);
     schema["anyOf"] = json!([{"required": ["surfaces"]}, {"required": ["materials"]}, {"required": ["patches"]}, {"required": ["lamps"]}]);
     schema
 }
 
 /// An eye looks at something; without one nothing is said of how it looks.
 fn view() -> Value {
-    let mut view = table_of(&VIEW);
+    let mut view = table(&VIEW);
     view["dependencies"] = json!({"eye": ["look_at"], "look_at": ["eye"], "up": ["eye"], "fov": ["eye"]});
     view
 }

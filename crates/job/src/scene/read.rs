@@ -14,7 +14,7 @@ use super::surface::{can_name_a_surface, read_surface};
 use crate::document::{Table, Value};
 use crate::error::{Error, MESH_FORMATS};
 use crate::imports::{positive, read_mesh};
-use crate::keys::{LISTS, SCENE_KEYS};
+use crate::keys::{LISTS, MESH_KEYS, SCENE_KEYS};
 use crate::lamps::read_lamps;
 use crate::lighting::{Lit, read_lit};
 use crate::material::{Material, Materials, find_material, read_materials};
@@ -49,8 +49,6 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
     sky.into_iter().for_each(|emittance| scene.add_sky(emittance));
     Ok(scene)
 }
-
-pub(crate) const MESH_KEYS: &[&str] = &["file", "material", "max_patch_area"];
 
 fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
     let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;

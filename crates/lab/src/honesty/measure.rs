@@ -17,8 +17,8 @@ use super::truth::{Fine, Truth};
 /// root mean squared error of a run, and never more than its mean number of hits.
 pub const CLASSES: [f64; 5] = [1.0, 4.0, 16.0, 64.0, f64::INFINITY];
 
-/// Relative errors below this are those of sums of whole units, not of walks.
-const ROUNDING: f64 = 1e-7;
+/// Relative errors below this are those of rounding and of solving systems, not of walks.
+const ROUNDING: f64 = 1e-5;
 
 /// The columns of radiosities, grey and in colour.
 const CHANNELS: [&str; 4] = ["", "_r", "_g", "_b"];
@@ -123,8 +123,10 @@ pub struct Row {
 /// All methods in a scene.
 pub fn all(site: &Site) -> Result<Vec<Row>, Failure> {
     let (spec, scene) = scene(site)?;
-    let truths =
-        [Truth::discrete(site, &spec, scene.faces().len())?, Truth::continuous(site, scene.faces().len())?];
+    let faces = scene.faces().len();
+    let discrete = Truth::discrete(site, &spec, faces)?;
+    let of_chains = if site.made { discrete.clone() } else { Truth::of_chains(site, faces)? };
+    let truths = [discrete, Truth::continuous(site, faces)?, of_chains];
     let fine = Fine::new(site, &spec)?;
     let distance = true_distance(&scene, &truths);
     let mut rows = Vec::new();
@@ -146,17 +148,17 @@ pub fn all(site: &Site) -> Result<Vec<Row>, Failure> {
     Ok(rows)
 }
 
-/// What is known of a scene beside any run: its given patches, their light in both spaces, the light on fine cells, and how far the discretised
+/// What is known of a scene beside any run: its given patches, their light in both spaces and as chains have it, the light on fine cells, and how far the discretised
 /// system is from the integral equation's answer.
 struct Known<'a> {
     scene: &'a Scene,
-    truths: &'a [Truth; 2],
+    truths: &'a [Truth; 3],
     fine: Option<&'a Fine>,
     distance: f64,
 }
 
 /// The relative L2 distance between the irradiances of both spaces, without the noise of either.
-fn true_distance(scene: &Scene, [discrete, continuous]: &[Truth; 2]) -> f64 {
+fn true_distance(scene: &Scene, [discrete, continuous, _]: &[Truth; 3]) -> f64 {
     let (mut squares, mut light) = (0.0, 0.0);
     let channels = scene.channels();
     for (k, (&[_, d, d_noise], &[_, c, c_noise])) in discrete.light.iter().zip(&continuous.light).enumerate()
@@ -200,7 +202,7 @@ fn for_seeds<T: Send>(
 
 /// A method on given patches; in one scene also what it would be, were its intervals too narrow.
 fn of_given(site: &Site, method: &Method, paths: u64, known: &Known) -> Result<Vec<Row>, Failure> {
-    let Known { scene, truths: [discrete, continuous], fine, distance } = *known;
+    let Known { scene, truths: [discrete, continuous, of_chains], fine, distance } = *known;
     let seeds = method.seeds(site);
     let done = for_seeds(seeds, |seed| {
         let kept = method.run(site, paths, seed, &[])?;
@@ -209,7 +211,11 @@ fn of_given(site: &Site, method: &Method, paths: u64, known: &Known) -> Result<V
         let continuous = kept.settings.method.space == radiosity::Space::Continuous;
         Ok((run, error, continuous))
     })?;
-    let truth = if done[0].2 { continuous } else { discrete };
+    let truth = match done[0].2 {
+        true => continuous,
+        false if method.name == "chains" => of_chains,
+        false => discrete,
+    };
     let runs: Vec<&Run> = done.iter().map(|(run, ..)| run).collect();
     let patches = Patches::new(scene, truth);
     let mut row = Row::new(site, method, seeds, paths);

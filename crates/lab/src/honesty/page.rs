@@ -46,17 +46,19 @@ impl Place {
     }
 }
 
-/// Why rows are outside of their bands: scene, method and figure, each from its beginning, the side, and the reason.
-const WHY: [(&str, &str, &str, Place, &str); 10] = [
+/// Why rows are outside of their bands: scene (or any), method and figure, each from its beginning, the side, and the reason.
+const WHY: [(&str, &str, &str, Place, &str); 12] = [
     ("", "infinite, cut off", "standard errors", Place::Below, CUT_OFF_BIAS),
     ("", "infinite, cut off", "", Place::Above, CUT_OFF),
     ("corridor", "chains", "coverage", Place::Below, FEW_LINKS),
     ("", "chains", "", Place::Above, ONE_MORE),
     ("bright", "", "coverage", Place::Above, LONG_WALKS),
     ("", "", "half-widths, 1 scores", Place::Above, FEW_SCORES),
+    ("", "", "half-widths, 4 scores", Place::Above, FEW_SCORES),
+    ("", "", "coverage", Place::Above, SAFE),
     ("", "", "median", Place::Above, UNHIT),
-    ("CornellBox", "", "check backs", Place::Below, GAPS),
-    ("simpleRoom", "", "check backs", Place::Below, GAPS),
+    ("CornellBox-Original.obj", "", "check backs", Place::Below, GAPS),
+    ("simpleRoom.obj", "", "check backs", Place::Below, GAPS),
     ("", "", "9 tenths", Place::Above, UNHIT),
 ];
 const CUT_OFF: &str = "The bound on what is cut off is added to the upper end, and the truth is nearer than the bound: the interval is wider than it need be, and covers more, as the check `bias` says";
@@ -66,6 +68,7 @@ const ONE_MORE: &str = "Intervals and standard errors of chains allow for one mo
 const LONG_WALKS: &str = "With R = 0.99 one walk may score a hundred times on a patch, and intervals allow for a walk that does so more often than any that was seen: on the safe side";
 const GAPS: &str =
     "The check is right: faces of this file do not meet, or are turned round, and light ends on backs";
+const SAFE: &str = "On the safe side: an interval of few whole hits covers more than it need, and few seeds tell little of how much";
 const FEW_SCORES: &str =
     "Most runs have no score or one on such a patch, and tell a bound: the light that could have been there";
 const UNHIT: &str = "A tenth of the area and more has hardly a score: the headline counts it by half of its bound over the floor, and the truth is far below the bound. More walks bring both together";
@@ -91,7 +94,10 @@ impl Outside {
     fn why(&self) -> Option<&'static str> {
         let Outside { site, method, what, place, .. } = self;
         let is_of = |(scene, of, figure, side, _): &&(&str, &str, &str, Place, &str)| {
-            site.starts_with(scene) && method.starts_with(of) && what.starts_with(figure) && side == place
+            (scene.is_empty() || scene == site)
+                && method.starts_with(of)
+                && what.starts_with(figure)
+                && side == place
         };
         WHY.iter().find(is_of).map(|(.., why)| *why)
     }

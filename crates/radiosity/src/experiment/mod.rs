@@ -3,6 +3,7 @@
 mod batches;
 mod board;
 mod chains;
+pub(crate) mod daylight;
 pub(crate) mod exchange;
 mod gathering;
 mod groups;

@@ -58,6 +58,16 @@ pub enum Unfit {
         "exchange factors are those of one reflectance for each surface, and the scene has three channels; choose one of them"
     )]
     ExchangeInColour,
+    /// Daylight coefficients belong to one channel.
+    #[error(
+        "daylight coefficients are those of one reflectance for each surface, and the scene has three channels; choose one of them"
+    )]
+    DaylightInColour,
+    /// Nothing measures the daylight.
+    #[error(
+        "the scene has no sensor (daylight coefficients are those of places where light is measured); add a [[sensor]] to the scene file"
+    )]
+    NoSensors,
     /// Groups that leave faces out, are empty, or walk more than their share of the sequence.
     #[error(
         "the groups of the exchange factors are not those of the scene (each face belongs to one, each has a face), or one walks more than 2⁴⁰ walks; change groups or walks"

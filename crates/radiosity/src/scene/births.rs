@@ -2,9 +2,14 @@
 
 use super::lamps::Lamps;
 use crate::geometry::face::Faces;
+use crate::geometry::frame::Frames;
+use crate::geometry::sensor::{SensorCell, Sensors};
 use crate::geometry::spec::Side;
 use crate::geometry::surface::Surface;
+use crate::random::rng::unit_32;
 use crate::random::sampling::AliasTable;
+use crate::scene::Scene;
+use crate::trace::ray::{Ray, Rays};
 
 /// One side of consecutive cells of a surface, where walks begin with the same probability.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +35,94 @@ pub(crate) enum Birthplace {
     Cell(Origin),
     /// At a lamp without area, by number.
     Lamp(usize),
+}
+
+/// A place on a plane where a walk begins.
+pub(crate) struct Birth {
+    /// The number of the frame that it leaves: a surface, or what [`Nursery::frames`] has behind them.
+    pub surface: u32,
+    pub cell: u32,
+    /// 1 where it is the front that the walk leaves, −1 where it is the back.
+    pub facing: f64,
+    pub uv: [f64; 2],
+    /// What the walk is born on: a face, or a cell of a sensor.
+    pub face: u32,
+}
+
+/// How a walk is born.
+pub(crate) enum Born {
+    /// On a plane, which it leaves in a direction about the normal.
+    OnPlane(Birth),
+    /// At a lamp without area, by number.
+    AtLamp(usize),
+}
+
+/// What bears walks.
+pub(crate) trait Nursery<const C: usize> {
+    /// The birth that four times 64 random bits choose, and the weights of the channels; the last bits are those of the direction.
+    fn bear(&self, scene: &Scene, draws: [u64; 4]) -> (Born, [f64; C]);
+    /// The frames that walks leave.
+    #[inline(always)]
+    fn frames<'a>(&'a self, scene: &'a Scene) -> &'a Frames {
+        &scene.parts.frames
+    }
+    /// Says of rays that have left a frame which of them leave no surface.
+    #[inline(always)]
+    fn leave(_scene: &Scene, _rays: &mut Rays) {}
+}
+
+impl<const C: usize> Nursery<C> for Births {
+    #[inline(always)]
+    fn bear(&self, scene: &Scene, [cradle, cell, point, _]: [u64; 4]) -> (Born, [f64; C]) {
+        let (birthplace, weights) = self.choose([cradle, cell]);
+        let Origin { surface: number, cell, side } = match birthplace {
+            Birthplace::Cell(origin) => origin,
+            Birthplace::Lamp(lamp) => return (Born::AtLamp(lamp), weights),
+        };
+        let uv = scene.surfaces()[number as usize]
+            .point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
+        let face = scene.face_at(number, cell, side);
+        (Born::OnPlane(Birth { surface: number, cell, facing: side.sign(), uv, face }), weights)
+    }
+}
+
+/// Births in one cell of a sensor, uniformly.
+pub(crate) struct SensorBirths<'a> {
+    sensors: &'a Sensors,
+    /// The frames of surfaces, and those of sensors behind them.
+    frames: &'a Frames,
+    /// The number of the sensor's frame there.
+    frame: u32,
+    number: u32,
+    cell: SensorCell,
+}
+
+impl<'a> SensorBirths<'a> {
+    pub(crate) fn new(sensors: &'a Sensors, frames: &'a Frames, surfaces: u32, cell: usize) -> Self {
+        let number = cell as u32;
+        let cell = sensors.cell(cell);
+        SensorBirths { sensors, frames, frame: surfaces + cell.frame(), number, cell }
+    }
+}
+
+impl Nursery<1> for SensorBirths<'_> {
+    #[inline(always)]
+    fn bear(&self, _: &Scene, [_, _, point, _]: [u64; 4]) -> (Born, [f64; 1]) {
+        let uv = self.sensors.place(&self.cell, [(point >> 32) as u32, point as u32]);
+        let birth = Birth { surface: self.frame, cell: 0, facing: 1.0, uv, face: self.number };
+        (Born::OnPlane(birth), [1.0])
+    }
+
+    #[inline(always)]
+    fn frames<'a>(&'a self, _: &'a Scene) -> &'a Frames {
+        self.frames
+    }
+
+    #[inline(always)]
+    fn leave(scene: &Scene, rays: &mut Rays) {
+        let surfaces = scene.surfaces().len() as u32;
+        rays.from.iter_mut().filter(|from| **from >= surfaces).for_each(|from| *from = Ray::FREE);
+    }
 }
 
 /// Sides of cells, then lamps without area, the probability of each, and the weights that walks set out with.
