@@ -88,8 +88,7 @@ fn births_light_patches_by_the_inverse_square_law() {
         let scene = experiment.scene();
         for (face, estimate) in solution.estimates.iter().enumerate() {
             let corners = scene.faces().piece_corners(face as u32);
-            let origin = scene.origin();
-            let (a, u, v) = (corners[0] + origin, corners[1] - corners[0], corners[3] - corners[0]);
+            let (a, u, v) = (corners[0], corners[1] - corners[0], corners[3] - corners[0]);
             let normal = u.cross(v).normalize();
             let places = (0..POINTS * POINTS)
                 .map(|i| [i / POINTS, i % POINTS].map(|i| (f64::from(i) + 0.5) / f64::from(POINTS)));

@@ -79,8 +79,10 @@ pub(super) fn largest_radiosity(scene: &Scene) -> [f64; 3] {
     let mut most = [0.0_f64; 3];
     for number in 0..scene.faces().piece_count() as u32 {
         let corners = scene.faces().piece_corners(number);
-        let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
-        let radius = corners.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max);
+        let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        let radius = corners.iter().map(|corner| corner.distance(centre)).fold(0.0, f64::max);
+        // Lamps are in the coordinates of the scene, corners in those of the file.
+        let middle = centre - scene.origin();
         let near = lamps.most_irradiance(|lamp| (lamp.distance(middle) - radius).max(0.0));
         let area = scene.faces().piece(number).area;
         for c in 0..3 {
