@@ -190,7 +190,12 @@ fn exit_code_of(error: &results::Error) -> u8 {
         Error::Report(_) | Error::Checkpoint(_) | Error::Kept { .. } | Error::Merge { .. } => 2,
         Error::Incomparable { .. } | Error::NoTable { .. } | Error::Mixture { .. } => 2,
         Error::BeyondBudget { .. } | Error::OtherBatches { .. } => 2,
-        Error::Job(_) | Error::Unfit(_) | Error::Factors(_) | Error::NoRoom { .. } => 2,
+        Error::Job(_)
+        | Error::Unfit(_)
+        | Error::Factors(_)
+        | Error::DaylightChannel
+        | Error::FewDaylightWalks { .. }
+        | Error::NoRoom { .. } => 2,
         Error::OtherTable { .. } | Error::Overflow | Error::System { .. } | Error::Rows { .. } => 3,
     }
 }

@@ -17,6 +17,7 @@ mod progress;
 mod shift;
 mod signals;
 mod summary;
+mod team;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -27,8 +28,8 @@ use voice::{Voice, emit, record, say, unsaid};
 
 use crate::args::{Cli, Command};
 use crate::commands::{
-    audit, check, combine, compare, coordinate, diff, exact, factors, help, lamp, merge, new, plan, relay,
-    replay, report, status, work,
+    audit, check, combine, compare, coordinate, daylight, diff, exact, factors, help, lamp, merge, new, plan,
+    relay, replay, report, sky, status, work,
 };
 use crate::fault::{Fault, Outcome};
 
@@ -47,6 +48,8 @@ fn main() -> ExitCode {
         Command::Relay(args) => relay::relay(&args),
         Command::Exact(args) => exact::exact(&args),
         Command::Factors(args) => factors::factors(&args),
+        Command::Daylight(args) => daylight::daylight(&args),
+        Command::Sky(args) => sky::sky(&args),
         Command::Status(args) => status::status(&args),
         Command::Diff(args) => diff::diff(&args),
         Command::Merge(args) => merge::merge(&args),

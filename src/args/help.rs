@@ -115,6 +115,21 @@ Examples:
   radwalk lamp downlight.ies                                 flux, efficacy, beam angles; out/downlight/polar.svg
   radwalk lamp street.ldt --svg street.svg --json            the same as JSON on stdout";
 
+/// Under the help of `radwalk daylight`.
+pub(super) const DAYLIGHT: &str = "\
+Examples:
+  radwalk daylight room.toml --weather city.epw              a year of daylight at every sensor: out/room/annual.csv
+  radwalk daylight room.toml --weather city.epw --sky-patches 577 --enough 500
+
+Files: annual.csv (figures of every place), annual.ill and annual-error.ill (hour by hour), coefficients.mtx (for dctimestep), daylight.json.";
+
+/// Under the help of `radwalk sky`.
+pub(super) const SKY: &str = "\
+Examples:
+  radwalk sky --cie 16 --horizontal 10000 --out overcast.mtx  the overcast sky of the CIE, 10,000 lx on the ground
+  radwalk sky --cie 12 --altitude 40 --azimuth 180 --out clear.mtx
+  radwalk sky --weather city.epw --out year.mtx               a column for each hour: Perez's all-weather sky, and the sun";
+
 /// Under the help of `radwalk compare`.
 pub(super) const COMPARE: &str = "\
 Examples:

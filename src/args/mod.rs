@@ -45,6 +45,12 @@ pub(crate) enum Command {
     /// Count exchange factors between groups of surfaces, and the heat between them
     #[command(after_help = FACTORS)]
     Factors(FactorsArgs),
+    /// Count daylight coefficients of the sensors of a job, and what a year of weather makes of them
+    #[command(after_help = DAYLIGHT)]
+    Daylight(DaylightArgs),
+    /// Write a sky vector, or the sky matrix of a year, in the layout of Radiance's gendaymtx
+    #[command(after_help = SKY)]
+    Sky(SkyArgs),
     /// Combine runs of one scene and method into one result
     #[command(after_help = MERGE)]
     Merge(MergeArgs),
@@ -101,6 +107,8 @@ impl Command {
             Command::Relay(args) => Voice::new(false, args.quiet, true),
             Command::Exact(args) => of(&args.out, false),
             Command::Factors(args) => of(&args.out, false),
+            Command::Daylight(args) => of(&args.out, false),
+            Command::Sky(args) => Voice::new(false, args.quiet, false),
             Command::Compare(args) => of(&args.out, false),
             Command::Plan(args) => Voice::new(args.json, false, false),
             Command::Status(args) => Voice::new(args.json, false, false),

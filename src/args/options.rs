@@ -7,10 +7,10 @@ use job::OutputFile;
 use results::factors::{MatrixFile, SparseFile};
 
 use super::values::{
-    Lamp, count, factor, illuminance, lamp, output_file, part, rays, row_walks, sky_patches, threads,
-    tolerance, workers,
+    Lamp, count, factor, illuminance, lamp, output_file, part, rays, reflectance, row_walks, sky_patches,
+    threads, tolerance, workers,
 };
-use crate::lead::Team;
+use crate::team::Team;
 
 /// How a mesh is lit, and read.
 #[derive(Args)]
@@ -393,6 +393,80 @@ pub(crate) struct FactorsArgs {
     /// Go on from the counts in the output folder
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
+}
+
+/// What `radwalk daylight` counts.
+#[derive(Args)]
+pub(crate) struct DaylightArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    #[command(flatten)]
+    pub out: OutArgs,
+    /// The weather of a year, in the format of EnergyPlus (EPW)
+    #[arg(long, value_name = "FILE")]
+    pub weather: PathBuf,
+    /// Patches of the sky: 145 (Tregenza's), 577 or 2305 (Reinhart's)
+    #[arg(long, value_name = "N", default_value_t = 145, value_parser = sky_patches)]
+    pub sky_patches: u32,
+    /// The reflectance of the ground, where the scene has none
+    #[arg(long, value_name = "R", default_value_t = 0.2, value_parser = reflectance)]
+    pub ground: f64,
+    /// The channel whose reflectances hold, in a scene in colour
+    #[arg(long, value_enum)]
+    pub channel: Option<ChannelWord>,
+    /// The walks of a place end where the half-width of the interval of its yearly mean is this part of the mean
+    #[arg(long, value_name = "PART", default_value_t = 0.05, value_parser = tolerance)]
+    pub tolerance: f64,
+    /// The illuminance that is enough, for daylight autonomy [lx]
+    #[arg(long, value_name = "LX", default_value_t = 300.0, value_parser = illuminance)]
+    pub enough: f64,
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "T", value_parser = threads)]
+    pub threads: Option<u32>,
+}
+
+/// What `radwalk sky` writes.
+#[derive(Args)]
+pub(crate) struct SkyArgs {
+    /// The standard sky of the CIE: 1 to 15 of CIE S 011, 16 for the traditional overcast sky
+    #[arg(long, value_name = "TYPE", required_unless_present = "weather", value_parser = clap::value_parser!(u8).range(1..=16))]
+    pub cie: Option<u8>,
+    /// The altitude of the sun over the horizon, for a standard sky [°]
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true)]
+    pub altitude: f64,
+    /// The azimuth of the sun, from the north over the east [°]
+    #[arg(long, value_name = "DEG", default_value_t = 180.0, allow_negative_numbers = true)]
+    pub azimuth: f64,
+    /// What a standard sky gives a horizontal plane, without the sun [lx]
+    #[arg(long, value_name = "LX", default_value_t = 10000.0, value_parser = illuminance)]
+    pub horizontal: f64,
+    /// A year of weather (EPW), in place of a standard sky
+    #[arg(long, value_name = "FILE", conflicts_with = "cie")]
+    pub weather: Option<PathBuf>,
+    /// Leave out the sun of the weather
+    #[arg(long, requires = "weather")]
+    pub no_sun: bool,
+    /// Write power [W/(m² sr)] in place of light as eyes see it (over 179 lm/W)
+    #[arg(long, requires = "weather")]
+    pub solar: bool,
+    /// Patches of the sky: 145 (Tregenza's), 577 or 2305 (Reinhart's)
+    #[arg(long, value_name = "N", default_value_t = 145, value_parser = sky_patches)]
+    pub sky_patches: u32,
+    /// The reflectance of the ground
+    #[arg(long, value_name = "R", default_value_t = 0.2, value_parser = reflectance)]
+    pub ground: f64,
+    /// Write numbers of 32 bits, not text
+    #[arg(long)]
+    pub binary: bool,
+    /// The file to write
+    #[arg(long, value_name = "FILE", default_value = "sky.mtx")]
+    pub out: PathBuf,
+    /// Replace the file
+    #[arg(long)]
+    pub force: bool,
+    /// Say nothing but errors
+    #[arg(long, short)]
+    pub quiet: bool,
 }
 
 /// A file of factors.

@@ -73,6 +73,14 @@ pub(super) fn tolerance(typed: &str) -> Result<f64, String> {
         .ok_or("write a number between 0 and 1, such as 0.01".into())
 }
 
+/// A reflectance.
+pub(super) fn reflectance(typed: &str) -> Result<f64, String> {
+    let number: Option<f64> = typed.parse().ok();
+    number
+        .filter(|number| (0.0..=1.0).contains(number))
+        .ok_or("write a number from 0 to 1, such as 0.2".into())
+}
+
 /// A part of the rows: `1/4` is the first quarter.
 pub(super) fn part(typed: &str) -> Result<[u32; 2], String> {
     let numbers =

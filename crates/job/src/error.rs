@@ -67,6 +67,22 @@ pub enum Error {
         /// The line, and what is wrong there.
         source: photometry::Malformed,
     },
+    /// A file of weather that cannot be used.
+    #[error("{}:{source}", file.display())]
+    Weather {
+        /// The path as asked for.
+        file: PathBuf,
+        /// The line, and what is wrong there.
+        source: ::sky::Malformed,
+    },
+    /// A matrix of skies that cannot be used.
+    #[error("{}: {source}", file.display())]
+    Matrix {
+        /// The path as asked for.
+        file: PathBuf,
+        /// What is wrong.
+        source: ::sky::MatrixError,
+    },
     /// The text is not TOML.
     #[error("{place}: not valid TOML: {problem}; correct the line")]
     Syntax {

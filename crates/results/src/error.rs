@@ -18,6 +18,23 @@ pub enum Error {
     /// Exchange factors cannot be counted, or say nothing of heat.
     #[error(transparent)]
     Factors(#[from] FactorsFault),
+    /// Coefficients are those of one channel.
+    #[error(
+        "the scene is in colour, and daylight coefficients are those of one reflectance a surface; choose --channel r, g or b (g is the nearest to what eyes see)"
+    )]
+    DaylightChannel,
+    /// A look would have no walks.
+    #[error(
+        "{paths} walks for {cells} places are fewer than {fewest} for each, the least that says something; give more --paths, or fewer sensors"
+    )]
+    FewDaylightWalks {
+        /// Walks of the job.
+        paths: u64,
+        /// Places where light is measured.
+        cells: u64,
+        /// The least for each.
+        fewest: u64,
+    },
     /// A file of counted rows cannot be read or written.
     #[error("the rows in {} cannot be read or written ({source}); see to the file, or count anew with --force", path.display())]
     Rows {

@@ -5,7 +5,8 @@
 //! follow from the tally. Later, results are opened ([`Kept`]), [`merge`]d, held against each other ([`compare`]), and
 //! audited ([`audit`]: some of their walks are traced again), and mixtures of their sources are told of ([`combine`]).
 //!
-//! [`factors`] is a namespace of its own: exchange factors, whose walks are counted and kept otherwise.
+//! [`factors`] is a namespace of its own: exchange factors, whose walks are counted and kept otherwise. [`daylight`] is another: coefficients of the sky,
+//! and what a year of weather makes of them.
 //!
 //! [`walk_here`] walks a job on threads of this process, and comes to what the cluster comes to. [`solve`] is the deterministic
 //! solution. Nothing is printed here.
@@ -20,6 +21,7 @@ compile_error!(
 mod audit;
 mod checkpoints;
 mod combine;
+pub mod daylight;
 mod diff;
 mod error;
 mod exact_answer;

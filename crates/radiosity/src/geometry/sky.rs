@@ -56,6 +56,14 @@ impl SkyPatches {
         Some(self.firsts[band] + place.min(count - 1))
     }
 
+    /// The sines of the altitudes and the azimuths [rad] between which a patch lies; the cap goes all round.
+    pub fn bounds(&self, patch: u32) -> [[f64; 2]; 2] {
+        let band = self.firsts.partition_point(|&first| first <= patch) - 1;
+        let (count, place) = (f64::from(self.counts[band]), f64::from(patch - self.firsts[band]));
+        let sines = [self.edges[band], self.edges.get(band + 1).copied().unwrap_or(1.0)];
+        [sines, [-0.5, 0.5].map(|side| TAU * (place + side) / count)]
+    }
+
     /// The solid angle of each patch [sr].
     pub fn solid_angles(&self) -> Vec<f64> {
         self.each_band(|low, high| TAU * (high - low))
@@ -110,5 +118,21 @@ mod tests {
         assert_eq!((at(11.9, 348.0), at(12.1, 0.0), at(30.0, 0.0)), (Some(29), Some(30), Some(60)));
         assert_eq!((at(83.9, 0.0), at(84.1, 200.0), at(90.0, 0.0)), (Some(138), Some(144), Some(144)));
         assert_eq!((at(-0.1, 0.0), at(0.0, 0.0)), (None, Some(0)));
+    }
+
+    /// The middle of each patch is in it, and its bounds span its solid angle.
+    #[test]
+    fn bounds_are_those_of_directions() {
+        for size in SkyPatches::SIZES {
+            let sky = SkyPatches::new(size).unwrap();
+            for (patch, angle) in (0..size).zip(sky.solid_angles()) {
+                let [[low, high], [from, to]] = sky.bounds(patch);
+                assert!(((high - low) * (to - from) - angle).abs() < 1e-12);
+                let ((sine, azimuth), along) =
+                    ((0.5 * (low + high), 0.5 * (from + to)), |s: f64| 1.0 - s * s);
+                let flat = along(sine).sqrt();
+                assert_eq!(sky.of([flat * azimuth.sin(), flat * azimuth.cos(), sine]), Some(patch));
+            }
+        }
     }
 }

@@ -12,6 +12,7 @@ mod linear;
 pub(crate) mod marks;
 pub(crate) mod plain;
 pub(crate) mod score;
+pub(crate) mod skies;
 pub(crate) mod spots;
 mod visits;
 pub(crate) mod weighted;

@@ -1,0 +1,12 @@
+//! Daylight: what `radwalk daylight` counts and writes.
+//!
+//! A [`DaylightQuestion`] is made of a job, a weather file and of what is [`Wished`]; [`count`] walks on threads of this process; a
+//! [`DaylightAnswer`] holds the figures of every sensor, and writes the files.
+
+mod answer;
+mod count;
+mod question;
+
+pub use answer::{Answer as DaylightAnswer, FILES as DAYLIGHT_FILES};
+pub use count::{Counted as DaylightCounted, count};
+pub use question::{Question as DaylightQuestion, Wished};

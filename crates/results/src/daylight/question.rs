@@ -1,0 +1,83 @@
+//! What is asked of the daylight of a job.
+
+use std::path::Path;
+
+use job::Job;
+use radiosity::{Coefficients, SkyPatches};
+use sky::{Dome, Quantity, Wanted, Weather, Year};
+
+use super::count::FEWEST;
+use crate::error::Error;
+
+/// What a user asks for, beside the job.
+#[derive(Clone, Debug)]
+pub struct Wished<'a> {
+    /// The weather file.
+    pub weather: &'a Path,
+    /// The division of the sky.
+    pub patches: SkyPatches,
+    /// The reflectance of the ground, where a scene has none.
+    pub ground: f64,
+    /// Of a scene in colour: the channel whose reflectances hold.
+    pub channel: Option<usize>,
+    /// The half-width of the interval of the yearly mean, over this mean, at which the walks of a sensor end.
+    pub tolerance: f64,
+    /// What is asked of the hours; the level of intervals is that of the job.
+    pub wanted: Wanted,
+}
+
+/// What is to be counted, and what the counts are held against.
+pub struct Question {
+    /// The job.
+    pub job: Job,
+    /// The weather.
+    pub weather: Weather,
+    pub(super) coefficients: Coefficients,
+    pub(super) dome: Dome,
+    pub(super) year: Year,
+    /// The sky vector of the mean hour, and its sun.
+    pub(super) mean: (Vec<f64>, Vec<(usize, f64)>),
+    pub(super) tolerance: f64,
+    pub(super) wanted: Wanted,
+    pub(super) ground: f64,
+}
+
+impl Question {
+    /// The question about the sensors of a job; reads the weather.
+    ///
+    /// # Errors
+    /// Where the weather or the scene is refused, and where there is nothing to count.
+    pub fn of(mut job: Job, wished: &Wished<'_>) -> Result<Self, Error> {
+        let weather = job::load_weather(wished.weather)?;
+        let channels = job.scene.spec().channels();
+        if channels > 1 && wished.channel.is_none() {
+            return Err(Error::DaylightChannel);
+        }
+        job.scene = job.scene.for_daylight(wished.channel.unwrap_or(0));
+        let sky = wished.patches.clone();
+        let coefficients = Coefficients::new(job.build_scene()?, job.scene.sensors(), sky.clone())?;
+        let cells = coefficients.sensors().cell_count() as u64;
+        if job.budget.paths / cells < FEWEST {
+            return Err(Error::FewDaylightWalks { paths: job.budget.paths, cells, fewest: FEWEST });
+        }
+        let dome = Dome::new(sky);
+        let year = Year::new(&weather, &dome, Quantity::Illuminance, wished.ground);
+        let wanted = Wanted { confidence: job.confidence, ..wished.wanted.clone() };
+        Ok(Question {
+            mean: year.mean(&dome),
+            tolerance: wished.tolerance,
+            ground: wished.ground,
+            job,
+            weather,
+            coefficients,
+            dome,
+            year,
+            wanted,
+        })
+    }
+
+    /// How many places are measured.
+    pub(super) fn cells(&self) -> usize {
+        self.coefficients.sensors().cell_count()
+    }
+}

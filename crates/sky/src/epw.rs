@@ -1,0 +1,253 @@
+//! Weather files of EnergyPlus (EPW): eight lines of header, then a line for each hour.
+//!
+//! *EnergyPlus Auxiliary Programs*, "Weather Converter": hour 1 is from 0:00 to 1:00 of the clock of the site, without summer time.
+//! Radiation is that of the hour before the time named, so that the sun stands where it is half an hour earlier.
+
+use std::str::FromStr;
+
+use thiserror::Error;
+
+use crate::perez::Conditions;
+use crate::sun::{Site, SunPosition};
+
+/// The rule that a file breaks: line, problem, reason, remedy.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{line}: {problem}")]
+pub struct Malformed {
+    /// The line, from 1.
+    pub line: usize,
+    /// Problem, reason and remedy.
+    pub problem: String,
+}
+
+/// Lines of the header.
+const HEADER: usize = 8;
+
+/// The fields that are read of an hour, of 35.
+const FIELDS: usize = 16;
+
+/// From this number on a value of radiation is missing.
+const MISSING: f64 = 9999.0;
+
+/// The dew point where a file has none [°C]: `gendaymtx`'s.
+const DEW_POINT: f64 = 11.0;
+
+/// A file of weather.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weather {
+    /// The name of the place.
+    pub city: String,
+    /// The place.
+    pub site: Site,
+    /// Hour by hour.
+    pub hours: Vec<WeatherHour>,
+}
+
+/// An hour of a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WeatherHour {
+    /// The month, from 1.
+    pub month: u32,
+    /// The day of the month, from 1.
+    pub day: u32,
+    /// The hour that it ends [h], 1 … 24.
+    pub hour: u32,
+    /// The sun at the middle of the hour, its light and that of the sky.
+    pub conditions: Conditions,
+}
+
+impl Weather {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// The first line that is malformed, and why.
+    pub fn read(bytes: &[u8]) -> Result<Self, Malformed> {
+        let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes));
+        let lines: Vec<&str> = text.lines().collect();
+        let (city, site) = location(lines.first().copied().unwrap_or_default())?;
+        if let Some(periods) = lines.get(HEADER - 1) {
+            check_periods(periods)?;
+        }
+        let rows = (1..).zip(&lines).skip(HEADER).filter(|(_, row)| !row.trim().is_empty());
+        let hours: Vec<WeatherHour> =
+            rows.map(|(line, row)| hour(line, row, &site)).collect::<Result<_, _>>()?;
+        if hours.is_empty() {
+            return Err(at(
+                lines.len().max(1),
+                "the file ends before the first hour (eight lines of header, then the hours); give a whole EPW file",
+            ));
+        }
+        Ok(Weather { city, site, hours })
+    }
+}
+
+fn at(line: usize, problem: impl Into<String>) -> Malformed {
+    Malformed { line, problem: problem.into() }
+}
+
+fn location(line: &str) -> Result<(String, Site), Malformed> {
+    let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+    if fields.first().is_none_or(|word| !word.eq_ignore_ascii_case("LOCATION")) {
+        return Err(at(
+            1,
+            "the first line does not begin with LOCATION (that of an EPW file does); give an EPW file",
+        ));
+    }
+    let number = |place: usize, what: &str, most: f64| {
+        let field = fields.get(place).copied().unwrap_or_default();
+        let value = f64::from_str(field).ok().filter(|value| value.abs() <= most);
+        value.ok_or_else(|| at(1, format!("{field:?} stands for the {what} (field {}), which is a number within ±{most}; correct it", place + 1)))
+    };
+    let site = Site {
+        latitude: number(6, "latitude", 90.0)?,
+        longitude: number(7, "longitude", 180.0)?,
+        time_zone: number(8, "time zone", 14.0)?,
+        elevation: number(9, "elevation", 9999.9)?,
+    };
+    Ok((fields[1].to_owned(), site))
+}
+
+/// `DATA PERIODS,n,records an hour,…`: only whole hours are read.
+fn check_periods(line: &str) -> Result<(), Malformed> {
+    let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+    match fields.as_slice() {
+        [name, _, records, ..] if name.eq_ignore_ascii_case("DATA PERIODS") && *records != "1" => Err(at(
+            HEADER,
+            format!(
+                "the file has {records:?} records an hour (hours are read that are one line each); give a file of hours"
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn hour(line: usize, row: &str, site: &Site) -> Result<WeatherHour, Malformed> {
+    let fields: Vec<&str> = row.split(',').map(str::trim).collect();
+    if fields.len() < FIELDS {
+        return Err(at(
+            line,
+            format!(
+                "the line has {} fields of 35 (sun and sky stand in 15 and 16); correct it",
+                fields.len()
+            ),
+        ));
+    }
+    let number = |place: usize, what: &str| {
+        let value = f64::from_str(fields[place]).ok().filter(|value| value.is_finite());
+        value.ok_or_else(|| {
+            at(
+                line,
+                format!(
+                    "{:?} stands for the {what} (field {}), which is a number; correct it",
+                    fields[place],
+                    place + 1
+                ),
+            )
+        })
+    };
+    let whole = |place: usize, what: &str, range: [i32; 2]| {
+        let value = number(place, what)?;
+        let fits = value.fract() == 0.0 && (f64::from(range[0])..=f64::from(range[1])).contains(&value);
+        let refused = || {
+            at(
+                line,
+                format!(
+                    "the {what} is {value} (field {}), where {} to {} are possible; correct it",
+                    place + 1,
+                    range[0],
+                    range[1]
+                ),
+            )
+        };
+        fits.then_some(value as i32).ok_or_else(refused)
+    };
+    let radiation = |place: usize, what: &str| {
+        let value = number(place, what)?;
+        match value {
+            MISSING.. => Err(at(
+                line,
+                format!(
+                    "the {what} is missing ({value} in field {}); fill the gap, or choose another file",
+                    place + 1
+                ),
+            )),
+            0.0.. => Ok(value),
+            _ => Err(at(
+                line,
+                format!("the {what} is {value} (field {}), and light is not negative; correct it", place + 1),
+            )),
+        }
+    };
+    let [year, month, day] =
+        [whole(0, "year", [-2000, 6000])?, whole(1, "month", [1, 12])?, whole(2, "day", [1, 31])?];
+    let end = whole(3, "hour", [1, 24])?;
+    let dew_point = number(7, "dew point")?;
+    let (direct, diffuse) =
+        (radiation(14, "direct normal radiation")?, radiation(15, "diffuse horizontal radiation")?);
+    let sun = SunPosition::at(site, [year, month, day], f64::from(end) - 0.5)
+        .ok_or_else(|| at(line, format!("there is no day {day} in month {month} of {year}; correct it")))?;
+    let conditions = Conditions {
+        altitude: sun.altitude,
+        azimuth: sun.azimuth,
+        direct,
+        diffuse,
+        dew_point: if dew_point >= 99.0 { DEW_POINT } else { dew_point },
+        day: day_of_year(month, day),
+    };
+    Ok(WeatherHour { month: month as u32, day: day as u32, hour: end as u32, conditions })
+}
+
+/// The day of a year of 365 days, from 1.
+fn day_of_year(month: i32, day: i32) -> u32 {
+    const BEFORE: [i32; 12] = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
+    (BEFORE[month as usize - 1] + day) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(rows: &[&str]) -> String {
+        let header = "LOCATION,Nowhere,-,XXX,made,0,51.5,-0.1,0.0,30.0\nDESIGN CONDITIONS,0\nTYPICAL/EXTREME PERIODS,0\nGROUND TEMPERATURES,0\nHOLIDAYS/DAYLIGHT SAVINGS,No,0,0,0\nCOMMENTS 1,\nCOMMENTS 2,\nDATA PERIODS,1,1,Data,Sunday, 1/ 1,12/31\n";
+        format!("{header}{}\r\n", rows.join("\r\n"))
+    }
+
+    const NOON: &str = "2001,6,21,12,60,?9,20.0,12.0,60,101000,1200,1330,300,800,700.5,150,0,0,0,0,0,0,0,0";
+
+    #[test]
+    fn hours_are_read_with_the_sun_at_their_middle() {
+        let weather = Weather::read(file(&[NOON, NOON]).as_bytes()).unwrap();
+        assert_eq!((&weather.city[..], weather.hours.len()), ("Nowhere", 2));
+        let WeatherHour { month, day, hour, conditions } = weather.hours[0];
+        assert_eq!((month, day, hour, conditions.day), (6, 21, 12, 172));
+        assert_eq!((conditions.direct, conditions.diffuse, conditions.dew_point), (700.5, 150.0, 12.0));
+        // Half past eleven at Greenwich, about midsummer: 90° − 51.5° + 23.44° at noon, and a little less then.
+        assert!((61.0..61.95).contains(&conditions.altitude) && conditions.azimuth < 180.0, "{conditions:?}");
+    }
+
+    #[test]
+    fn malformed_lines_are_named_with_the_reason() {
+        let refused = |text: &str| {
+            let Malformed { line, problem } = Weather::read(text.as_bytes()).unwrap_err();
+            (line, problem)
+        };
+        let broken = |from: &str, to: &str| refused(&file(&[NOON, &NOON.replace(from, to)]));
+        for (from, to, said) in [
+            ("700.5", "9999", "direct normal radiation is missing"),
+            ("700.5", "-1", "not negative"),
+            ("700.5", "much", "\"much\" stands for the direct normal radiation (field 15)"),
+            (",6,21", ",13,21", "month is 13"),
+            (",6,21", ",6,31", "no day 31 in month 6"),
+            (",12,60", ",25,60", "hour is 25"),
+            (",300,800,700.5,150,0,0,0,0,0,0,0,0", "", "12 fields of 35"),
+        ] {
+            let (line, problem) = broken(from, to);
+            assert!(line == 10 && problem.contains(said), "{line}: {problem}");
+        }
+        assert!(refused("x").1.contains("LOCATION") && refused("").0 == 1);
+        assert!(refused(&file(&[]).replace("51.5", "151.5")).1.contains("latitude"));
+        assert!(refused(&file(&[])).1.contains("ends before the first hour"));
+        let (line, problem) = refused(&file(&[NOON]).replace("DATA PERIODS,1,1", "DATA PERIODS,1,4"));
+        assert!(line == 8 && problem.contains("\"4\" records an hour"));
+    }
+}

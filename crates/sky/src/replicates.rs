@@ -1,0 +1,123 @@
+//! Replicates of the hours of a year: what other walks would have said.
+//!
+//! Counts of a row are multinomial. A replicate moves each hour by Σ_c √p_c·ξ_c·(x_c(t) − E_t)/√N with independent standard normal ξ_c,
+//! one for each class c of walks, those that end among them. The covariance of two hours is then (Σ p_c·x_c·x′_c − E·E′)/N, that of the counts, exactly.
+//! Numbers of replicates are fixed: the answer is a function of the counts.
+
+use std::f64::consts::PI;
+
+use radiosity::Sequence;
+use stats::normal_quantile;
+
+use crate::annual::{Hour, Row};
+
+/// Replicates from which an interval is made: its ends at 95 % are the 10th and the 390th.
+pub(crate) const REPLICATES: usize = 399;
+
+/// The seed of the numbers ξ.
+const SEED: u64 = 0x5eed_0f5c_1e5a;
+
+/// The hours of a sensor that replicates move.
+pub(crate) struct Moved {
+    /// Hour by hour, √p_c·(x_c − E)/√N of each class.
+    steps: Vec<Vec<f64>>,
+    classes: usize,
+}
+
+impl Moved {
+    /// Hours, of which a row says E.
+    pub(crate) fn new<'a>(row: &Row, hours: impl Iterator<Item = (&'a Hour, f64)>) -> Self {
+        let classes: Vec<(usize, bool, u64)> = row.classes().collect();
+        let walks = row.walks as f64;
+        let ended = row.walks - classes.iter().map(|&(_, _, n)| n).sum::<u64>();
+        let step = |x: f64, mean: f64, n: u64| (n as f64).sqrt() * (x - mean) / walks;
+        let steps = hours.map(|(hour, mean)| {
+            let score = |&(number, reflected, n): &(usize, bool, u64)| {
+                let sun = hour
+                    .sun
+                    .iter()
+                    .find(|&&(lit, _)| reflected && lit == number)
+                    .map_or(0.0, |&(_, radiance)| radiance);
+                step(PI * (hour.sky[number] + sun), mean, n)
+            };
+            classes.iter().map(score).chain([step(0.0, mean, ended)]).collect()
+        });
+        Moved { steps: steps.collect(), classes: classes.len() + 1 }
+    }
+
+    /// The standard error of an hour.
+    pub(crate) fn error(&self, hour: usize) -> f64 {
+        self.steps[hour].iter().map(|step| step * step).sum::<f64>().sqrt()
+    }
+
+    /// By how much a replicate moves each of some hours.
+    pub(crate) fn replicate(&self, number: u64, hours: &[usize]) -> Vec<f64> {
+        let mut rng = Sequence::new(SEED).walk(number);
+        let xi: Vec<f64> = (0..self.classes)
+            .map(|_| normal_quantile((rng.pair()[0] + 0.5_f64.powi(33)).min(1.0 - 1e-12)))
+            .collect();
+        hours.iter().map(|&hour| self.steps[hour].iter().zip(&xi).map(|(step, xi)| step * xi).sum()).collect()
+    }
+}
+
+/// The interval of a number by its replicates, which holds the estimate: the percentiles. Where one error moves all hours alike these are exact, whatever
+/// the figure makes of it; where hours move alone, replicates lie on average where the truth is, beyond the estimate.
+pub(crate) fn interval(value: f64, mut replicates: Vec<f64>, confidence: f64) -> [f64; 2] {
+    replicates.sort_by(f64::total_cmp);
+    let tail = 0.5 * (1.0 - confidence) * (replicates.len() + 1) as f64;
+    let rank = (tail as usize).clamp(1, replicates.len());
+    [replicates[rank - 1].min(value), replicates[replicates.len() - rank].max(value)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::annual::tests::{counted, weather, window};
+    use crate::dome::Dome;
+    use radiosity::SkyPatches;
+
+    /// Standard errors are those of the multinomial, and the covariance of replicates is that of counts: within 4 standard errors of 4,000 replicates.
+    #[test]
+    fn replicates_have_the_covariance_of_counts() {
+        let dome = Dome::new(SkyPatches::new(145).unwrap());
+        let (year, p) = (weather(&dome, 2), window(&dome));
+        let row = counted(&p, 1 << 14, 3);
+        let means: Vec<f64> =
+            year.hours.iter().map(|hour| row.light(&hour.sky, &hour.sun, 0.95).value).collect();
+        let moved = Moved::new(&row, year.hours.iter().zip(means.iter().copied()));
+        let product =
+            |a: usize, b: usize| moved.steps[a].iter().zip(&moved.steps[b]).map(|(x, y)| x * y).sum::<f64>();
+        let n = 4000;
+        let (mut both, mut first) = (0.0, 0.0);
+        for number in 0..n {
+            let moves = moved.replicate(number, &[0, 1]);
+            both += moves[0] * moves[1] / n as f64;
+            first += moves[0] * moves[0] / n as f64;
+        }
+        let variance = moved.error(0).powi(2);
+        assert!((first / variance - 1.0).abs() < 4.0 * (2.0 / n as f64).sqrt());
+        let error = ((variance * moved.error(1).powi(2) + product(0, 1).powi(2)) / n as f64).sqrt();
+        assert!((both - product(0, 1)).abs() < 4.0 * error, "{both}, {}", product(0, 1));
+        // (Σ p x² − E²)/N.
+        let scores = row.classes().map(|(j, reflected, n)| {
+            let hour = &year.hours[0];
+            let sun = hour
+                .sun
+                .iter()
+                .find(|&&(lit, _)| reflected && lit == j)
+                .map_or(0.0, |&(_, radiance)| radiance);
+            n as f64 * (PI * (hour.sky[j] + sun)).powi(2)
+        });
+        let walks = row.walks as f64;
+        let expected = (scores.sum::<f64>() / walks - means[0] * means[0]) / walks;
+        assert!((variance / expected - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn intervals_are_quantiles_that_hold_the_estimate() {
+        let replicates: Vec<f64> = (1..=399).rev().map(f64::from).collect();
+        assert_eq!(interval(200.0, replicates.clone(), 0.95), [10.0, 390.0]);
+        assert_eq!(interval(200.0, replicates.clone(), 0.9999), [1.0, 399.0]);
+        assert_eq!(interval(7.0, vec![5.0; 399], 0.95), [5.0, 7.0]);
+    }
+}

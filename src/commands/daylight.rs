@@ -1,0 +1,56 @@
+//! `radwalk daylight`: daylight coefficients of sensors, and what a year of weather makes of them.
+
+use radiosity::SkyPatches;
+use report::OutputFolder;
+use results::daylight::{DAYLIGHT_FILES, DaylightAnswer, DaylightQuestion, Wished, count};
+use sky::Wanted;
+use tracing::{info, warn};
+use voice::{Phase, say};
+
+use crate::args::DaylightArgs;
+use crate::choose::load_given;
+use crate::commands::coordinate::default_folder;
+use crate::fault::{Fault, Outcome};
+use crate::signals;
+
+/// Counts daylight coefficients and writes the figures of a year.
+pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
+    let phase = Phase::begin("reading the scene and the weather");
+    let job = load_given(&args.job.job, &args.job.overrides(), "daylight")?;
+    let wished = Wished {
+        weather: &args.weather,
+        patches: SkyPatches::new(args.sky_patches).expect("the number was checked when it was read"),
+        ground: args.ground,
+        channel: args.channel.map(|channel| channel as usize),
+        tolerance: args.tolerance,
+        wanted: Wanted { enough: args.enough, ..Wanted::default() },
+    };
+    let question = DaylightQuestion::of(job, &wished)?;
+    question.job.scene.notes().iter().for_each(|note| info!("note: {note}"));
+    let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
+    let folder = OutputFolder::claim(&path, &DAYLIGHT_FILES, args.out.force)?;
+    if args.out.force {
+        folder.remove(&DAYLIGHT_FILES)?;
+    }
+    signals::catch();
+    let threads = args.threads.map_or_else(results::all_threads, |threads| threads as usize);
+    phase.now("counting walks from the sensors to the sky");
+    let watch = |part| {
+        phase.done(part);
+        !signals::stop_asked()
+    };
+    let Some(counted) = count(&question, threads, &watch) else {
+        warn!("interrupted; nothing is written");
+        return Ok(Outcome::Interrupted);
+    };
+    phase.now("working out the hours of the year");
+    let answer = DaylightAnswer::of(&question, counted, threads);
+    answer.write(&folder)?;
+    drop(phase);
+    answer.warnings().iter().for_each(|warning| warn!("{warning}"));
+    if !args.out.quiet {
+        answer.lines().iter().for_each(|line| say(line));
+        say(&format!("written to {}", folder.path().display()));
+    }
+    Ok(if answer.reached() { Outcome::Done } else { Outcome::TargetMissed })
+}

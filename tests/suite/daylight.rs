@@ -1,0 +1,160 @@
+//! `radwalk daylight` and `radwalk sky`: a year of daylight in a room with an opening, and skies in files.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use crate::support::{columns, numbers, path, run};
+
+/// A work plane in the open, and one below a roof that is black, with a reflecting wall at its side.
+const SCENE: &str = r#"
+[material.black]
+reflectance = 0.0
+[material.wall]
+reflectance = 0.8
+
+[[surface]]
+name     = "roof"
+material = "black"
+sides    = 2
+quad     = [[0,0,2], [3,0,2], [0,3,2]]
+
+[[surface]]
+name     = "wall"
+material = "wall"
+sides    = 2
+quad     = [[0,3,0], [3,3,0], [0,3,2]]
+
+[[sensor]]
+name   = "open"
+point  = [10, 0, 5]
+normal = [0, 0, 1]
+
+[[sensor]]
+name    = "desk"
+quad    = [[1,1,0.5], [2,1,0.5], [1,2,0.5]]
+patches = [2, 2]
+"#;
+
+const WEATHER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/weather/made.epw");
+
+fn daylight(folder: &TempDir, out: &str, words: &str) -> (i32, String, String) {
+    let (scene, out) = (path(folder, "scene.toml"), path(folder, out));
+    fs::write(&scene, SCENE).unwrap();
+    let words = words.split_whitespace();
+    let first = ["daylight", scene.to_str().unwrap(), "--weather", WEATHER, "--out", out.to_str().unwrap()];
+    run(&first.into_iter().chain(words).collect::<Vec<_>>())
+}
+
+fn summary(out: &Path) -> Value {
+    serde_json::from_slice(&fs::read(out.join("daylight.json")).unwrap()).unwrap()
+}
+
+/// In the open the daylight factor is 100 %, within six standard errors; the light of dull hours is the product of both matrices, coefficients and skies, as `dctimestep`
+/// would have it. Under the roof there is less, and ends of intervals enclose the figures.
+#[test]
+fn a_year_in_the_open_is_the_weather() {
+    let folder = tempdir().unwrap();
+    let (code, stdout, stderr) = daylight(&folder, "out", "--paths 4e6 --tolerance 0.03");
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("daylight of 5 places in 576 hours"), "{stdout}");
+    let out = path(&folder, "out");
+    let table = columns(&out.join("annual.csv"));
+    let column = |name: &str| numbers(&table[name]);
+    assert_eq!(table["sensor"], ["open", "desk", "desk", "desk", "desk"]);
+    assert!((column("daylight_factor")[0] - 100.0).abs() < 2.0, "{:?}", column("daylight_factor"));
+    for name in ["daylight_factor", "mean", "autonomy", "useful", "excess", "daylight_100", "daylight_750"] {
+        let [low, value, high] = ["_low", "", "_high"].map(|end| column(&format!("{name}{end}")));
+        assert!((0..5).all(|i| 0.0 <= low[i] && low[i] <= value[i] && value[i] <= high[i]), "{name}");
+        assert!((1..5).all(|i| name == "useful" || value[i] <= value[0]), "{name}: {value:?}");
+    }
+    let lines = |name: &str| -> Vec<Vec<f64>> {
+        let text = fs::read_to_string(out.join(name)).unwrap();
+        text.lines().map(|line| line.split(' ').map(|x| x.parse().unwrap()).collect()).collect()
+    };
+    let (light, errors) = (lines("annual.ill"), lines("annual-error.ill"));
+    let sky = path(&folder, "sky.mtx");
+    let (code, _, stderr) =
+        run(&["sky", "--weather", WEATHER, "--no-sun", "--ground", "0", "--out", sky.to_str().unwrap()]);
+    assert_eq!(code, 0, "{stderr}");
+    let numbers = mtx(&sky);
+    assert_eq!((numbers.len(), numbers[0].len(), light.len(), light[0].len()), (146, 576, 5, 576));
+    // Sky alone: hours without a beam are dull days of the file, the second half of each 48 hours.
+    let factors = open_factors(&folder);
+    for hour in (0..576).filter(|hour| hour % 48 >= 24) {
+        let expected: f64 = (0..146).map(|j| 179.0 * factors[j] * numbers[j][hour]).sum();
+        assert!(
+            (light[0][hour] - expected).abs() < 0.02 + 1e-4 * expected,
+            "{hour}: {} {expected}",
+            light[0][hour]
+        );
+        assert!(
+            (expected == 0.0) == (errors[0][hour] == 0.0) || expected < 1.0,
+            "{hour}: {}",
+            errors[0][hour]
+        );
+    }
+    let summary = summary(&out);
+    assert_eq!((summary["hours"].as_u64(), summary["patches"].as_u64()), (Some(576), Some(145)));
+    assert_eq!((&summary["reached"], &summary["back"]), (&Value::Bool(true), &Value::from(0.0)));
+    assert_eq!(mtx(&out.join("coefficients.mtx")).len(), 5);
+}
+
+/// π·p of the plane in the open, patch by patch: π in all.
+fn open_factors(folder: &TempDir) -> Vec<f64> {
+    let coefficients = mtx(&path(folder, "out").join("coefficients.mtx"));
+    let sum: f64 = coefficients[0].iter().sum();
+    assert!((sum - std::f64::consts::PI).abs() < 1e-5, "{sum}");
+    coefficients[0].clone()
+}
+
+/// The rows of a matrix in text, one of its three components.
+fn mtx(file: &Path) -> Vec<Vec<f64>> {
+    let text = fs::read_to_string(file).unwrap();
+    let (head, body) = text.split_once("\n\n").unwrap();
+    let size = |key: &str| -> usize {
+        head.lines().find_map(|line| line.strip_prefix(key)).unwrap().parse().unwrap()
+    };
+    let numbers: Vec<f64> = body.split_whitespace().step_by(3).map(|x| x.parse().unwrap()).collect();
+    assert_eq!(numbers.len(), size("NROWS=") * size("NCOLS="));
+    numbers.chunks(size("NCOLS=")).map(<[f64]>::to_vec).collect()
+}
+
+/// Numbers are those of any number of threads, another seed has others, and results are not replaced unasked.
+#[test]
+fn threads_play_no_part() {
+    let folder = tempdir().unwrap();
+    for (out, words) in [("one", "--threads 1"), ("three", "--threads 3"), ("seed", "--threads 3 --seed 9")] {
+        let (code, _, stderr) = daylight(&folder, out, &format!("--paths 2e5 --tolerance 0.2 {words}"));
+        assert_eq!(code, 0, "{stderr}");
+    }
+    let bytes = |out: &str, file: &str| fs::read(path(&folder, out).join(file)).unwrap();
+    for file in ["annual.csv", "annual.ill", "annual-error.ill", "coefficients.mtx"] {
+        assert!(bytes("one", file) == bytes("three", file), "{file}");
+    }
+    assert!(bytes("one", "annual.csv") != bytes("seed", "annual.csv"));
+    let (code, _, stderr) = daylight(&folder, "one", "--paths 2e5");
+    assert!(code == 2 && stderr.contains("--force"), "{code}: {stderr}");
+}
+
+#[test]
+fn what_cannot_be_is_refused_in_words() {
+    let folder = tempdir().unwrap();
+    let refused = |words: &str, said: &str| {
+        let (code, _, stderr) = daylight(&folder, "out", words);
+        assert!(code == 2 && stderr.contains(said), "{words}: {code}, {stderr}");
+    };
+    refused("--sky-patches 146", "145, 577 and 2305");
+    refused("--paths 1000", "give more --paths");
+    let broken = path(&folder, "broken.epw");
+    let text = fs::read_to_string(WEATHER).unwrap().replacen("2001,2,10,13", "2001,2,31,13", 1);
+    fs::write(&broken, text).unwrap();
+    let scene = path(&folder, "scene.toml");
+    let (code, _, stderr) =
+        run(&["daylight", scene.to_str().unwrap(), "--weather", broken.to_str().unwrap()]);
+    assert!(code == 2 && stderr.contains("broken.epw:69: there is no day 31 in month 2"), "{stderr}");
+    let (code, _, stderr) = run(&["sky", "--cie", "17"]);
+    assert!(code == 2 && stderr.contains("17"), "{stderr}");
+}
