@@ -25,7 +25,7 @@ pip() { "$scratch/clean/bin/pip" --quiet --disable-pip-version-check install --o
 pip "$scratch"/wheel/radwalk-*.whl
 # Nothing but numpy is needed to walk.
 (cd "$scratch" && clean/bin/python -c 'import sys, radwalk; radwalk.run(sys.argv[1], paths=1000)' "$OLDPWD/configs/cube54.toml")
-pip pytest pandas trimesh matplotlib nbclient ipykernel
+pip pytest pandas scipy meshio trimesh matplotlib nbclient ipykernel
 # pyvista brings VTK, which is large and not built for every interpreter; its test is skipped where it cannot be had.
 pip pyvista || echo "test-python: pyvista cannot be installed here, its test is skipped" >&2
 "$scratch/clean/bin/python" -m pytest --quiet -p no:cacheprovider crates/python/tests

@@ -19,18 +19,10 @@ use crate::fault::Fault;
 use crate::local::LocalWorkers;
 use crate::progress::tell_notice;
 use crate::signals;
+use crate::team::Team;
 
 /// For how long workers that look for their next job are told that there is none: they look twice a second.
 const PARTING: Duration = Duration::from_millis(1500);
-
-/// Worker processes of this machine.
-#[derive(Clone, Copy)]
-pub(crate) struct Team {
-    /// The number of worker processes.
-    pub workers: usize,
-    /// The threads of each worker process.
-    pub threads: u32,
-}
 
 /// The processes that walk.
 pub(crate) enum Executor {

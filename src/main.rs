@@ -17,6 +17,7 @@ mod progress;
 mod shift;
 mod signals;
 mod summary;
+mod team;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;

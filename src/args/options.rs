@@ -10,7 +10,7 @@ use super::values::{
     Lamp, count, factor, illuminance, lamp, output_file, part, rays, reflectance, row_walks, sky_patches,
     threads, tolerance, workers,
 };
-use crate::lead::Team;
+use crate::team::Team;
 
 /// How a mesh is lit, and read.
 #[derive(Args)]

@@ -45,6 +45,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
             "notes": job.scene.notes(),
             "model": model,
             "faults": faults,
+            "remarks": examined.unwrap_or_default(),
         });
         say(&told.to_string());
     } else if !args.quiet {

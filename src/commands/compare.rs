@@ -22,6 +22,7 @@ use serde_json::json;
 use tracing::warn;
 use voice::{emit, say};
 
+use self::contender::Arena;
 use self::measure::Point;
 use self::study::{Bench, Course, study};
 use self::table::{TABLE, Table};
@@ -34,19 +35,6 @@ use crate::signals;
 const PAGE: &str = "compare.md";
 /// The charts' folder, beside the page.
 const CHARTS: &str = "compare";
-
-/// A job in which methods are compared.
-#[derive(Clone, Copy)]
-struct Arena<'a> {
-    /// The path of the job's file.
-    path: &'a Path,
-    /// The changes of the job, as KEY=VALUE.
-    set: &'a [String],
-    /// The job with its changes.
-    job: &'a Job,
-    /// The scene of the job.
-    scene: &'a Scene,
-}
 
 /// Compares the methods in the scene of each job; writes page, table and charts.
 pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {

@@ -52,6 +52,8 @@ fn workshop() -> tempfile::TempDir {
     for name in ["two.obj", "kitchen.obj"] {
         fs::write(path(&folder, name), mesh).unwrap();
     }
+    let lamp = Path::new(ROOT).join("crates/photometry/tests/lamps/lambert.ies");
+    fs::copy(lamp, path(&folder, "downlight.ies")).unwrap();
     fs::write(path(&folder, "two.mtl"), "newmtl Lamp1\nKd 0 0 0\nnewmtl Wall\nKd 0.5 0.5 0.5\n").unwrap();
     folder
 }
@@ -76,7 +78,7 @@ fn every_toml_block_runs() {
         "--force",
     ];
     let (mut jobs, mut scenes, mut sensors, mut imports) = (0, 0, 0, 0);
-    let (mut groups, mut skies, mut meshes) = (0, 0, 0);
+    let (mut groups, mut skies, mut meshes, mut planes) = (0, 0, 0, 0);
     for page in pages() {
         for block in blocks(&page, "toml") {
             let file = path(&folder, "block.toml");
@@ -94,6 +96,15 @@ fn every_toml_block_runs() {
                 fs::write(&file, &block).unwrap();
                 let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
                 assert_eq!(summary["sensors"]["list"][0]["name"], "desk", "{summary}");
+            } else if block.contains("[[plane]]") {
+                planes += 1;
+                let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0);
+                fs::write(&file, format!("{scene}\n{block}")).unwrap();
+                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
+                assert_eq!(summary["planes"][0]["points"], 16, "{summary}");
+                names("docs/reference/outputs.md", header(&out.join("planes.csv")));
+                let told = summary["planes"][0].as_object().unwrap().keys().cloned();
+                names("docs/reference/outputs.md", told);
             } else if block.contains("[[sensor]]") {
                 sensors += 1;
                 let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0);
@@ -152,7 +163,7 @@ fn every_toml_block_runs() {
     }
     let counts = (jobs >= 3, scenes, sensors, imports);
     assert_eq!(counts, (true, 1, 1, 1), "{jobs} jobs");
-    assert_eq!((groups, skies, meshes), (2, 1, 1));
+    assert_eq!((groups, skies, meshes, planes), (2, 1, 1, 1));
 }
 
 #[test]

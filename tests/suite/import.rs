@@ -268,3 +268,108 @@ fn a_mesh_runs_as_it_is_and_each_remedy_does() {
         "{said}"
     );
 }
+
+/// The arguments that a note offers, as they stand there: from `--` to a space outside quotes, and the word behind `--set` and `--light`.
+fn offered(note: &str) -> Vec<String> {
+    let word = |text: &str| {
+        let (mut quoted, mut escaped) = (false, false);
+        let ends = |letter: char| {
+            quoted ^= letter == '\'' && !escaped;
+            escaped = letter == '\\' && !quoted;
+            letter == ' ' && !quoted
+        };
+        text.find(ends).unwrap_or(text.len())
+    };
+    let starts = note.match_indices("--").filter(|(at, _)| *at == 0 || note[..*at].ends_with(' '));
+    let typed = starts.map(|(at, _)| {
+        let first = word(&note[at..]);
+        let more = ["--set ", "--light "].iter().any(|flag| note[at..].starts_with(flag));
+        let end = if more { first + 1 + word(&note[at + first + 1..]) } else { first };
+        note[at..at + end].trim_end_matches([';', ',']).to_owned()
+    });
+    typed.collect()
+}
+
+/// What `check --json` tells of a file with arguments that a shell reads: exit code, notes, names of materials, error.
+fn noted(file: &Path, typed: &str) -> (i32, Vec<String>, Vec<String>, String) {
+    let command = format!("'{}' check '{}' --json {typed}", env!("CARGO_BIN_EXE_radwalk"), file.display());
+    let done = std::process::Command::new("sh").args(["-c", &command]).output().unwrap();
+    let told: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap_or_default();
+    let texts = |values: &serde_json::Value, text: fn(&serde_json::Value) -> &serde_json::Value| {
+        let values = values.as_array().into_iter().flatten();
+        values.map(|value| text(value).as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let (notes, names) = (texts(&told["notes"], |note| note), texts(&told["materials"], |row| &row["name"]));
+    (done.status.code().unwrap(), notes, names, String::from_utf8_lossy(&done.stderr).into_owned())
+}
+
+/// An image of 2 × 1 pixels, white and grey (BMP).
+fn bmp() -> Vec<u8> {
+    let mut bytes = b"BM".to_vec();
+    let words = |numbers: &[u32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>();
+    bytes.extend(words(&[62, 0, 54, 40, 2, 1, 24 << 16 | 1, 0, 8, 0, 0, 0, 0]));
+    bytes.extend([255, 255, 255, 128, 128, 128, 0, 0]);
+    bytes
+}
+
+/// Every remedy that a note offers can be copied to a shell as it stands, and takes the note away or changes it.
+#[test]
+fn every_remedy_can_be_copied_and_works() {
+    let folder = folder("remedies");
+    let put = |name: &str, content: &[u8]| {
+        let path = folder.join(name);
+        std::fs::write(&path, content).unwrap();
+        path
+    };
+    put("wood.bmp", &bmp());
+    put(
+        "all.mtl",
+        b"newmtl bare wall's\nKd 1 1 1\nKs 1 1 1\nnewmtl glass\nKd 0 0 0\nd 0.1\nnewmtl wood\nmap_Kd wood.bmp\n\
+          newmtl lost\nKd 0.5 0.5 0.5\nmap_Kd gone.png\nnewmtl panel\nKd 0.1 0.1 0.1\nKe 1 1 1\nmap_Ke wood.bmp\n",
+    );
+    let cube = |materials: [&str; 6]| {
+        let mut materials = materials.iter();
+        let text = OBJ.replace("mtllib cube.mtl\n", "mtllib all.mtl\nvt 0 0\nvt 1 0\nvt 1 1\n");
+        let lines = text.lines().filter(|line| !line.starts_with("usemtl")).map(|line| {
+            match line.strip_prefix("f ") {
+                Some(corners) => format!("usemtl {}\nf {corners}\n", materials.next().unwrap()),
+                None => format!("{line}\n"),
+            }
+        });
+        lines.collect::<String>()
+    };
+    let dark = cube(["bare wall's", "glass", "wood", "lost", "unknown", "unknown"]);
+    let lit = cube(["wood", "wood", "lost", "wood", "wood", "panel"]) + "f 1 2 2\nf 1 2 3 4\n";
+    let large = "# File units = inches\nv 0 0 0\nv 160 0 0\nv 0 0 200\nv 0 100 0\nf 1 2 3\nf 1 2 4\n";
+    let mgf = "m red =\n\tc red =\n\t\tcxy 0.7 0.3\n\trd 0.5\nm lamp =\n\tc\n\ted 9\nv a =\n\tp 0 0 0\nv b =\n\tp 0 0 4\nm red\nsph a 1\nm lamp\nsph b 1\n";
+    let gltf = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0,1,2]}],"nodes":[{"mesh":0},{"extensions":{"KHR_lights_punctual":{"light":0}}},
+        {"translation":[0.2,0.2,1],"extensions":{"KHR_lights_punctual":{"light":1}}}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"componentType":5126,"count":3,"type":"VEC3","bufferView":0}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
+        "extensions":{"KHR_lights_punctual":{"lights":[{"type":"directional"},{"type":"point","name":"Bulb","intensity":9}]}}}"#;
+    let mut tried = 0;
+    for (name, content) in [
+        ("dark.obj", &dark[..]),
+        ("lit.obj", &lit[..]),
+        ("large.obj", large),
+        ("curved.mgf", mgf),
+        ("lights.gltf", gltf),
+    ] {
+        let file = put(name, content.as_bytes());
+        let (code, notes, _, error) = noted(&file, "");
+        assert!(code < 2 && (1..=10).contains(&notes.len()), "{name}: {code} {notes:?} {error}");
+        for note in &notes {
+            for typed in offered(note) {
+                let (code, after, names, error) = noted(&file, &typed);
+                let works = match () {
+                    () if typed.contains("faults=refuse") => code == 2 && error.contains("Cube:"),
+                    () if typed.starts_with("--sky") => code < 2 && names.contains(&"sky".to_owned()),
+                    () => code < 2 && !after.contains(note),
+                };
+                assert!(works, "{typed}: {code} {error}\n{after:?}");
+                tried += 1;
+            }
+        }
+    }
+    assert!(tried >= 16, "{tried} remedies");
+}

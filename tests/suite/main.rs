@@ -39,6 +39,7 @@ mod operators;
 mod output;
 mod partition;
 mod plan;
+mod planes;
 mod refusals;
 mod relay;
 mod report;

@@ -203,6 +203,9 @@ fn power_that_leaves_is_one_figure_everywhere() {
     assert_eq!(words, ", all channels together, left the scene");
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains(&format!("left the scene {share} %")), "{message}");
+    let cell = "left the scene</th><td>";
+    let cells = [cell.to_owned(), format!("{cell}{share} %</td>")].map(|text| page.matches(&text).count());
+    assert_eq!(cells, [2, 2], "both tables have the figure of the check: {message}");
     let (code, stdout, stderr) =
         run(&["check", text(&file), "--fix-report", "--out", text(&folder.path().join("d"))]);
     let told = stdout

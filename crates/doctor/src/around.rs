@@ -26,6 +26,9 @@ const LEAST_ROOMS: f64 = 0.15;
 /// The least part of fronts in what a room shows. The inside of a solid body shows backs alone.
 const FRONTS: f64 = 0.08;
 
+/// The least thickness of what has an inside, in parts of its length.
+const FLAT: f64 = 1e-3;
+
 /// The distance of an assumed lamp from its ceiling, in parts of the height, and the half of its edge, in parts of that of a square
 /// floor.
 const BELOW: f64 = 0.02;
@@ -91,6 +94,10 @@ impl Around {
     /// Finds the rooms of a scene, or that it is open. `is_room` says whether its size is that of rooms: then a closed hull whose
     /// fronts look outwards is taken for a room, not for a body.
     pub fn lightless(&self, is_room: bool) -> Lightless {
+        let (low, high) = self.bounds();
+        if (high - low).min_element() < FLAT * (high - low).max_element() {
+            return Lightless::Open(1.0);
+        }
         let places = self.look_around();
         let mean = |places: &[&Place], of: fn(&Place) -> f64| {
             places.iter().map(|place| of(place)).sum::<f64>() / places.len().max(1) as f64

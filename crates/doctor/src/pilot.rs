@@ -136,11 +136,15 @@ impl Pilot {
     pub(crate) fn follow_some(scene: &Scene, walks: RangeInclusive<u64>) -> Self {
         let channels = scene.channels();
         let faces = scene.faces();
-        let emitters: Vec<(u32, f64)> = (0..faces.piece_count() as u32)
-            .map(|piece| (piece, faces.piece(piece)))
-            .map(|(number, piece)| (number, (0..channels).map(|channel| piece.power(channel)).sum()))
-            .filter(|&(_, power)| power > 0.0)
-            .collect();
+        let of_pieces = (0..faces.piece_count() as u32).map(|piece| {
+            let face = faces.piece(piece);
+            (Birth::Piece(piece), (0..channels).map(|channel| face.power(channel)).sum())
+        });
+        let of_lamps = (0..scene.lamp_count()).map(|lamp| {
+            (Birth::Lamp(lamp), (0..channels).map(|channel| scene.lamp_power(lamp, channel)).sum())
+        });
+        let emitters: Vec<(Birth, f64)> =
+            of_pieces.chain(of_lamps).filter(|&(_, power)| power > 0.0).collect();
         let surfaces = scene.surfaces().len();
         let mut pilot = Pilot {
             power: emitters.iter().map(|(_, power)| power).sum(),
@@ -157,7 +161,7 @@ impl Pilot {
         pilot.walks = walks as f64;
         let step = pilot.power / pilot.walks;
         let (mut passed, mut emitter) = (0.0, 0);
-        let births: Vec<u32> = (0..walks)
+        let births: Vec<Birth> = (0..walks)
             .map(|walk| {
                 // Births are at equal steps of power: every emitter gets its share.
                 let at = (walk as f64 + 0.5) * step;
@@ -203,7 +207,7 @@ impl Pilot {
             None => {
                 self.escaped[0] += power;
                 self.escaped[1] += power * power;
-                if self.ways_out.len() < MOST_WAYS_OUT {
+                if ray.from != Ray::FREE && self.ways_out.len() < MOST_WAYS_OUT {
                     self.ways_out.push(*ray);
                 }
             }
@@ -220,6 +224,9 @@ impl Pilot {
 
     fn note_emission(&mut self, scene: &Scene, walk: &Walk, hit: Option<Hit>) {
         let (surface, back, power) = (walk.ray.from, walk.born_on == Side::Back, walk.power);
+        if surface == Ray::FREE {
+            return;
+        }
         self.lit[surface as usize][usize::from(back)] = true;
         let emission = &mut self.emission[surface as usize][usize::from(back)];
         emission.power += power;
@@ -303,6 +310,14 @@ impl Pilot {
     }
 }
 
+/// Where a walk sets out.
+#[derive(Clone, Copy)]
+enum Birth {
+    Piece(u32),
+    /// A lamp without area.
+    Lamp(usize),
+}
+
 /// A walk on its way.
 struct Walk {
     ray: Ray,
@@ -314,8 +329,27 @@ struct Walk {
 }
 
 impl Walk {
+    /// A walk that sets out from an emitter.
+    fn born(scene: &Scene, birth: Birth, power: f64, number: u64) -> Self {
+        match birth {
+            Birth::Piece(piece) => Walk::born_on(scene, piece, power, number),
+            Birth::Lamp(lamp) => Walk::born_at(scene, lamp, power, number),
+        }
+    }
+
+    /// A walk that sets out from a lamp without area.
+    fn born_at(scene: &Scene, lamp: usize, power: f64, number: u64) -> Self {
+        let mut draws = Draws::new(number);
+        let ray = scene.lamp_birth(lamp, [draws.bits(), draws.bits()]);
+        let channels = scene.channels();
+        let all: f64 = (0..channels).map(|channel| scene.lamp_power(lamp, channel)).sum();
+        let left =
+            [0, 1, 2].map(|c| if c < channels { power * scene.lamp_power(lamp, c) / all } else { 0.0 });
+        Walk { ray, born_on: Side::Front, power, left, draws }
+    }
+
     /// A walk that sets out from a piece.
-    fn born(scene: &Scene, birth: u32, power: f64, number: u64) -> Self {
+    fn born_on(scene: &Scene, birth: u32, power: f64, number: u64) -> Self {
         let mut draws = Draws::new(number);
         let born = scene.faces().piece(birth);
         let Face { surface: from, side, .. } = born;

@@ -50,6 +50,11 @@ pub enum ExactError {
         /// Why it is not a box.
         because: NotABox,
     },
+    /// Light that comes from no face.
+    #[error(
+        "the scene has lamps without area, and the system that is solved is that of light between patches (theirs would be missing); remove each [[lamp]], or run the job"
+    )]
+    Lamps,
     /// The system cannot be solved.
     #[error(transparent)]
     Singular(#[from] Singular),
@@ -94,6 +99,9 @@ impl Exact {
     /// As [`Exact::of_scene`].
     pub fn of_channels(spec: &SceneSpec, watch: &(dyn Fn(f64) + Sync)) -> Result<Vec<Self>, ExactError> {
         check_size(spec)?;
+        if !spec.lamps.list.is_empty() {
+            return Err(ExactError::Lamps);
+        }
         let scene = Scene::build(spec, IndexChoice::Flat)?;
         let (form_factors, exchange) = match BoxScene::recognise(spec) {
             Ok(closed) => (FormFactors::ClosedForm, ExchangeMatrix::of_box(&closed)),

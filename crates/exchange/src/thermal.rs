@@ -346,8 +346,8 @@ mod tests {
             if run < 8 {
                 agree(&found, &solve(&factors, true));
             }
-            for i in 0..48 {
-                let (coverage, found, truth) = match given[i] {
+            for (i, condition) in given.iter().enumerate() {
+                let (coverage, found, truth) = match condition {
                     Flux(_) => (&mut kelvin, found.temperatures[i], truth.temperatures[i]),
                     Temperature(_) => (&mut watt, found.fluxes[i], truth.fluxes[i]),
                 };

@@ -53,6 +53,7 @@ pub fn from_arrays(
         materials,
         notes: Vec::new(),
         luminous: false,
+        unit: None,
     })
 }
 

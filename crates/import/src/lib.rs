@@ -95,7 +95,7 @@ pub fn read(
     files: &mut Files<'_>,
 ) -> Result<Mesh, Error> {
     let content = text::without_mark(content);
-    let mesh = match format {
+    let mut mesh = match format {
         Format::Obj => obj::read(path, content, files),
         Format::Gltf => gltf::read(path, content, files),
         Format::Stl => stl::read(path, content),
@@ -104,9 +104,13 @@ pub fn read(
         Format::Mitsuba => mitsuba::read(path, content, files),
         Format::View3d => vs3::read(path, content),
     }?;
+    if matches!(format, Format::Obj | Format::Ply | Format::Stl) {
+        mesh.unit = scale::said_unit(content);
+    }
     if mesh.triangles.is_empty() {
+        let left_out: String = mesh.notes.iter().map(|note| format!("; {note}")).collect();
         let fault = error::Fault::new(
-            "the file has no faces",
+            format!("the file has no faces{left_out}"),
             "light needs surfaces to meet",
             "export polygons or triangles",
         );
@@ -120,8 +124,8 @@ fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// A spectrum as messages show it: one number where it is grey.
+/// A spectrum as messages show it, to four decimals: one number where it is grey.
 fn in_words(spectrum: Spectrum) -> String {
-    let [red, green, blue] = spectrum.channels();
+    let [red, green, blue] = spectrum.channels().map(|channel| (1e4 * channel).round() / 1e4);
     if spectrum.is_grey() { format!("{red}") } else { format!("[{red}, {green}, {blue}]") }
 }

@@ -27,6 +27,8 @@ pub struct Mesh {
     pub notes: Vec<String>,
     /// Whether the light of the file is in lumens.
     pub luminous: bool,
+    /// The unit that the file says to be written in, and its length [m].
+    pub unit: Option<(&'static str, f64)>,
 }
 
 impl Mesh {

@@ -13,6 +13,7 @@ use roxmltree::{Document, Node};
 use crate::error::{Error, Fault, Spot};
 use crate::files::Files;
 use crate::mesh::{Lost, Material, Mesh, Parts, Triangle};
+use crate::mgf::rgb_of_pairs;
 use crate::room::room;
 use crate::tally::Tally;
 use crate::texture::{self, Placing};
@@ -57,9 +58,9 @@ pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Me
         match node.tag_name().name() {
             "shape" => reader.shape(node, line)?,
             "emitter" => {
-                reader.tally.count("emitters without area were left out: `--sky` gives light from outside");
+                reader.tally.count("emitters without area, left out; --sky=10000 gives light from outside");
             }
-            "include" => reader.tally.count("included files were left out"),
+            "include" => reader.tally.count("included files left out; write what they hold into the file"),
             _ => {}
         }
     }
@@ -162,7 +163,7 @@ impl<'x> Reader<'_, '_, 'x> {
                 sphere()
             }
             _ => {
-                self.tally.count("shapes of kinds that are not read were left out");
+                self.tally.count("shapes of kinds that are not read, left out; export them as obj or ply");
                 return Ok(());
             }
         };
@@ -250,6 +251,7 @@ impl<'x> Reader<'_, '_, 'x> {
             "dielectric" | "thindielectric" | "roughdielectric" => {
                 material.loses(Lost::Transparency);
                 material.reflectance = Spectrum::BLACK;
+                material.sides = Some(Sides::Both);
                 return;
             }
             "conductor" | "roughconductor" => {
@@ -284,8 +286,7 @@ impl<'x> Reader<'_, '_, 'x> {
         }
     }
 
-    /// A colour: three numbers, one, `#rrggbb`, or pairs of wavelength [nm] and value, of which those of a third of the visible
-    /// spectrum are averaged.
+    /// A colour: three numbers, one, `#rrggbb`, or pairs of wavelength [nm] and value.
     fn spectrum(&self, node: Node<'x, 'x>) -> [f64; 3] {
         let text = self.attribute(node, "value").unwrap_or_default().trim();
         if let Some(digits) = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii()) {
@@ -297,15 +298,7 @@ impl<'x> Reader<'_, '_, 'x> {
         if words.first().is_some_and(|word| word.contains(':')) {
             let pairs =
                 words.iter().filter_map(|word| word.split_once(':')).map(|(at, of)| (number(at), number(of)));
-            let pairs: Vec<(f64, f64)> = pairs.collect();
-            return [(580.0, 700.0), (490.0, 580.0), (400.0, 490.0)].map(|(low, high)| {
-                let within: Vec<f64> = pairs
-                    .iter()
-                    .filter(|(at, _)| (low..=high).contains(at))
-                    .map(|&(_, value)| value)
-                    .collect();
-                within.iter().sum::<f64>() / within.len().max(1) as f64
-            });
+            return rgb_of_pairs(pairs.collect());
         }
         match words[..] {
             [red, green, blue, ..] => [number(red), number(green), number(blue)],

@@ -60,28 +60,31 @@ impl<'a> Few<'a> {
 
 /// Adds what is left out of materials, and what is black, a line for each kind.
 pub(crate) fn note_losses(mesh: &Mesh, finishes: &[Finish], areas: &[f64], notes: &mut Vec<String>) {
-    let lose = |what: Lost| Few::of(mesh, areas, |i| mesh.materials[i].lost.contains(&what));
     let mut note = |what: &str, few: Option<Few<'_>>, remedy: &dyn Fn(&str) -> String| {
         if let Some(few) = few {
             notes.push(format!("{what}: {}{}", few.told(), remedy(few.largest)));
         }
     };
-    let silent = |_: &str| String::new();
     let reflect =
         |value: &'static str| move |name: &str| format!("; {}", setting(name, "reflectance", value));
+    let emit = |name: &str| format!("; {}", setting(name, "emittance", "100"));
     let pane = |name: &str| format!("; {}", setting(name, "leave_out", "true"));
     let as_given = |i: usize| finishes[i].own_reflectance;
     let loses = |i: usize, what: Lost| mesh.materials[i].lost.contains(&what);
     let undefined = Few::of(mesh, areas, |i| as_given(i) && loses(i, Lost::Definition));
     note("defined by no file, so reflectance 0.5 is assumed", undefined, &reflect("0.7"));
     let textured = |i: usize| as_given(i) && mesh.materials[i].texture.is_some() && !loses(i, Lost::Texture);
-    note("textures stand as their mean colours", Few::of(mesh, areas, textured), &silent);
+    note("textures, for which their mean colours stand", Few::of(mesh, areas, textured), &reflect("0.5"));
     let unread = Few::of(mesh, areas, |i| as_given(i) && loses(i, Lost::Texture));
     note("textures that are missing or of no known format, so colours stand alone", unread, &reflect("0.5"));
-    note("transparent, and modelled as solid", lose(Lost::Transparency), &pane);
-    note("mirror-like in part, of which the diffuse part is modelled", lose(Lost::Mirror), &reflect("0.8"));
-    note("emission that varies, of which the mean is taken", lose(Lost::EmissionTexture), &silent);
-    note("colours that no red, green and blue make: the nearest are taken", lose(Lost::Saturation), &silent);
+    let panes = Few::of(mesh, areas, |i| loses(i, Lost::Transparency));
+    note("transparent, and modelled as solid", panes, &pane);
+    let mirrors = Few::of(mesh, areas, |i| as_given(i) && loses(i, Lost::Mirror));
+    note("mirror-like in part, of which the diffuse part is modelled", mirrors, &reflect("0.8"));
+    let varied = Few::of(mesh, areas, |i| finishes[i].own_emittance && loses(i, Lost::EmissionTexture));
+    note("emission that varies, of which the mean is taken", varied, &emit);
+    let saturated = Few::of(mesh, areas, |i| as_given(i) && loses(i, Lost::Saturation));
+    note("colours that no red, green and blue make: the nearest are taken", saturated, &reflect("0.5"));
     let is_black = |i: usize| {
         let Finish { reflectance, emittance, .. } = finishes[i];
         !reflectance.is_lit() && !emittance.is_lit()

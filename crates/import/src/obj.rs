@@ -96,12 +96,11 @@ impl Reader {
                 let v = arguments.next().map_or(Ok(0.0), |v| number(Some(v)))? as f32;
                 self.places.push([u, v]);
             }
-            b"vn" | b"vp" | b"s" => {}
-            b"p" | b"l" => self.tally.count("points or lines (they have no area) were left out"),
             b"curv" | b"curv2" | b"surf" => {
-                self.tally.count("free-form curves or surfaces were left out: export them as polygons");
+                self.tally.count("free-form curves or surfaces left out; export them as polygons");
             }
-            _ => self.tally.count("statements that say nothing of faces were skipped"),
+            // Points, lines, and what says nothing of faces.
+            _ => {}
         }
         Ok(())
     }
@@ -144,11 +143,8 @@ impl Reader {
             self.places_of_face.push(index(numbers.next(), self.places.len()).unwrap_or(NOWHERE));
         }
         if self.corners.len() < 3 {
-            return Err(Fault::new(
-                format!("a face of {} corners", self.corners.len()),
-                "a face has three or more",
-                "complete or remove the line",
-            ));
+            self.tally.count("faces of less than three corners, left out");
+            return Ok(());
         }
         let (part, face) = self.parts.next_face(&mut self.mesh, &self.stem);
         let material = match self.material {
@@ -203,7 +199,7 @@ impl Reader {
         }
         let Ok(found) = found else {
             self.mesh.notes.push(format!(
-                "line {}: there is no material library {line:?}, so its materials are unknown",
+                "line {}: there is no material library {line:?}, so its materials are unknown; put it beside the file",
                 self.line
             ));
             return Ok(());

@@ -307,7 +307,7 @@ impl Body {
             ));
         }
         if self.corners.len() < 3 {
-            self.tally.count("faces of less than three corners were left out");
+            self.tally.count("faces of less than three corners, left out");
             return Ok(());
         }
         let corners = std::mem::take(&mut self.corners);

@@ -3,24 +3,53 @@
 use glam::DVec3;
 
 /// Units that files are written in, and their lengths [m].
-const UNITS: [(&str, f64); 6] =
-    [("1 mm", 0.001), ("1 cm", 0.01), ("1 inch", 0.0254), ("1 dm", 0.1), ("1 foot", 0.3048), ("1 m", 1.0)];
+const UNITS: [(&str, f64); 5] =
+    [("1 mm", 0.001), ("1 cm", 0.01), ("1 inch", 0.0254), ("1 foot", 0.3048), ("1 m", 1.0)];
 
 /// The usual heights of things by words of their names [m].
-const HEIGHTS: [(&str, f64); 6] =
-    [("door", 2.05), ("chair", 0.9), ("stool", 0.6), ("table", 0.75), ("desk", 0.75), ("sofa", 0.8)];
+const HEIGHTS: [(&str, f64); 8] = [
+    ("door", 2.05),
+    ("chair", 0.9),
+    ("stool", 0.6),
+    ("table", 0.75),
+    ("desk", 0.75),
+    ("sofa", 0.8),
+    ("couch", 0.8),
+    ("nightstand", 0.6),
+];
 
 /// The usual height of a room [m].
 const ROOM: f64 = 2.8;
 
-/// Meshes are seldom larger [m]: a scene of more than that was hardly meant in metres.
+/// Meshes are seldom larger [m]: a scene of more than that was hardly meant in metres, unless it is as high as buildings are.
 const LARGE: f64 = 120.0;
+const BUILDING: [f64; 2] = [2.0, 60.0];
 
 /// A thing of which a file is a drawing is seldom larger [m]: STL holds parts of machines in millimetres.
 const LARGE_PART: f64 = 12.0;
 
 /// The factor by which things differ from their usual height without any doubt about the unit.
 const USUAL: f64 = 2.2;
+
+/// The beginnings of the words by which the head of a file says its unit, and the unit's place in [`UNITS`].
+const WORDS: [(&str, usize); 8] =
+    [("milli", 0), ("mm", 0), ("centi", 1), ("cm", 1), ("inch", 2), ("feet", 3), ("foot", 3), ("met", 4)];
+
+/// The part of a file in which a unit is looked for [bytes].
+const HEAD: usize = 1024;
+
+/// The unit that the comments at the head of a file say, as in SketchUp's `# File units = inches`.
+pub(crate) fn said_unit(content: &[u8]) -> Option<(&'static str, f64)> {
+    let head = String::from_utf8_lossy(&content[..content.len().min(HEAD)]).to_lowercase();
+    let is_comment = |line: &&str| ["#", "comment", "solid"].iter().any(|is| line.starts_with(is));
+    head.lines().filter(is_comment).find_map(|line| {
+        let (before, unit) = line.split_once(['=', ':'])?;
+        let is_unit = before.trim_end().ends_with("unit") || before.trim_end().ends_with("units");
+        let unit = unit.trim_start();
+        let place = || WORDS.iter().find(|(word, _)| unit.starts_with(word)).map(|&(_, place)| place);
+        is_unit.then(place).flatten().map(|place| UNITS[place])
+    })
+}
 
 /// A part of a mesh: its name and its extent [units of the file].
 pub(crate) struct Part<'a> {
@@ -59,7 +88,7 @@ pub(crate) fn likely_unit(extent: DVec3, parts: &[Part<'_>], drawing: bool) -> O
     if drawing && largest > LARGE_PART && !is_house {
         return Some(UNITS[0]);
     }
-    if largest <= LARGE {
+    if largest <= LARGE || (BUILDING[0]..BUILDING[1]).contains(&extent.z) {
         return None;
     }
     // Of the units that make a building of it, the one whose height is nearest to that of a room.
@@ -68,13 +97,17 @@ pub(crate) fn likely_unit(extent: DVec3, parts: &[Part<'_>], drawing: bool) -> O
     (found.1 < 1.0).then_some(found)
 }
 
-/// The unit whose length is nearest to a ratio, by factors. Inches and decimetres are rare: they have to be much nearer than others.
+/// The unit whose length is nearest to a ratio, by factors. Inches and feet are rare: they have to be much nearer than others.
 fn nearest(ratio: f64) -> (&'static str, f64) {
     let away = |&(name, length): &(&'static str, f64)| {
-        let rare = if matches!(name, "1 inch" | "1 dm" | "1 foot") { 0.6 } else { 0.0 };
+        let rare = match name {
+            "1 inch" => 0.8,
+            "1 foot" => 1.2,
+            _ => 0.0,
+        };
         (ratio / length).ln().abs() + rare
     };
-    *UNITS.iter().min_by(|a, b| away(a).total_cmp(&away(b))).expect("there are six")
+    *UNITS.iter().min_by(|a, b| away(a).total_cmp(&away(b))).expect("there are five")
 }
 
 #[cfg(test)]
@@ -100,6 +133,9 @@ mod tests {
         assert_eq!(likely([600.0, 400.0, 270.0], &[], false), Some(0.01));
         assert_eq!(likely([6000.0, 4000.0, 2700.0], &[], false), Some(0.001));
         assert_eq!(likely([90.0, 40.0, 12.0], &[], false), None);
+        // A campus, and a room of SketchUp's inches.
+        assert_eq!(likely([350.0, 300.0, 19.0], &[], false), None);
+        assert_eq!(likely([160.0, 190.0, 104.0], &[], false), Some(0.0254));
         // Doors tell: of a large hall in metres, and of a house in inches.
         assert_eq!(likely([300.0, 200.0, 20.0], &[("Door_1", 2.1)], false), None);
         assert_eq!(likely([90.0, 60.0, 50.0], &[("door", 45.0)], false), Some(0.0254));

@@ -244,11 +244,17 @@ impl Mesh {
             .collect();
         let (low, high) = self.bounds(|position| position);
         let extent = high - low;
-        let (name, length) = likely_unit(extent, &parts, format == Format::Stl)?;
-        let [x, y, z] = extent.to_array().map(|extent| format!("{extent:.3}"));
+        let (name, length) = match self.unit {
+            Some(said) => Some(said).filter(|(_, length)| *length != 1.0)?,
+            None => likely_unit(extent, &parts, format == Format::Stl)?,
+        };
+        let why = if self.unit.is_some() { "what the file says" } else { "more likely" };
+        let [taken, likely] = [1.0, length].map(|unit| {
+            let [x, y, z] = extent.to_array().map(|extent| format!("{:.3}", extent * unit));
+            format!("{x} × {y} × {z} m")
+        });
         notes.push(format!(
-            "the mesh measures {x} × {y} × {z} m if its unit is 1 m; {name} is more likely, which makes it {:.2} m high; --set import.unit={length}",
-            extent.z * length
+            "the mesh measures {taken} if its unit is 1 m; {name} is {why}, which makes it {likely}; --set import.unit={length}"
         ));
         Some((name, length))
     }
@@ -439,8 +445,9 @@ pub(crate) struct Finish {
     /// Where its power is given, if it is.
     power: Option<Power>,
     leave_out: bool,
-    /// Whether the reflectance is the file's.
+    /// Whether the reflectance is the file's, and whether the emittance is.
     pub(crate) own_reflectance: bool,
+    pub(crate) own_emittance: bool,
     /// Whether neither the file nor an option says which sides are active.
     open_sides: bool,
 }
@@ -523,7 +530,7 @@ impl Finishes {
         }
         let limit = asked.unwrap_or(LIMIT);
         notes.push(format!(
-            "clamped to {limit}, as all are: {told}; --set import.reflectance_limit={limit} sets the limit"
+            "clamped to {limit}, as all are: {told}; --set import.reflectance_limit=0.9 sets another limit"
         ));
         for finish in &mut self.of {
             finish.reflectance =
@@ -543,6 +550,7 @@ impl Finish {
             power: material.power.map(|_| Power::Own),
             leave_out: false,
             own_reflectance: true,
+            own_emittance: true,
             open_sides: options.sides == SidesChoice::File && material.sides.is_none(),
         };
         let entries = options.materials.iter().enumerate();
@@ -554,6 +562,7 @@ impl Finish {
 
     fn follow(&mut self, number: usize, entry: &MaterialOverride, written: Option<Sides>) {
         self.own_reflectance &= entry.reflectance.is_none();
+        self.own_emittance &= entry.emittance.or(entry.power).is_none();
         self.reflectance = entry.reflectance.unwrap_or(self.reflectance);
         self.leave_out = entry.leave_out.unwrap_or(self.leave_out);
         if let Some(emittance) = entry.emittance {

@@ -76,22 +76,28 @@ fn ascii(content: &[u8], stem: &str) -> Result<Mesh, (usize, Fault)> {
                 &mut mesh,
                 Some(rest(line)).filter(|name| !name.is_empty()).as_deref().unwrap_or(stem),
             ),
-            b"facet" => (facet, corners) = (number, 0),
+            b"facet" if is_whole(corners) => (facet, corners) = (number, 0),
             b"vertex" => {
                 let corner = numbers(&mut arguments).map_err(|fault| (number, fault))?;
                 mesh.positions.push(DVec3::from_array(corner));
                 corners += 1;
+                // Some exporters write no end of a facet.
+                if corners == 3 {
+                    let (part, face) = parts.next_face(&mut mesh, stem);
+                    push(&mut mesh, part, face, facet as u32).map_err(|fault| (number, fault))?;
+                }
             }
-            b"endfacet" if corners == 3 => {
-                let (part, face) = parts.next_face(&mut mesh, stem);
-                push(&mut mesh, part, face, facet as u32).map_err(|fault| (number, fault))?;
-            }
-            b"endfacet" => return Err((number, corner_count(corners))),
-            b"outer" | b"endloop" | b"endsolid" => {}
+            b"facet" | b"endfacet" if corners != 3 => return Err((number, corner_count(corners))),
+            b"outer" | b"endloop" | b"endfacet" | b"endsolid" => {}
             other => return Err((number, unknown(other))),
         }
     }
-    Ok(mesh)
+    if is_whole(corners) { Ok(mesh) } else { Err((facet, corner_count(corners))) }
+}
+
+/// Whether a facet has none of its corners, or all.
+fn is_whole(corners: u32) -> bool {
+    matches!(corners, 0 | 3)
 }
 
 fn not_finite(face: u32) -> Fault {

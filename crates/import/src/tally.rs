@@ -21,6 +21,7 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
+    /// Counts one more of a kind, `what` in the plural, with what may be done about it behind a semicolon.
     pub(crate) fn count(&mut self, what: &'static str) {
         *self.counts.entry(what).or_default() += 1;
     }
@@ -50,10 +51,10 @@ impl Tally {
         let points: Vec<DVec3> = corners.iter().map(|&corner| mesh.positions[corner as usize]).collect();
         let cut = polygon::cut(&points, holes);
         if cut.bent {
-            self.count("polygons are not flat (corners off their plane by more than 0.1 % of their size)");
+            self.count("polygons that are not flat, by more than 0.1 % of their size; export triangles to say how they are cut");
         }
         if cut.crossed {
-            self.count("polygons have outlines that cross themselves: their triangles may overlap");
+            self.count("polygons whose outlines cross themselves, so that their triangles may overlap; export triangles to say how they are cut");
         }
         mesh.triangles.extend(cut.triangles.iter().map(|ear| triangle(ear.map(|i| corners[i]))));
         room(mesh)
@@ -62,7 +63,9 @@ impl Tally {
     /// Writes what was counted into the notes of the mesh.
     pub(crate) fn report(self, mesh: &mut Mesh) {
         for (what, count) in self.counts {
-            mesh.notes.push(format!("{count} {what}"));
+            let (what, remedy) = what.split_once("; ").unwrap_or((what, ""));
+            let remedy = if remedy.is_empty() { String::new() } else { format!("; {remedy}") };
+            mesh.notes.push(format!("{what}: {count}{remedy}"));
         }
         for number in self.undefined {
             mesh.materials[number as usize].loses(Lost::Definition);

@@ -2,12 +2,10 @@
 
 use crate::document::{Table, Value};
 use crate::error::Error;
+use crate::vocabulary::MAX_STREAM_PATHS;
 
 /// Walks per lease of a job that names no number.
 pub const DEFAULT_STREAM_PATHS: u64 = 65_536;
-
-/// The largest lease: lost with its worker, it would be traced again whole.
-pub(crate) const MAX_STREAM_PATHS: u64 = 1 << 24;
 
 /// Seconds between checkpoints of a job that names none.
 pub const DEFAULT_CHECKPOINT_SECONDS: f64 = 60.0;

@@ -6,9 +6,8 @@ use radiosity::{Shape, Spectrum};
 
 use crate::document::Value;
 use crate::error::Error;
+use crate::keys::EMIT_KEYS;
 use crate::material::read_spectrum;
-
-pub(crate) const EMIT_KEYS: &[&str] = &["cell", "emittance"];
 
 /// (cell index, emittance [W/m²]) per entry.
 pub(crate) fn read_emit(value: Value<'_>, shape: &Shape) -> Result<Vec<(u32, Spectrum)>, Error> {

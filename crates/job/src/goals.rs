@@ -8,7 +8,8 @@ use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::method::{Beside, MethodTable, WalkKind, read_patches};
 use crate::sensors::{SensorTarget, read_sensor_errors};
-use crate::target::{Target, TotalTarget, Unhit, read_relative_error};
+use crate::target::{Target, TotalTarget, read_relative_error};
+use crate::vocabulary::Unhit;
 
 /// The part of the patch area that must meet a target that names none.
 const DEFAULT_FRACTION: f64 = 0.99;

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use import::{Format, Mesh, Options};
 use radiosity::{IndexChoice, PatchGroup, Scene, Space};
-use serde::{Deserialize, Serialize};
 
 use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
@@ -15,13 +14,14 @@ use crate::keys::{
     BUDGET_KEYS, IMPORT_KEYS, JOB_KEYS, METHOD_KEYS, OUTPUT_KEYS, TARGET_KEYS, TRACING_KEYS, VIEW_KEYS,
 };
 use crate::method::{Basis, Cutting, MethodTable, WalkKind, read_method};
-use crate::output::{OutputFile, View, read_output, read_view};
+use crate::output::{View, read_output, read_view};
 use crate::partition::{Auto, Forecast, Partition, Patches, misfit, read_scene_key};
 use crate::scene::{SceneFile, is_toml, load_scene_with};
 use crate::sensors::SensorTarget;
 use crate::source::Source;
 use crate::sources::read_groups;
 use crate::target::{Target, TotalTarget};
+use crate::vocabulary::{Light, OutputFile};
 use crate::word::Word;
 
 /// The seed of a job that names none: runs repeat unless asked not to.
@@ -35,28 +35,6 @@ pub const DEFAULT_TOTAL_ERROR: f64 = 0.05;
 
 /// The level of every interval of a job that names none.
 pub const DEFAULT_CONFIDENCE: f64 = 0.95;
-
-/// What the numbers of a job measure. It changes labels and units, and no number.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Light {
-    /// Power in W, radiosity and irradiance in W/m².
-    #[default]
-    Radiant,
-    /// Luminous flux in lm, luminous exitance in lm/m², illuminance in lx.
-    Luminous,
-}
-
-impl Word for Light {
-    const ALL: &'static [Self] = &[Self::Radiant, Self::Luminous];
-
-    fn word(self) -> &'static str {
-        match self {
-            Light::Radiant => "radiant",
-            Light::Luminous => "luminous",
-        }
-    }
-}
 
 /// All that a job file and its scene say, checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,8 +65,8 @@ pub struct Job {
     pub total_target: Option<TotalTarget>,
     /// How rays look for surfaces; the answer is the same with each.
     pub index: IndexChoice,
-    /// What the numbers measure. Default: luminous for a mesh whose format gives lumens, as MGF does, or whose light was assumed, else
-    /// radiant.
+    /// What the numbers measure. Default: luminous for a mesh whose format gives lumens, as MGF does, or whose light was assumed, and for a
+    /// scene with a `[[lamp]]`, else radiant.
     pub light: Light,
     /// The files that are written beside the tally; `None`: the program chooses.
     pub files: Option<Vec<OutputFile>>,
@@ -403,6 +381,7 @@ fn left_open(
             true => Space::Continuous,
             false => partition.map_or(Space::default(), |partition| partition.space),
         },
+        lamps: !scene.spec().lamps.list.is_empty(),
     };
     (Some(open).filter(|open| !open.surfaces.is_empty()), cutting)
 }

@@ -18,9 +18,11 @@ mod grouped;
 mod groups;
 mod imports;
 mod job;
+mod key;
 mod keys;
 mod kind;
 mod lamp;
+mod lamps;
 mod lighting;
 mod material;
 mod method;
@@ -28,6 +30,7 @@ mod near;
 mod output;
 mod partition;
 mod plain;
+mod planes;
 mod scene;
 mod scene_text;
 mod schema;
@@ -39,6 +42,7 @@ mod source;
 mod sources;
 mod target;
 mod thermal;
+mod vocabulary;
 mod weather;
 mod word;
 
@@ -50,20 +54,21 @@ pub use finishes::Finishes;
 pub use groups::{Grouping, Groups};
 pub use import::{Options as ImportOptions, setting};
 pub use job::{
-    DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, DEFAULT_TOTAL_ERROR, Job, Light, load, load_as_written,
+    DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, DEFAULT_TOTAL_ERROR, Job, load, load_as_written,
     load_cut, load_mesh, load_mesh_cut,
 };
 pub use kind::{FileKind, file_kind};
 pub use lamp::load_lamp;
 pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};
-pub use output::{OutputFile, Stand, Vantage, View};
+pub use output::{Stand, View};
 pub use partition::{Auto, Forecast, Partition};
 pub use radiosity::Sampler;
 pub use scene::{MaterialRow, SceneFile, load_scene, load_scene_with};
 pub use scene_text::to_toml;
 pub use schema::{job_schema, scene_schema};
 pub use sensors::SensorTarget;
-pub use target::{Target, TotalTarget, Unhit};
+pub use target::{Target, TotalTarget};
 pub use thermal::{Enclosure, load_enclosure};
+pub use vocabulary::{Light, OutputFile, Unhit, Vantage};
 pub use weather::{load_matrix, load_weather};
 pub use word::Word;

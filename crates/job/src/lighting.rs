@@ -16,8 +16,9 @@ const FLOOR: f64 = 500.0;
 /// The emittance of an assumed sky [lm/m²]: that of an overcast day.
 pub(crate) const SKY: f64 = 10_000.0;
 
-/// The name of an assumed lamp.
+/// The name of an assumed lamp, and the reflectance of its back.
 const LAMP: &str = "assumed lamp";
+const HOUSING: f64 = 0.5;
 
 /// A mesh as a scene, and the light that it has been given.
 pub(crate) struct Lit {
@@ -84,9 +85,12 @@ fn light(imported: &mut Imported, around: &Around) -> (String, Option<Spectrum>)
             (told, None)
         }
         Lightless::Open(part) => {
+            let place = match part {
+                0.005.. => format!("to which {:.0} % of all directions lead", 100.0 * part),
+                _ => "which lights the outside of what is closed".into(),
+            };
             let told = format!(
-                "nothing in the file emits, so an overcast sky of {SKY} lm/m² does, to which {:.0} % of all directions lead; {by_hand} instead, --sky=5000 sets the sky",
-                100.0 * part
+                "nothing in the file emits, so an overcast sky of {SKY} lm/m² does, {place}; {by_hand} instead, --sky=5000 sets the sky",
             );
             (told, Some(SKY.into()))
         }
@@ -99,11 +103,27 @@ fn in_quotes(text: &str) -> String {
     if text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
-/// Whether the extent of a scene is that of rooms, in the unit that its file is likely to be written in.
+/// Whether the extent of a scene is that of rooms, in the unit that its file is likely to be written in, and floors, ceilings and
+/// walls are much of it, whose backs reflect as well.
 fn is_room(imported: &Imported) -> bool {
     let (low, high) = bounds(&imported.spec.surfaces);
     let [x, y, z] = ((high - low) * imported.likely_unit.map_or(1.0, |(_, length)| length)).to_array();
-    (1.9..8.0).contains(&z) && [x, y].iter().all(|extent| (1.5..60.0).contains(extent))
+    let is_large = (1.9..8.0).contains(&z) && [x, y].iter().all(|extent| (1.5..60.0).contains(extent));
+    let one_sided = imported.spec.surfaces.iter().filter(|surface| surface.sides == Sides::Front).count();
+    is_large && built(&imported.spec.surfaces) > 0.4 && 2 * one_sided < imported.spec.surfaces.len()
+}
+
+/// The part of the area that lies or stands upright to 5°, which is 0.09 of a sphere.
+fn built(surfaces: &[SurfaceSpec]) -> f64 {
+    let (mut built, mut total) = (0.0, 0.0);
+    for surface in surfaces {
+        let (_, u, v) = surface.shape.edges();
+        let tilt = u.cross(v).normalize_or_zero().z.abs();
+        let area = surface.shape.area();
+        total += area;
+        built += if (0.087..0.996).contains(&tilt) { 0.0 } else { area };
+    }
+    built / total
 }
 
 /// The bounds of some surfaces [m].
@@ -172,12 +192,16 @@ fn add_lamp(imported: &mut Imported, room: &Room) {
         imported.textures.push(None);
         imported.open_sides.push(None);
     }
-    imported.materials.push(imported.names.len() as u32 - 1);
-    imported.parts.push(u32::MAX);
-    imported.spec.surfaces.push(SurfaceSpec {
-        name: Some(LAMP.into()),
-        sides: Sides::Front,
-        emittance: emittance.into(),
-        ..SurfaceSpec::new(shape, 0.0)
-    });
+    // Light from above meets a housing of its own: the back of a lamp would swallow it.
+    let housing = Shape::Parallelogram { corner, corner_u: corner_v, corner_v: corner_u, cells: [1, 1] };
+    for (shape, reflectance, emittance) in [(shape, 0.0, emittance), (housing, HOUSING, 0.0)] {
+        imported.materials.push(imported.names.len() as u32 - 1);
+        imported.parts.push(u32::MAX);
+        imported.spec.surfaces.push(SurfaceSpec {
+            name: Some(LAMP.into()),
+            sides: Sides::Front,
+            emittance: emittance.into(),
+            ..SurfaceSpec::new(shape, reflectance)
+        });
+    }
 }

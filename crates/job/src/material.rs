@@ -6,6 +6,7 @@ use radiosity::Spectrum;
 
 use crate::document::{Table, Value};
 use crate::error::Error;
+use crate::keys::MATERIAL_KEYS;
 use crate::site::Lines;
 
 /// A material as `[material.NAME]` describes it.
@@ -30,8 +31,6 @@ pub(crate) fn read_materials(table: &mut Table<'_>) -> Result<Materials, Error> 
     }
     Ok(materials)
 }
-
-pub(crate) const MATERIAL_KEYS: &[&str] = &["reflectance", "emittance"];
 
 fn read_material(value: Value<'_>) -> Result<Material, Error> {
     let mut lines = Lines { header: value.line(), keys: Vec::new() };

@@ -7,93 +7,8 @@ use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::keys::VIEW_KEYS;
 use crate::shape::read_point;
+use crate::vocabulary::{FOV, MAX_PIXELS, OutputFile, Vantage};
 use crate::word::Word;
-
-/// The pixels of a picture's side at most.
-pub(crate) const MAX_PIXELS: u64 = 4096;
-
-/// The fields of view that a picture may have [degrees].
-pub(crate) const FOV: [f64; 2] = [1.0, 170.0];
-
-/// A file of a result that follows from its tally.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum OutputFile {
-    /// The table of all patches.
-    Csv,
-    /// Counts, errors, checks, provenance.
-    Summary,
-    /// The scene as an eye sees it.
-    Picture,
-    /// The page that shows the result.
-    Report,
-    /// The radiance behind every pixel of the picture.
-    Exr,
-    /// The patches for ParaView and VTK.
-    Vtu,
-    /// The scene for viewers and modellers.
-    Glb,
-    /// The table for data frames.
-    Parquet,
-}
-
-impl OutputFile {
-    /// The name of the file.
-    pub fn name(self) -> &'static str {
-        match self {
-            OutputFile::Csv => "patches.csv",
-            OutputFile::Summary => "summary.json",
-            OutputFile::Picture => "radiosity.png",
-            OutputFile::Report => "report.html",
-            OutputFile::Exr => "radiosity.exr",
-            OutputFile::Vtu => "patches.vtu",
-            OutputFile::Glb => "scene.glb",
-            OutputFile::Parquet => "patches.parquet",
-        }
-    }
-}
-
-impl OutputFile {
-    /// What it is, or which programs read it.
-    pub fn purpose(self) -> &'static str {
-        match self {
-            OutputFile::Csv => "all patches",
-            OutputFile::Summary => "errors, checks, provenance",
-            OutputFile::Picture => "the scene as an eye sees it",
-            OutputFile::Report => "a page to look at",
-            OutputFile::Exr => "the radiance behind the pixels",
-            OutputFile::Vtu => "ParaView and VTK",
-            OutputFile::Glb => "viewers and modellers",
-            OutputFile::Parquet => "data frames",
-        }
-    }
-}
-
-impl Word for OutputFile {
-    const ALL: &'static [Self] = &[
-        Self::Csv,
-        Self::Summary,
-        Self::Picture,
-        Self::Report,
-        Self::Exr,
-        Self::Vtu,
-        Self::Glb,
-        Self::Parquet,
-    ];
-
-    fn word(self) -> &'static str {
-        match self {
-            OutputFile::Csv => "csv",
-            OutputFile::Summary => "summary",
-            OutputFile::Picture => "picture",
-            OutputFile::Report => "report",
-            OutputFile::Exr => "exr",
-            OutputFile::Vtu => "vtu",
-            OutputFile::Glb => "glb",
-            OutputFile::Parquet => "parquet",
-        }
-    }
-}
 
 /// The table `[view]`: how the picture is taken. What is absent is chosen from the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -109,26 +24,6 @@ pub struct View {
     /// The light of the picture, 1 being white paper, over the radiosity [m²/W], in the channel that most power is emitted in.
     /// Default: by the middle pixel, as far as the brightest allow.
     pub exposure: Option<f64>,
-}
-
-/// A view by its name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Vantage {
-    /// From where a person could stand.
-    Inside,
-    /// From outside of the whole scene, through the backs of one-sided walls.
-    Outside,
-}
-
-impl Word for Vantage {
-    const ALL: &'static [Self] = &[Vantage::Inside, Vantage::Outside];
-
-    fn word(self) -> &'static str {
-        match self {
-            Vantage::Inside => "inside",
-            Vantage::Outside => "outside",
-        }
-    }
 }
 
 /// Where a camera stands.

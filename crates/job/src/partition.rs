@@ -14,10 +14,8 @@ use crate::keys::SCENE_TABLE_KEYS;
 use crate::method::Basis;
 use crate::shape::{read_grid, read_rows};
 use crate::source::Source;
+use crate::vocabulary::AUTO;
 use crate::word::Word;
-
-/// The word by which a job or a surface leaves its cells to the program.
-pub(crate) const AUTO: &str = "auto";
 
 /// The word for the cells of the scene file.
 const GIVEN: &str = "given";

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use import::{Format, Imported, Mesh, Options, Spots};
 use radiosity::{
-    IndexChoice, Leaves, Scene, SceneError, SceneSpec, SensorSpec, Shape, Spectrum, SurfaceSpec,
+    IndexChoice, LampsSpec, Leaves, Scene, SceneError, SceneSpec, SensorSpec, Shape, Spectrum, SurfaceSpec,
 };
 
 use crate::cut::Cut;
@@ -19,9 +19,8 @@ use crate::lighting::bounds;
 use crate::partition::misfit;
 use crate::site::{Lines, SurfaceSite};
 use crate::sky::{SKY, sky_box};
-pub(crate) use read::{MESH_KEYS, is_toml};
+pub(crate) use read::is_toml;
 pub use read::{load_scene, load_scene_with};
-pub(crate) use surface::SURFACE_KEYS;
 
 /// A scene as written, and where.
 #[derive(Clone, Debug, PartialEq)]
@@ -264,6 +263,7 @@ impl SceneFile {
     /// about their light. `reflectance` replaces that of a surface.
     pub fn for_exchange(&self, channel: usize, reflectance: impl Fn(usize) -> Option<f64>) -> Self {
         let mut scene = SceneFile { sensors: Vec::new(), ..self.clone() };
+        scene.spec.lamps = LampsSpec::default();
         for (number, surface) in scene.spec.surfaces.iter_mut().enumerate() {
             surface.reflectance = reflectance(number).unwrap_or(surface.reflectance[channel]).into();
             surface.emittance = 1.0.into();

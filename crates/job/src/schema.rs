@@ -4,15 +4,18 @@
 //! What depends on several keys, such as which of them exclude each other, is left to the readers.
 
 pub(crate) mod parts;
-mod scene;
 
 use serde_json::Value;
 
 use self::parts::*;
-use crate::keys::JOB;
-pub use scene::scene_schema;
+use crate::keys::{JOB, SCENE};
 
 /// The schema of job files.
 pub fn job_schema() -> Value {
-    titled("A radwalk job", table_of(&JOB))
+    titled("A radwalk job", table(&JOB))
+}
+
+/// The schema of scene files.
+pub fn scene_schema() -> Value {
+    titled("A radwalk scene", table(&SCENE))
 }

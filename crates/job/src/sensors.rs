@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::keys::LISTS;
+use crate::keys::SENSOR_KEYS;
 use crate::near;
 use crate::shape::{read_corners, read_grid, read_point};
-use crate::target::{Unhit, read_relative_error};
-
-pub(crate) const SENSOR_KEYS: &[&str] = &["name", "quad", "patches", "point", "normal"];
+use crate::target::read_relative_error;
+use crate::vocabulary::Unhit;
 
 /// The accuracy that is asked of sensors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -9,9 +9,8 @@ use radiosity::{SensorShape, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::document::Value;
 use crate::error::Error;
+use crate::keys::SKY_KEYS;
 use crate::material::read_spectrum;
-
-pub(crate) const SKY_KEYS: &[&str] = &["emittance"];
 
 /// What the sides of the box are called, and their material.
 pub(crate) const SKY: &str = "sky";
@@ -52,11 +51,12 @@ pub(crate) fn sky_box(
     sensors: &[SensorSpec],
     emittance: Spectrum,
 ) -> Vec<SurfaceSpec> {
-    let of_sensor = |sensor: &SensorSpec| match sensor.shape {
-        SensorShape::Quad { corner, corner_u, corner_v, .. } => {
+    let of_sensor = |sensor: &SensorSpec| match &sensor.shape {
+        &SensorShape::Quad { corner, corner_u, corner_v, .. } => {
             vec![corner, corner_u, corner_v, corner_u + corner_v - corner]
         }
-        SensorShape::Point { point, .. } => vec![point],
+        SensorShape::Point { point, .. } => vec![*point],
+        SensorShape::Points { points, .. } => points.iter().map(|[point, _]| *point).collect(),
     };
     let corners = surfaces.iter().flat_map(|surface| surface.shape.corners());
     let all: Vec<DVec3> = corners.chain(sensors.iter().flat_map(of_sensor)).collect();

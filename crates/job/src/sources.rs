@@ -59,12 +59,13 @@ fn read_name(value: &Value<'_>) -> Result<String, Error> {
 /// The patches of the surfaces, materials and patches that a source names, in ascending order.
 fn read_members(mut table: Table<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>, Error> {
     let place = table.place("surfaces");
-    let [surfaces, materials, patches] = ["surfaces", "materials", "patches"].map(|key| table.take(key));
-    if surfaces.is_none() && materials.is_none() && patches.is_none() {
+    let [surfaces, materials, patches, lamps] =
+        ["surfaces", "materials", "patches", "lamps"].map(|key| table.take(key));
+    if surfaces.is_none() && materials.is_none() && patches.is_none() && lamps.is_none() {
         return Err(Error::MissingKey {
             place,
             why: "a source is a group of emitters",
-            remedy: "surfaces = [\"…\"], materials = [\"…\"] or patches = [0, 1]".into(),
+            remedy: "surfaces = [\"…\"], materials = [\"…\"], patches = [0, 1] or lamps = [\"…\"]".into(),
         });
     }
     let first_cells = first_cells(scene);
@@ -82,6 +83,11 @@ fn read_members(mut table: Table<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>
     if let Some(patches) = patches {
         let (why, instead) = ("a source holds some patch", "remove the key");
         members.extend(read_patches(patches, scene.known_patch_count(), why, instead)?);
+    }
+    for value in lamps.map(Value::array).transpose()?.unwrap_or_default() {
+        // Lamps are numbered behind the patches.
+        let behind = |lamp: usize| u32::try_from(scene.patch_count() + lamp as u64).unwrap_or(u32::MAX);
+        members.extend(lamps_of(&value, scene)?.into_iter().map(behind));
     }
     Ok(members)
 }
@@ -135,6 +141,29 @@ fn surfaces_of(value: &Value<'_>, scene: &SceneFile) -> Result<Vec<usize>, Error
             format!("no surface is called {pattern:?}"),
             "a source holds surfaces by their names or numbers",
             format!("{hint}write the name of a surface, a part of it and *, or a number"),
+        ));
+    }
+    Ok(meant)
+}
+
+/// Lamps without area by number, or by a name in which `*` stands for any text.
+fn lamps_of(value: &Value<'_>, scene: &SceneFile) -> Result<Vec<usize>, Error> {
+    let lamps = &scene.spec().lamps.list;
+    if !value.is_string() {
+        let last = lamps.len().saturating_sub(1) as u64;
+        return Ok(vec![value.integer(0..=last, "the scene's lamps are numbered from 0")? as usize]);
+    }
+    let pattern = value.string()?;
+    let meant: Vec<usize> =
+        (0..lamps.len()).filter(|&lamp| import::matches(pattern, &lamps[lamp].name)).collect();
+    if meant.is_empty() {
+        return Err(value.refuse(
+            format!("no lamp is called {pattern:?}"),
+            "a source holds lamps by their names or numbers",
+            format!(
+                "{}write the name of a [[lamp]], a part of it and *, or a number",
+                near::hint(pattern, lamps.iter().map(|lamp| &lamp.name[..]))
+            ),
         ));
     }
     Ok(meant)

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::Value;
 use crate::error::Error;
-use crate::word::Word;
+use crate::vocabulary::Unhit;
 
 /// The table `[target]` of a job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,28 +34,6 @@ pub struct TotalTarget {
     pub total_error: f64,
     /// Walks before which no look is taken; default 1024.
     pub min_paths: u64,
-}
-
-/// What a target makes of patches that no walk has hit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Unhit {
-    /// The error of patches without a hit is infinite.
-    #[default]
-    Infinite,
-    /// Patches without a hit are left out.
-    Ignore,
-}
-
-impl Word for Unhit {
-    const ALL: &'static [Self] = &[Self::Infinite, Self::Ignore];
-
-    fn word(self) -> &'static str {
-        match self {
-            Unhit::Infinite => "infinite",
-            Unhit::Ignore => "ignore",
-        }
-    }
 }
 
 pub(crate) fn read_relative_error(value: &Value<'_>) -> Result<f64, Error> {

@@ -249,7 +249,7 @@ fn lamps_face_away(scene: &Scene) -> bool {
         corners().any(|point| (point - corner).dot(outwards) > 1e-9 * extent)
     };
     let lamps = || scene.faces().iter().filter(|face| face.emittance.is_lit()).take(LAMPS);
-    !lamps().any(has_scene_in_front)
+    scene.lamp_count() == 0 && !lamps().any(has_scene_in_front)
 }
 
 /// Checks for walks that were cut off: estimates lack the light that these would have carried, which the upper ends of intervals allow for.

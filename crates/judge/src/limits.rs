@@ -33,14 +33,12 @@ fn of_sensors(experiment: &Experiment) -> Option<SensorLimits> {
     let paths = experiment.unit().batch().unwrap_or(sensors.sample_walks());
     let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
     let brightest = |c: usize| {
-        let most = scene.max_reflectance()[c];
-        let emittance = scene.faces().iter().map(|face| face.emittance[c]).fold(0.0, f64::max);
-        let largest = if emittance > 0.0 { emittance / (1.0 - most) } else { 1.0 };
-        1.0 + scene.total_power(c) / (1.0 - most) / least_area / largest
+        let largest = experiment.largest_radiosity(c);
+        1.0 + scene.total_power(c) / (1.0 - scene.max_reflectance()[c]) / least_area / largest
     };
     let brightest = (0..scene.channels()).map(brightest).fold(1.0, f64::max);
     let sample = (FIXED_POINT as f64 * brightest * MARGIN * paths as f64) as u128;
-    Some(SensorLimits { first_row: scene.faces().len(), sample })
+    Some(SensorLimits { first_row: experiment.first_row_of_sensors(), sample })
 }
 
 /// Each score of a walk counts once for every reflection before it, and once for the face that it is on.

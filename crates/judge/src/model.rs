@@ -17,8 +17,12 @@ pub fn scene_lines(experiment: &Experiment, units: &Units) -> Vec<String> {
     let fronts = || scene.faces().iter().filter(|face| face.side == Side::Front);
     let area: f64 = fronts().map(|patch| patch.area).sum();
     let emitters = fronts().filter(|patch| patch.emittance.is_lit()).count();
+    let lamps = match scene.lamp_count() {
+        0 => String::new(),
+        lamps => format!(" and {}", counted(lamps as u64, "lamp")),
+    };
     let mut lines = vec![format!(
-        "scene: {}, {}, {area:.6} m², {} of {} {} in all",
+        "scene: {}, {}, {area:.6} m², {}{lamps} of {} {} in all",
         counted(scene.surfaces().len() as u64, "surface"),
         counted(scene.faces().patch_count() as u64, "patch"),
         counted(emitters as u64, "emitting patch"),
@@ -30,6 +34,7 @@ pub fn scene_lines(experiment: &Experiment, units: &Units) -> Vec<String> {
     for (number, spec) in sensors.iter().flat_map(|sensors| sensors.specs().iter().enumerate()) {
         let what = match spec.shape {
             SensorShape::Point { .. } => "a point".into(),
+            SensorShape::Points { ref points, .. } => counted(points.len() as u64, "point"),
             SensorShape::Quad { .. } => {
                 let cells = sensors.map_or(0..0, |sensors| sensors.cells_of(number));
                 counted(cells.len() as u64, "patch")

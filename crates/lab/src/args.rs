@@ -29,7 +29,7 @@ pub(crate) enum Command {
 /// Studies that take words and print, or write a page into a folder.
 #[derive(Subcommand)]
 pub(crate) enum Study {
-    /// Hold what runs tell of their errors against the truth: FOLDER [--quick] [ROOM…] → honesty.md
+    /// Hold what runs tell of their errors against the truth: FOLDER [--quick] [SCENE…] [ROOM…] → honesty.md
     Honesty(Words),
     /// Measure what chosen groups of faces save in an imported interior: FOLDER [MILLIONS] → groups.md
     Groups(Words),

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::arithmetic::{angle, sin_cos, sine_versine};
 
@@ -10,7 +11,7 @@ use crate::arithmetic::{angle, sin_cos, sine_versine};
 const WIDEST_CELL: f64 = 45.0;
 
 /// The direction of the poles of the table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Poles {
     /// γ = 0 is down (types A and C).
     Vertical,
@@ -18,8 +19,9 @@ pub(crate) enum Poles {
     Horizontal,
 }
 
-/// A table of intensities [cd] over (C, γ), and the cells between its nodes.
-#[derive(Clone, Debug, PartialEq)]
+/// A table of intensities [cd] over (C, γ), and the cells between its nodes. It is kept and sent as the table alone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Table", into = "Table")]
 pub struct Distribution {
     poles: Poles,
     /// Azimuths C [°], ascending over at most 360°. Where they cover less, the rest is dark.
@@ -36,6 +38,40 @@ pub struct Distribution {
     below: Vec<f64>,
     /// The flux of the cells of a row before each edge of columns [lm]; row j from `j * columns.degrees.len()`.
     before: Vec<f64>,
+}
+
+/// What a distribution is made of.
+#[derive(Serialize, Deserialize)]
+struct Table {
+    poles: Poles,
+    c: Vec<f64>,
+    gamma: Vec<f64>,
+    candela: Vec<f64>,
+}
+
+impl From<Distribution> for Table {
+    fn from(Distribution { poles, c, gamma, candela, .. }: Distribution) -> Self {
+        Table { poles, c, gamma, candela }
+    }
+}
+
+impl TryFrom<Table> for Distribution {
+    type Error = &'static str;
+
+    fn try_from(Table { poles, c, gamma, candela }: Table) -> Result<Self, Self::Error> {
+        let ascends = |angles: &[f64]| {
+            angles.len() > 1 && angles.windows(2).all(|pair| pair[0] < pair[1] && pair[1] - pair[0] <= 360.0)
+        };
+        let is_sound = ascends(&c)
+            && ascends(&gamma)
+            && c[c.len() - 1] - c[0] <= 360.0
+            && (0.0..=180.0).contains(&gamma[0])
+            && gamma[gamma.len() - 1] <= 180.0
+            && candela.len() == c.len() * gamma.len()
+            && candela.iter().all(|candela| candela.is_finite() && *candela >= 0.0);
+        let light = is_sound.then(|| Distribution::new(poles, c, gamma, candela)).flatten();
+        light.ok_or("the intensities are no table of a luminaire")
+    }
 }
 
 /// The edges of cells along one angle.
@@ -181,6 +217,17 @@ impl Distribution {
         let [c, gamma] = [self.c[best.0 / self.gamma.len()], self.gamma[best.0 % self.gamma.len()]];
         let ([sin_c, cos_c], [sin_gamma, cos_gamma]) = (sin_cos(c), sin_cos(gamma));
         (self.turned_out(DVec3::new(sin_gamma * cos_c, sin_gamma * sin_c, -cos_gamma)), best.1)
+    }
+
+    /// The largest intensity [cd].
+    pub fn peak(&self) -> f64 {
+        self.brightest().1
+    }
+
+    /// Every number of the table, in one order: two distributions are equal where these are.
+    pub fn numbers(&self) -> impl Iterator<Item = f64> {
+        let sizes = [self.poles as u8 as f64, self.c.len() as f64, self.gamma.len() as f64];
+        sizes.into_iter().chain([&self.c, &self.gamma, &self.candela].into_iter().flatten().copied())
     }
 
     /// The least and the largest γ of the table [°], where its poles are vertical.

@@ -90,6 +90,65 @@ def test_colours_sides_and_sensors_are_those_of_the_program(tmp_path, binary, co
         assert np.allclose(result.vertices[corners[corners >= 0]].mean(axis=0), centroid, atol=1e-12)
 
 
+KINDS = """
+[material.grey]
+reflectance = 0.5
+
+[material.black]
+reflectance = 0.0
+
+[material.lamp]
+emittance = 1.0
+reflectance = 0.5
+
+[[surface]]
+name = "lit"
+material = "grey"
+quad = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+
+[[surface]]
+name = "lamp"
+material = "lamp"
+quad = [[0, 0, 1], [0, 1, 1], [1, 0, 1]]
+
+[[surface]]
+name = "sealed"
+material = "grey"
+quad = [[0, 0, 5], [1, 0, 5], [0, 1, 5]]
+
+[[surface]]
+name = "sealed black"
+material = "black"
+quad = [[0, 0, 6], [1, 0, 6], [0, 1, 6]]
+
+[[surface]]
+name = "tiny"
+material = "grey"
+quad = [[0.5, 0.5, 0.1], [0.500001, 0.5, 0.1], [0.5, 0.500001, 0.1]]
+"""
+
+
+@pytest.mark.filterwarnings("ignore::radwalk.Doubt")
+@pytest.mark.parametrize("walk", ["shooting", "gathering", "jacobi"])
+def test_what_is_unknown_is_nan_and_the_table_of_the_program_is_empty_there(tmp_path, binary, walk):
+    scene = tmp_path / "kinds.toml"
+    scene.write_text(KINDS)
+    method = {"method.walk": walk, "scene.patches": "given", "paths": 20_000}
+    typed = [word for override in radwalk.overrides.overrides(method) for word in ("--set", override)]
+    binary("run", scene, *typed, "--out", tmp_path / "out", "--quiet", "--workers", 1)
+    result = radwalk.run(scene, **method)
+    assert_same(result.table, tmp_path / "out" / "patches.csv")
+    lit, _, sealed, black, _ = range(5)
+    assert np.isfinite(result.table["irradiance"][lit])
+    for patch in (sealed, black):
+        assert all(np.isnan(result.table[name][patch]) for name in ("std_error", "irradiance", "irradiance_error"))
+        assert "unsampled" in result.table["flags"][patch]
+    assert np.isnan(result.table["radiosity"][sealed]) and result.table["radiosity"][black] == 0.0
+    assert result.table["ci_low"][sealed] == 0.0 < result.table["ci_high"][sealed]
+    headlines = [one.summary["headline"] for one in (result, radwalk.load(tmp_path / "out"))]
+    assert headlines[0] == headlines[1] and headlines[0]["sealed_area"] >= 2.0
+
+
 def test_what_is_saved_is_a_result_of_the_program(tmp_path, binary):
     binary("run", CONFIGS / "cube54.toml", "--paths", 100_000, "--out", tmp_path / "there", "--quiet")
     result = radwalk.run(CONFIGS / "cube54.toml", paths=100_000)

@@ -42,6 +42,7 @@ mod walk;
 pub use experiment::daylight::{Coefficients, SkyTally};
 pub use experiment::exchange::{ExchangeRows, ExchangeSpec, FactorKind, RowBoard, Segment, exchange_counts};
 pub use experiment::influence::{Derivative, Influences, Property};
+pub use experiment::planes::{Figure, PlaneFigures};
 pub use experiment::precision::{Apart, FLOOR, Headline, Judged, Precision, QUANTILES, Quantity, TINY};
 pub use experiment::readings::{Reading, Readings};
 pub use experiment::replay::{Replay, Step};
@@ -53,6 +54,7 @@ pub use experiment::{
 };
 pub use geometry::axes::{Covariance, outer_square, principal_axes};
 pub use geometry::face::{Face, FaceIter, Faces};
+pub use geometry::lamp::{Emission, LampSpec, LampsSpec};
 pub use geometry::leaves::{Leaf, Leaves, LeavesError};
 pub use geometry::planes::Body;
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};

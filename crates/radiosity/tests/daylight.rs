@@ -29,8 +29,7 @@ fn point(z: f64, normal: DVec3) -> SensorSpec {
 }
 
 fn coefficients(surfaces: Vec<SurfaceSpec>, sensors: &[SensorSpec]) -> Coefficients {
-    let spec = SceneSpec { surfaces, patch_of_cell: Vec::new() };
-    let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+    let scene = Scene::build(&SceneSpec::new(surfaces), IndexChoice::Auto).unwrap();
     Coefficients::new(scene, sensors, SkyPatches::new(145).unwrap()).unwrap()
 }
 

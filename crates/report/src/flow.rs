@@ -111,7 +111,7 @@ impl Flow {
                 error: rest.iter().map(|part| part.error).sum(),
             });
         }
-        absorbed.extend(losses(estimates, emitted));
+        absorbed.extend(lost_parts(estimates, emitted));
         absorbed.retain(|part| part.power > 0.0);
         let coloured = scene.channels() > 1;
         Some(Flow { emitted, unit: summary.units.power, coloured, parts: absorbed, unknown })
@@ -201,26 +201,26 @@ impl Flow {
     }
 }
 
-/// What no material absorbs. Where walks carry importance, they tell nothing of power; of a mixture of sources they tell of all
-/// sources together.
-fn losses(estimates: &Estimates, emitted: f64) -> Vec<Part> {
+/// The parts of the power that left the scene, ended on backs, and were cut off. `None` where walks carry importance, which tells nothing of
+/// power, and of a mixture of sources, since walks tell of all sources together.
+pub(crate) fn losses(estimates: &Estimates) -> Option<[Measured; 3]> {
     let experiment = estimates.experiment();
-    if experiment.gathers() || experiment.mixture().is_some() {
-        return Vec::new();
-    }
-    let lost = experiment.lost(&estimates.tally().counts);
-    let part = |(words, colour, part): (&str, &'static str, Measured)| Part {
+    let tells = !experiment.gathers() && experiment.mixture().is_none();
+    let lost = tells.then(|| experiment.lost(&estimates.tally().counts))?;
+    Some([lost.escaped, lost.on_backs, lost.cut_off])
+}
+
+/// [`losses`] as parts of the diagram.
+fn lost_parts(estimates: &Estimates, emitted: f64) -> impl Iterator<Item = Part> {
+    let kinds =
+        [("left the scene", ESCAPED), ("ended on backs of one-sided surfaces", BACKS), ("cut off", CUT)];
+    let part = move |((words, colour), part): ((&str, &'static str), Measured)| Part {
         words: words.into(),
         colour,
         power: emitted * part.value,
         error: emitted * part.standard_error,
     };
-    let kinds = [
-        ("left the scene", ESCAPED, lost.escaped),
-        ("ended on backs of one-sided surfaces", BACKS, lost.on_backs),
-        ("cut off", CUT, lost.cut_off),
-    ];
-    kinds.into_iter().map(part).collect()
+    losses(estimates).into_iter().flat_map(move |lost| kinds.into_iter().zip(lost)).map(part)
 }
 
 /// Text as XML has it.
@@ -261,6 +261,7 @@ mod tests {
             choice: None,
             partition: None,
             sensors: None,
+            planes: Vec::new(),
             sources: Vec::new(),
             sensitivities: Vec::new(),
             import: Vec::new(),

@@ -16,6 +16,7 @@ mod exact_csv;
 mod export;
 mod factors;
 mod flow;
+mod isolux;
 mod mark;
 mod markdown;
 mod method;
@@ -27,6 +28,7 @@ mod page;
 mod partition;
 mod patches;
 mod picture;
+mod planes;
 mod precision;
 mod replay;
 #[cfg(test)]
@@ -56,6 +58,7 @@ pub use factors::{
     ToleranceSummary, is_outside, write_exact_factors, write_factors, write_factors_mtx, write_factors_npz,
     write_groups, write_json, write_thermal,
 };
+pub use isolux::isolux_svg;
 pub use markdown::Markdown;
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
@@ -63,6 +66,7 @@ pub use page::{Live, Milestone, Page};
 pub use partition::{ChoiceSummary, PartitionSummary};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
+pub use planes::{Interval, PerChannel, PlaneSource, PlaneSummary, plane_summaries, write_planes};
 pub use precision::{ApartSummary, DiscretisedSummary, HeadlineSummary, PrecisionSummary};
 pub use replay::walk_lines;
 pub use sensitivities::{SensitivitySummary, sensitivity_summaries, write_sensitivities};

@@ -20,11 +20,13 @@ pub(crate) fn outlines(readings: &Readings) -> Vec<[DVec3; 4]> {
 /// A square around a point, across the direction that it faces.
 fn square(sensors: &Sensors, number: usize, side: f64) -> [DVec3; 4] {
     let cell = sensors.cell(number);
-    let normal = match sensors.specs()[cell.sensor].shape {
-        SensorShape::Point { normal, .. } => normal.normalize(),
-        SensorShape::Quad { .. } => unreachable!("cells of quads have corners"),
+    let side = match &sensors.specs()[cell.sensor].shape {
+        SensorShape::Points { points, .. } if points.len() > 1 => {
+            side.min(points[0][0].distance(points[1][0]))
+        }
+        _ => side,
     };
-    let (u, v) = normal.any_orthonormal_pair();
+    let (u, v) = cell.normal.any_orthonormal_pair();
     let corner = |(s, t): (f64, f64)| cell.middle + 0.5 * side * (s * u + t * v);
     [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner)
 }

@@ -18,18 +18,18 @@ use self::charts::{convergence, profile};
 use self::compact::{Layout, compact, holds_table};
 use crate::chart::Chart;
 use crate::dials::{Dials, write_scores};
-use crate::flow::Flow;
+use crate::flow::{Flow, losses};
 use crate::outlines::outlines;
 use crate::pack::{pack, write_point};
 use crate::patches::{per_channel, write_patches};
 use crate::picture::Shot;
 use crate::precision::HeadlineSummary;
 use crate::sensitivities::SensitivitySummary;
-use crate::sensors::write_sensors;
+use crate::sensors::write_cells;
 use crate::smooth::Smooth;
 use crate::sources::SourceSummary;
 use crate::summary::{Energy, Summary, Verdict};
-use crate::words::percent;
+use crate::words::{self, percent};
 pub use charts::Milestone;
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
@@ -144,7 +144,7 @@ impl Page<'_> {
     /// The values of the template that come from the summary and the tables.
     fn parts(&self, live: Option<Live>) -> io::Result<minijinja::Value> {
         let summary = self.summary;
-        let (energy, energy_unit) = shares(summary);
+        let (energy, energy_unit) = shares(self.estimates, summary);
         let mut checks = summary.checks.clone();
         checks.sort_by_key(|check| check.verdict);
         let of = |verdict: Verdict| checks.iter().filter(move |check| check.verdict == verdict).count();
@@ -156,8 +156,11 @@ impl Page<'_> {
             false => (None, None),
         };
         let rounded = layout.as_ref().map(Layout::words);
-        let sensor_table =
-            self.readings.map(|readings| pack(|zlib| write_sensors(zlib, readings))).transpose()?;
+        let sensor_table = self.readings.map(|readings| {
+            let cells = 0..readings.sensors().cell_count();
+            pack(|zlib| write_cells(zlib, readings, cells))
+        });
+        let sensor_table = sensor_table.transpose()?;
         Ok(context! {
             name => self.name,
             summary => summary,
@@ -233,8 +236,9 @@ impl Page<'_> {
         let target = self.summary.target.as_ref()?;
         let reached = if target.reached { "reached" } else { "not reached" };
         Some(format!(
-            "The target is {reached}: {}; {:.2} % was asked for.",
+            "The target is {reached}: {}{}; {:.2} % was asked for.",
             target.achieved_words(),
+            self.summary.system(),
             100.0 * target.fraction
         ))
     }
@@ -391,18 +395,23 @@ fn script() -> io::Result<String> {
     Ok(script)
 }
 
-/// Where the walks, or their power, went, and what the amounts are.
-fn shares(summary: &Summary) -> (Vec<Share>, String) {
-    let (amounts, unit) = match summary.energy {
-        Energy::Walks { emitted, absorbed, escaped } => {
+/// Where the power went, and what the amounts are: the figures of the check `escape`. Where walks tell nothing of power, where they ended.
+fn shares(estimates: &Estimates, summary: &Summary) -> (Vec<Share>, String) {
+    let power = format!("Power [{}]", summary.units.power);
+    let (amounts, unit) = match (losses(estimates), &summary.energy) {
+        (Some([escaped, on_backs, cut_off]), _) => {
+            let scene = estimates.scene();
+            let emitted: f64 = (0..scene.channels()).map(|c| scene.total_power(c)).sum();
+            let lost = [escaped, on_backs, cut_off].map(|part| emitted * part.value);
+            ([emitted - lost.iter().sum::<f64>(), lost[0], lost[1], lost[2]], power)
+        }
+        (None, &Energy::Walks { emitted, absorbed, escaped }) => {
             let (backs, cut) = (summary.absorbed_back, summary.truncated);
             let on_fronts = absorbed.saturating_sub(backs);
             let cut_off = emitted.saturating_sub(absorbed + escaped).max(cut);
             ([on_fronts, escaped, backs, cut_off].map(|walks| walks as f64), "Walks".into())
         }
-        Energy::Power { absorbed, escaped, .. } => {
-            ([absorbed, escaped, 0.0, 0.0], format!("Power [{}]", summary.units.power))
-        }
+        (None, &Energy::Power { absorbed, escaped, .. }) => ([absorbed, escaped, 0.0, 0.0], power),
     };
     let total: f64 = amounts.iter().sum();
     let kinds = [
@@ -413,7 +422,7 @@ fn shares(summary: &Summary) -> (Vec<Share>, String) {
     ];
     let share = |((kind, words), amount): ((&'static str, &'static str), f64)| {
         let part = amount / total;
-        Share { kind, words, share: 100.0 * part, percent: percent(part), amount: amount.to_string() }
+        Share { kind, words, share: 100.0 * part, percent: words::share(part), amount: amount.to_string() }
     };
     let shown = kinds.into_iter().zip(amounts).filter(|&(_, amount)| amount > 0.0);
     (shown.map(share).collect(), unit)

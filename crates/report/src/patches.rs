@@ -159,7 +159,7 @@ pub fn side_name(side: Side) -> &'static str {
 /// The columns [`LIGHT`] that are estimated; an unknown number is missing.
 pub(crate) const ESTIMATED: [fn(&Estimate) -> Option<f64>; 8] = [
     Estimate::known_radiosity,
-    |e| e.std_error,
+    known_error,
     |e| Some(e.ci_low),
     |e| Some(e.ci_high),
     |e| e.irradiance,
@@ -167,6 +167,11 @@ pub(crate) const ESTIMATED: [fn(&Estimate) -> Option<f64>; 8] = [
     |e| e.irradiance_interval.map(|[low, _]| low),
     |e| e.irradiance_interval.map(|[_, high]| high),
 ];
+
+/// The standard error of B; missing where nothing was scored, even where no score could change B.
+pub(crate) fn known_error(estimate: &Estimate) -> Option<f64> {
+    estimate.std_error.filter(|_| !estimate.is_unsampled())
+}
 
 /// The columns [`LIGHT`], the channels of each side by side; empty where nothing is known.
 fn light(face: &Face, channels: usize, known: Option<&[Estimate]>) -> Vec<Option<f64>> {

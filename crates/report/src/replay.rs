@@ -6,7 +6,11 @@ use crate::patches::side_name;
 
 /// The birth, the arrivals and the end of a walk, a line each.
 pub fn walk_lines(scene: &Scene, replay: &Replay) -> Vec<String> {
-    let birth = format!("is born on {}", place(scene, replay.birth));
+    let faces = scene.faces().len();
+    let birth = match (replay.birth as usize).checked_sub(faces) {
+        None => format!("is born on {}", place(scene, replay.birth)),
+        Some(lamp) => format!("is born at lamp {lamp}"),
+    };
     let end = match replay.end {
         WalkEnd::Absorbed => "and is absorbed there",
         WalkEnd::AbsorbedBack => "and is absorbed by the back of a one-sided surface",

@@ -35,11 +35,22 @@ pub struct SensorSummary {
     pub target: Option<f64>,
 }
 
-/// Writes what sensors read.
+/// Writes what sensors read, but for planes of points, which have a table of their own.
 ///
 /// # Errors
 /// Those of `writer`.
 pub fn write_sensors(writer: impl Write, readings: &Readings) -> io::Result<()> {
+    let sensors = readings.sensors();
+    let is_plane = |cell: &usize| sensors.specs()[sensors.cell(*cell).sensor].shape.is_plane();
+    write_cells(writer, readings, (0..sensors.cell_count()).filter(|cell| !is_plane(cell)))
+}
+
+/// Writes what some cells read.
+pub(crate) fn write_cells(
+    writer: impl Write,
+    readings: &Readings,
+    cells: impl Iterator<Item = usize>,
+) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
     let channels = readings.channels();
     let place = ["sensor", "u", "v", "x", "y", "z"].map(String::from);
@@ -48,7 +59,7 @@ pub fn write_sensors(writer: impl Write, readings: &Readings) -> io::Result<()> 
     let columns: [fn(&Reading) -> Option<f64>; 4] =
         [|r| r.irradiance, |r| r.std_error, |r| Some(r.ci_low), |r| Some(r.ci_high)];
     let sensors = readings.sensors();
-    for number in 0..sensors.cell_count() {
+    for number in cells {
         let SensorCell { sensor, cell, middle, .. } = sensors.cell(number);
         let known = readings.cell(number);
         let light: Vec<Option<f64>> = columns.iter().flat_map(|of| known.iter().map(of)).collect();

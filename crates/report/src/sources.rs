@@ -5,14 +5,14 @@ use std::io::{self, Write};
 use radiosity::{Estimate, Estimates, Experiment, Quantity, Tally};
 use serde::Serialize;
 
-use crate::patches::{per_channel, side_columns, side_heads};
+use crate::patches::{known_error, per_channel, side_columns, side_heads};
 
 /// What is told of one source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SourceSummary {
     /// The name of the source.
     pub name: String,
-    /// Faces that are emitters of it.
+    /// Faces and lamps without area that are emitters of it.
     pub emitters: usize,
     /// What they emit, all channels together [W].
     pub power: f64,
@@ -31,10 +31,16 @@ pub fn source_summaries(experiment: &Experiment, tally: &Tally, confidence: f64)
         let lit = || estimates.iter().map(|(_, face, _)| face).filter(|face| face.emittance.is_lit());
         let channels = estimates.scene().channels();
         let power = |face: &radiosity::Face| (0..channels).map(|c| face.power(c)).sum::<f64>();
+        let is_own =
+            |&lamp: &usize| experiment.groups().is_some_and(|groups| groups.source_of_lamp(lamp) == number);
+        let lamps = || (0..estimates.scene().lamp_count()).filter(is_own);
+        let of_lamp = |lamp: usize| -> f64 {
+            (0..channels).map(|channel| estimates.scene().lamp_power(lamp, channel)).sum()
+        };
         Some(SourceSummary {
             name: name.clone(),
-            emitters: lit().count(),
-            power: lit().map(|face| power(&face)).sum(),
+            emitters: lit().count() + lamps().filter(|&lamp| of_lamp(lamp) > 0.0).count(),
+            power: lit().map(|face| power(&face)).sum::<f64>() + lamps().map(of_lamp).sum::<f64>(),
             factor: experiment.mixture().map(|factors| factors[number]),
             relative_error: estimates.precision(Quantity::Irradiance).headline.quantiles[0],
         })
@@ -47,7 +53,7 @@ type Column = (&'static str, fn(f64, &Estimate) -> Option<f64>);
 const LIGHT: [Column; 9] = [
     ("emittance", |emittance, _| Some(emittance)),
     ("radiosity", |_, e| e.known_radiosity()),
-    ("std_error", |_, e| e.std_error),
+    ("std_error", |_, e| known_error(e)),
     ("ci_low", |_, e| Some(e.ci_low)),
     ("ci_high", |_, e| Some(e.ci_high)),
     ("irradiance", |_, e| e.irradiance),

@@ -11,6 +11,7 @@ use crate::method::MethodWords;
 use crate::model::Model;
 use crate::partition::{ChoiceSummary, PartitionSummary};
 use crate::picture::Shot;
+use crate::planes::PlaneSummary;
 use crate::precision::{DiscretisedSummary, PrecisionSummary, quantity_word};
 use crate::sensitivities::SensitivitySummary;
 use crate::sensors::SensorsSummary;
@@ -96,6 +97,9 @@ pub struct Summary {
     /// The sensors; absent where there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensors: Option<SensorsSummary>,
+    /// The planes of points; absent where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub planes: Vec<PlaneSummary>,
     /// The sources that are told apart; absent where none are.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<SourceSummary>,
@@ -377,6 +381,8 @@ pub struct RunFacts {
     pub partition: Option<PartitionSummary>,
     /// The sensors, if the scene has any.
     pub sensors: Option<SensorsSummary>,
+    /// The planes of points.
+    pub planes: Vec<PlaneSummary>,
     /// The sources that are told apart.
     pub sources: Vec<SourceSummary>,
     /// How much materials matter, the one that matters most first.
@@ -437,6 +443,7 @@ impl Summary {
             energy,
             target: facts.target,
             sensors: facts.sensors,
+            planes: facts.planes,
             sources: facts.sources,
             sensitivities: facts.sensitivities,
             import: facts.import,
@@ -444,6 +451,11 @@ impl Summary {
             picture: None,
             provenance: facts.provenance,
         }
+    }
+
+    /// What errors are of, where that is not the light itself: words behind an error.
+    pub fn system(&self) -> &'static str {
+        if self.discretised.is_some() { ", of the discretised system" } else { "" }
     }
 
     /// How well the patches are known, in one line.
@@ -514,6 +526,7 @@ mod tests {
             choice: None,
             partition: None,
             sensors: None,
+            planes: Vec::new(),
             sources: Vec::new(),
             sensitivities: Vec::new(),
             import: Vec::new(),

@@ -15,7 +15,7 @@ use protocol::{Checkpoint, Contributor, Delivery, Part};
 use radiosity::{Estimates, Experiment, Influences, Overflow, Readings, Sequence};
 use serde_json::Value;
 
-use crate::checkpoints::{SENSITIVITIES, SENSORS, SOURCES};
+use crate::checkpoints::{PLANES, SENSITIVITIES, SENSORS, SOURCES};
 use crate::error::Error;
 use crate::kept::{Kept, unusable};
 use crate::replica::Replica;
@@ -120,6 +120,7 @@ fn check_files(run: &Path, Kept { checkpoint, settings, experiment }: &Kept) -> 
     let tally = &checkpoint.tally;
     if let Some(readings) = Readings::new(experiment, tally, settings.sensor_level(experiment)) {
         check(SENSORS, &|table| report::write_sensors(table, &readings))?;
+        check(PLANES, &|table| report::write_planes(table, &readings))?;
     }
     if let Some(influences) = Influences::new(experiment, tally, settings.sensitivity_level(experiment)) {
         check(SENSITIVITIES, &|table| report::write_sensitivities(table, &influences))?;

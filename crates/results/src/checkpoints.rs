@@ -161,10 +161,12 @@ pub(crate) fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub(crate) const DERIVED: [&str; 12] = [
+pub(crate) const DERIVED: [&str; 14] = [
     "patches.csv",
     PARTITION,
     SENSORS,
+    PLANES,
+    ISOLUX,
     SOURCES,
     SENSITIVITIES,
     "summary.json",
@@ -181,6 +183,12 @@ pub(crate) const PARTITION: &str = "partition.toml";
 
 /// What sensors read; absent where there are none.
 pub(crate) const SENSORS: &str = "sensors.csv";
+
+/// What the points of planes read; absent where there are none.
+pub(crate) const PLANES: &str = "planes.csv";
+
+/// Lines of equal light on planes; absent where none is a grid.
+pub(crate) const ISOLUX: &str = "planes.svg";
 
 /// What each source does; absent where none are told apart.
 pub(crate) const SOURCES: &str = "sources.csv";

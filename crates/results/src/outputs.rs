@@ -16,7 +16,7 @@ use report::{
 };
 
 use crate::checkpoints::{
-    self, CURRENT, DERIVED, Latest, PARTITION, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES,
+    self, CURRENT, DERIVED, ISOLUX, Latest, PARTITION, PLANES, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES,
 };
 use crate::error::Error;
 use crate::kept::Kept;
@@ -137,8 +137,19 @@ impl RunOutput {
         let (experiment, tally) = (estimates.experiment(), estimates.tally());
         let mut drafts = Drafts::new();
         if let Some(readings) = readings {
-            let draft = self.folder.draft(SENSORS, |writer| report::write_sensors(writer, readings))?;
-            drafts.push((SENSORS, draft));
+            let mut table = |name, write: &dyn Fn(&mut dyn io::Write) -> io::Result<()>| {
+                drafts.push((name, self.folder.draft(name, |writer| write(writer))?));
+                Ok::<(), Error>(())
+            };
+            if has_cells(readings) {
+                table(SENSORS, &|writer| report::write_sensors(writer, readings))?;
+            }
+            if has_planes(readings) {
+                table(PLANES, &|writer| report::write_planes(writer, readings))?;
+                if let Some(lines) = report::isolux_svg(readings, summary.units.irradiance) {
+                    table(ISOLUX, &|writer| writer.write_all(lines.as_bytes()))?;
+                }
+            }
         }
         if !summary.sources.is_empty() {
             let level = settings.source_level(experiment);
@@ -383,6 +394,11 @@ fn facts(
             let goal = settings.sensor_goal(experiment);
             target::judge_sensors(goal.as_ref(), &readings, experiment, tally)
         }),
+        planes: readings(settings, estimates).map_or_else(Vec::new, |readings| {
+            let goal = settings.sensor_goal(experiment);
+            let sources = experiment.groups().map_or(&[][..], |groups| groups.sources());
+            report::plane_summaries(&readings, sources, |sensor| goal.as_ref()?.asked_of(sensor))
+        }),
         sources: report::source_summaries(experiment, tally, settings.source_level(experiment)),
         sensitivities: influences(settings, estimates)
             .as_ref()
@@ -400,6 +416,16 @@ fn facts(
         simultaneous: settings.simultaneous,
         provenance: provenance(book, experiment.unit().paths()),
     }
+}
+
+/// Whether there are sensors beside planes of points.
+fn has_cells(readings: &Readings) -> bool {
+    readings.sensors().specs().iter().any(|spec| !spec.shape.is_plane())
+}
+
+/// Whether there are planes of points.
+fn has_planes(readings: &Readings) -> bool {
+    readings.sensors().planes().next().is_some()
 }
 
 /// What sensors read, where there are any.

@@ -6,7 +6,9 @@ use job::{Partition, Vantage};
 use judge::MOMENTS;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
-use radiosity::{Board, Experiment, IndexChoice, Overflow, Quantity, Scene, SceneSpec, Sequence, Tally};
+use radiosity::{
+    Board, Experiment, IndexChoice, LampsSpec, Overflow, Quantity, Scene, SceneSpec, Sequence, Tally,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::settings::Settings;
@@ -25,13 +27,15 @@ struct Packed {
     chooses_method: bool,
     /// From where the picture of [`Settings::view`] looks.
     vantage: Option<Vantage>,
+    /// [`SceneSpec::lamps`].
+    lamps: LampsSpec,
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
 /// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, the
-/// quantity that a target is about, whether the program chose the method, and from where the picture looks.
-const LATER_SETTINGS: usize = 20;
+/// quantity that a target is about, whether the program chose the method, from where the picture looks, and the two lists of lamps.
+const LATER_SETTINGS: usize = 22;
 
 /// The bytes of a job.
 ///
@@ -46,6 +50,7 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
         quantity: quantity_of(settings),
         chooses_method: settings.chooses_method,
         vantage: settings.view.from,
+        lamps: spec.lamps.clone(),
     })
 }
 
@@ -74,6 +79,7 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
     let packed = packed.or_else(|error| (1..=LATER_SETTINGS).find_map(longer).ok_or(error));
     let mut packed: Packed = packed.map_err(|error| error.to_string())?;
     packed.scene.patch_of_cell.clone_from(&packed.patch_of_cell);
+    packed.scene.lamps.clone_from(&packed.lamps);
     if let Some(target) = &mut packed.settings.target {
         target.quantity = packed.quantity;
     }

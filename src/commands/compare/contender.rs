@@ -1,11 +1,11 @@
 //! The methods that are compared, as overrides of the job, so that a job's own refusals apply here.
 
+use std::path::Path;
+
 use job::Job;
 use judge::MOMENTS;
-use radiosity::{Experiment, Sequence, Space};
+use radiosity::{Experiment, Scene, Sequence, Space};
 use serde::{Deserialize, Serialize};
-
-use super::Arena;
 
 /// The kinds of walks with their settings, by name.
 const METHODS: &[(&str, &str)] = &[
@@ -33,6 +33,19 @@ const METHODS: &[(&str, &str)] = &[
         r#"{ walk = "jacobi", sampler = "sobol", jacobi = { solve = "iterations" } }"#,
     ),
 ];
+
+/// A job in which methods are compared.
+#[derive(Clone, Copy)]
+pub(super) struct Arena<'a> {
+    /// The path of the job's file.
+    pub path: &'a Path,
+    /// The changes of the job, as KEY=VALUE.
+    pub set: &'a [String],
+    /// The job with its changes.
+    pub job: &'a Job,
+    /// The scene of the job.
+    pub scene: &'a Scene,
+}
 
 /// The fewest paths of a Sobol batch.
 const FEWEST_PATHS: u64 = 16;

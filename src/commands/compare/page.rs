@@ -10,7 +10,7 @@ use super::contender;
 use super::contender::Absent;
 use super::judge::{Advice, Curve, advice, curves, front, is_pareto};
 use super::measure::Point;
-use crate::lead::Team;
+use crate::team::Team;
 
 /// The most curves in one chart: as many as can be told apart.
 const DRAWN: usize = 8;

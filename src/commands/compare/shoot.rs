@@ -11,7 +11,8 @@ use results::{Identity, Settings};
 use super::contender::Trial;
 use crate::build::BUILD;
 use crate::fault::Fault;
-use crate::lead::{Executor, Team, walk};
+use crate::lead::{Executor, walk};
+use crate::team::Team;
 
 /// The result of some runs of a trial.
 pub(super) struct Shot {

@@ -2,15 +2,14 @@
 
 use voice::Phase;
 
-use super::Arena;
-use super::contender::{Absent, Trial, contenders, names};
+use super::contender::{Absent, Arena, Trial, contenders, names};
 use super::measure::{Point, point};
 use super::page::Chapter;
 use super::shoot::shoot;
 use super::table::Table;
 use super::truths::Truths;
 use crate::fault::Fault;
-use crate::lead::Team;
+use crate::team::Team;
 
 /// The sizes of runs, each of which has [`STEP`] times the rays of the one before.
 const SIZES: u32 = 3;

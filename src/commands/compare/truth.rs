@@ -4,8 +4,7 @@ use exact::Exact;
 use job::Job;
 use radiosity::{Estimates, Scene, Space};
 
-use super::Arena;
-use super::contender::Trial;
+use super::contender::{Arena, Trial};
 use super::shoot::Shot;
 use crate::fault::Fault;
 

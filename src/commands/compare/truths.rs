@@ -2,8 +2,7 @@
 
 use report::words::percent;
 
-use super::Arena;
-use super::contender::{Contender, Trial};
+use super::contender::{Arena, Contender, Trial};
 use super::measure::Judged;
 use super::shoot::Shot;
 use super::truth::Truth;

@@ -24,11 +24,7 @@ pub(super) fn unpack(content: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
     let mut bytes = Bytes::new(&content[MAGIC.len()..]);
     let version = u32::from_le_bytes(bytes.take()?);
     if version != 2 {
-        return Err(Fault::new(
-            format!("the file is glTF {version}"),
-            "only version 2 is read",
-            "export it as glTF 2.0",
-        ));
+        return Err(super::old_version(version));
     }
     bytes.skip(4)?;
     let (mut json, mut binary): (Option<&[u8]>, &[u8]) = (None, &[]);
@@ -86,8 +82,8 @@ pub(super) fn buffers(
 }
 
 fn compressed() -> Fault {
-    let remedy = "export the file without mesh compression";
-    Fault::new("its meshes are compressed (EXT_meshopt_compression)", "that is not read", remedy)
+    let problem = "its meshes are compressed (EXT_meshopt_compression)";
+    Fault::new(problem, "that is not read", super::WITHOUT_EXTENSIONS)
 }
 
 fn bad_data() -> Fault {

@@ -173,7 +173,15 @@ pub(super) struct Primitive {
 #[serde(default)]
 pub(super) struct PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
-    pub(super) draco: Option<serde_json::Value>,
+    pub(super) draco: Option<Draco>,
+}
+
+/// A mesh compressed by Draco: the view that holds it, and the numbers of its attributes within.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Draco {
+    pub(super) buffer_view: usize,
+    pub(super) attributes: HashMap<String, u32>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -35,7 +35,7 @@ impl Light {
                 (2.0 * PI * (1.0 - half.cos()), Some(place.matrix3 * DVec3::NEG_Z))
             }
             _ => {
-                tally.count("directional lights were left out: `--sky` gives light from outside");
+                tally.count("directional lights left out; --sky=10000 gives light from outside");
                 return None;
             }
         };
@@ -62,7 +62,7 @@ pub(super) fn substitute(lights: &[Light], mesh: &mut Mesh, parts: &mut Parts, t
     }
     mesh.luminous = true;
     for light in lights {
-        tally.count("lights without area are small surfaces that send the same flux (lm)");
+        tally.count("lights without area, for which small surfaces send the same flux (lm)");
         let material = mesh.materials.len() as u32;
         mesh.materials.push(Material {
             reflectance: Spectrum::BLACK,

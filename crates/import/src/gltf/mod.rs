@@ -1,6 +1,7 @@
 //! glTF 2.0 and GLB: the triangles of a scene's nodes.
 
 mod buffers;
+mod draco;
 mod images;
 mod json;
 mod lights;
@@ -13,8 +14,9 @@ use std::path::Path;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use self::buffers::{Data, buffers, unpack};
+use self::draco::Unpacked;
 use self::images::Images;
-use self::json::{At, Document, Instancing, Node, Primitive, element};
+use self::json::{At, Document, Draco, Instancing, Node, Primitive, element};
 use self::lights::Light;
 use crate::error::{Error, Fault, Spot};
 use crate::files::Files;
@@ -25,8 +27,10 @@ use crate::tally::Tally;
 /// Extensions that a file may require: those that are read, and those that say nothing of geometry or diffuse light.
 const UNDERSTOOD: &[&str] = &[
     "KHR_materials_",
+    "KHR_technique",
     "KHR_texture_",
     "KHR_mesh_quantization",
+    "KHR_draco_mesh_compression",
     "EXT_texture_",
     "MSFT_texture_dds",
     "KHR_lights_punctual",
@@ -34,6 +38,10 @@ const UNDERSTOOD: &[&str] = &[
     "KHR_xmp",
     "KHR_animation_pointer",
 ];
+
+/// The way to a file without compression and other extensions.
+const WITHOUT_EXTENSIONS: &str =
+    "export the file without it, or unpack it: npx @gltf-transform/cli copy FILE unpacked.glb";
 
 /// Modes of primitives that have triangles (specification, section 5.24.4).
 const TRIANGLES: u32 = 4;
@@ -43,7 +51,7 @@ const FAN: u32 = 6;
 /// Reads a glTF or GLB file.
 pub(crate) fn read(path: &Path, content: &[u8], files: &mut Files<'_>) -> Result<Mesh, Error> {
     let (json, binary) = unpack(content).map_err(|fault| fault.at(path, Spot::File))?;
-    let document: Document = serde_json::from_slice(json).map_err(|error| not_gltf(path, &error))?;
+    let document: Document = serde_json::from_slice(json).map_err(|error| not_gltf(path, json, &error))?;
     let at = |(element, fault): At| fault.at(path, Spot::Element(element));
     refuse_extensions(&document).map_err(at)?;
     let (buffers, beside) = buffers(&document, binary, path, files).map_err(at)?;
@@ -60,6 +68,7 @@ pub(crate) fn read(path: &Path, content: &[u8], files: &mut Files<'_>) -> Result
         tally: Tally::default(),
         visited,
         images: Images::of(&document),
+        unpacked: Unpacked::default(),
         lights: Vec::new(),
     };
     walk.roots().map_err(at)?;
@@ -70,7 +79,17 @@ pub(crate) fn read(path: &Path, content: &[u8], files: &mut Files<'_>) -> Result
     Ok(mesh)
 }
 
-fn not_gltf(path: &Path, error: &serde_json::Error) -> Error {
+fn old_version(version: u32) -> Fault {
+    Fault::new(format!("the file is glTF {version}"), "only version 2 is read", "export it as glTF 2.0")
+}
+
+fn not_gltf(path: &Path, json: &[u8], error: &serde_json::Error) -> Error {
+    // Version 1 has objects where version 2 has lists.
+    let is_old = serde_json::from_slice::<serde_json::Value>(json)
+        .is_ok_and(|json| json["meshes"].is_object() || json["asset"]["version"] == "1.0");
+    if is_old {
+        return old_version(1).at(path, Spot::File);
+    }
     let fault = Fault::new(
         format!("not the JSON of a glTF file: {error}"),
         "no geometry can be read from it",
@@ -84,14 +103,16 @@ fn refuse_extensions(document: &Document) -> Result<(), At> {
     if let Some(name) = document.extensions_required.iter().find(known) {
         return Err((
             "extensionsRequired".into(),
-            Fault::new(
-                format!("the file requires {name}"),
-                "that extension is not read",
-                "export the file without it (mesh compression off)",
-            ),
+            Fault::new(format!("the file requires {name}"), "that extension is not read", WITHOUT_EXTENSIONS),
         ));
     }
     Ok(())
+}
+
+/// The vertices of a primitive in the mesh, and the corners of its triangles, numbered from the first of them.
+struct Geometry {
+    vertices: Range<u32>,
+    triangles: Vec<[u32; 3]>,
 }
 
 /// The nodes on the way to their triangles.
@@ -107,6 +128,7 @@ struct Walk<'a> {
     tally: Tally,
     visited: Vec<bool>,
     images: Images,
+    unpacked: Unpacked,
     lights: Vec<Light>,
 }
 
@@ -148,7 +170,7 @@ impl Walk<'_> {
             return Err((format!("node {path:?}"), fault));
         }
         if node.skin.is_some() {
-            self.tally.count("skinned nodes are taken in their pose at rest");
+            self.tally.count("skinned nodes in their pose at rest; export the pose that is meant");
         }
         if let Some(light) = &node.extensions.light {
             let lights = &document.extensions.lights.lights;
@@ -205,29 +227,25 @@ impl Walk<'_> {
     fn primitive(&mut self, primitive: &Primitive, path: &str, place: &DAffine3) -> Result<(), At> {
         let mode = primitive.mode.unwrap_or(TRIANGLES);
         if !(TRIANGLES..=FAN).contains(&mode) {
-            self.tally.count("primitives of points or lines (they have no area) were left out");
+            self.tally.count("primitives of points or lines, without area, left out");
             return Ok(());
-        }
-        if primitive.extensions.draco.is_some() && !self.has_plain_positions(primitive) {
-            let fault =
-                Fault::new("its mesh is compressed (Draco)", "that is not read", "export it uncompressed");
-            return Err((path.into(), fault));
         }
         if !primitive.targets.is_empty() {
-            self.tally.count("primitives with morph targets are taken without them");
+            self.tally.count("primitives with morph targets, taken without; export the shape that is meant");
         }
         let Some(position) = position(primitive) else {
-            self.tally.count("primitives without positions were left out");
+            self.tally.count("primitives without positions, left out");
             return Ok(());
         };
-        let Range { start: first, end } = self.vertices(position, path, place)?;
-        let indices = self.indices(primitive, end - first, path)?;
-        let triangles = count(mode, indices.len()) as u64 + self.mesh.triangles.len() as u64;
-        self.within(triangles, 1, "triangles", path)?;
+        let Geometry { vertices: Range { start: first, end }, triangles } =
+            match primitive.extensions.draco.as_ref().filter(|_| !self.has_plain_positions(primitive)) {
+                Some(draco) => self.unpack(draco, primitive, path, place)?,
+                None => self.plain(position, mode, primitive, path, place)?,
+            };
         let material = self.material(primitive, path)?;
         let mirrored = place.matrix3.determinant() < 0.0;
         let (before, vertices) = (self.mesh.triangles.len(), (end - first) as usize);
-        for [a, b, c] in triples(mode, &indices) {
+        for [a, b, c] in triangles {
             // A mirror reverses the order of corners, and with it the front.
             let corners = if mirrored { [a, c, b] } else { [a, b, c] }.map(|corner| first + corner);
             let (part, face) = self.parts.next_face(&mut self.mesh, "mesh");
@@ -235,12 +253,12 @@ impl Walk<'_> {
         }
         for slot in self.images.asked(material) {
             let number = primitive.attributes.get(&format!("TEXCOORD_{}", slot.set)).copied();
-            let rows = self.data.document.accessors.get(number.unwrap_or(usize::MAX));
-            // Rows that are not there, or too many, only leave an image without weights.
-            let Some(number) = number.filter(|_| rows.is_some_and(|rows| rows.count == vertices)) else {
-                continue;
-            };
+            let Some(number) = number else { continue };
             if !self.images.knows(number) {
+                // Rows that are not there, or too many, only leave an image without weights.
+                if self.data.document.accessors.get(number).is_none_or(|rows| rows.count != vertices) {
+                    continue;
+                }
                 if self.count_rows(number, path).is_err() {
                     continue;
                 }
@@ -251,24 +269,82 @@ impl Walk<'_> {
         room(&self.mesh).map_err(|fault| (path.into(), fault))
     }
 
+    /// The vertices and triangles of a primitive that is not compressed.
+    fn plain(
+        &mut self,
+        position: usize,
+        mode: u32,
+        primitive: &Primitive,
+        path: &str,
+        place: &DAffine3,
+    ) -> Result<Geometry, At> {
+        let vertices = self.vertices(position, path, place)?;
+        let indices = self.indices(primitive, vertices.end - vertices.start, path)?;
+        self.make_room(count(mode, indices.len()), path)?;
+        Ok(Geometry { vertices, triangles: triples(mode, &indices) })
+    }
+
+    /// The vertices and triangles of a compressed primitive. Its places in images are kept by the numbers of their accessors.
+    fn unpack(
+        &mut self,
+        draco: &Draco,
+        primitive: &Primitive,
+        path: &str,
+        place: &DAffine3,
+    ) -> Result<Geometry, At> {
+        let at = |fault| (path.to_owned(), fault);
+        let packed = self.unpacked.mesh(&self.data, draco.buffer_view, self.room.most()).map_err(at)?;
+        self.rows = self.rows.saturating_add(packed.num_points() as u64 + packed.num_faces() as u64);
+        self.within(self.rows, 3, "vertices and indices", path)?;
+        self.make_room(packed.num_faces(), path)?;
+        let attribute = |name: &str| draco.attributes.get(name).copied();
+        let positions = attribute("POSITION").and_then(|number| draco::rows::<3>(&packed, number));
+        let first = self.mesh.positions.len() as u32;
+        self.add_vertices(&positions.ok_or_else(|| at(Fault::short()))?, path, place)?;
+        let vertices = first..self.mesh.positions.len() as u32;
+        let triangles: Vec<[u32; 3]> = draco::triangles(&packed).collect();
+        if triangles.iter().flatten().any(|&corner| corner >= vertices.end - first) {
+            return Err(at(Fault::short()));
+        }
+        for (name, &accessor) in primitive.attributes.iter().filter(|(name, _)| name.starts_with("TEXCOORD_"))
+        {
+            if let Some(places) = attribute(name).and_then(|number| draco::rows::<2>(&packed, number)) {
+                self.images.keep(accessor, places);
+            }
+        }
+        Ok(Geometry { vertices, triangles })
+    }
+
+    /// Refuses more triangles than the file may have.
+    fn make_room(&self, more: usize, path: &str) -> Result<(), At> {
+        self.within(more as u64 + self.mesh.triangles.len() as u64, 1, "triangles", path)
+    }
+
     /// The range of an accessor's vertices in the mesh, to which they are added.
     fn vertices(&mut self, accessor: usize, path: &str, place: &DAffine3) -> Result<Range<u32>, At> {
         if let Some(known) = self.vertices.get(&accessor) {
             return Ok(known.clone());
         }
         self.count_rows(accessor, path)?;
-        let first = self.mesh.positions.len();
-        for vertex in self.data.rows::<3>(accessor, path)? {
-            self.mesh.positions.push(place.transform_point3(DVec3::from_array(vertex)));
-        }
-        if self.mesh.positions[first..].iter().any(|position| !position.is_finite()) {
-            let fault =
-                Fault::new("a vertex is not a finite number", "it is nowhere", "export the file again");
-            return Err((path.into(), fault));
-        }
-        let range = first as u32..self.mesh.positions.len() as u32;
+        let first = self.mesh.positions.len() as u32;
+        self.add_vertices(&self.data.rows::<3>(accessor, path)?, path, place)?;
+        let range = first..self.mesh.positions.len() as u32;
         self.vertices.insert(accessor, range.clone());
         Ok(range)
+    }
+
+    /// Adds vertices where a transform puts them.
+    fn add_vertices(&mut self, vertices: &[[f64; 3]], path: &str, place: &DAffine3) -> Result<(), At> {
+        for &vertex in vertices {
+            let position = place.transform_point3(DVec3::from_array(vertex));
+            if !position.is_finite() {
+                let fault =
+                    Fault::new("a vertex is not a finite number", "it is nowhere", "export the file again");
+                return Err((path.into(), fault));
+            }
+            self.mesh.positions.push(position);
+        }
+        Ok(())
     }
 
     /// Counts the rows of an accessor before they are read.

@@ -95,6 +95,24 @@ pub(super) fn of_spectrum(low: f64, high: f64, values: &[f64]) -> Option<Colour>
     }))
 }
 
+/// Red, green and blue of a spectrum of pairs of wavelength [nm] and value, which goes on beyond its ends as it is there. One that is 1
+/// everywhere is (1, 1, 1); of a saturated one no channel is negative.
+pub(crate) fn rgb_of_pairs(mut pairs: Vec<(f64, f64)>) -> [f64; 3] {
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let value = |wavelength: f64| {
+        let next = pairs.partition_point(|&(at, _)| at < wavelength);
+        match (pairs[..next].last(), pairs.get(next)) {
+            (Some(&(low, before)), Some(&(high, after))) => {
+                before + (after - before) * (wavelength - low) / (high - low)
+            }
+            (Some(&(_, only)), None) | (None, Some(&(_, only))) => only,
+            (None, None) => 0.0,
+        }
+    };
+    let xyz = integrate(value) / integrate(|_| 1.0);
+    (*TO_RGB * xyz).to_array().map(|channel| channel.max(0.0))
+}
+
 /// The colour of a black body at a temperature [K], by Planck's law.
 pub(super) fn of_black_body(temperature: f64) -> Option<Colour> {
     // The second radiation constant hc/k [nm·K].
@@ -159,6 +177,16 @@ mod tests {
     #[test]
     fn black_bodies_have_their_known_colour() {
         assert_near(of_black_body(2856.0), [0.4476, 0.4074], 0.004);
+    }
+
+    #[test]
+    fn pairs_are_a_spectrum() {
+        for flat in [vec![(400.0, 0.78), (700.0, 0.78)], vec![(500.0, 0.78)]] {
+            assert!(rgb_of_pairs(flat).iter().all(|channel| (channel - 0.78).abs() < 1e-12));
+        }
+        let [red, green, blue] = rgb_of_pairs(vec![(700.0, 0.9), (620.0, 0.8), (560.0, 0.1), (400.0, 0.1)]);
+        assert!(red > 0.5 && green < 0.4 && blue < 0.2, "{red} {green} {blue}");
+        assert_eq!(rgb_of_pairs(Vec::new()), [0.0; 3]);
     }
 
     #[test]

@@ -16,6 +16,7 @@ use glam::{DAffine3, DVec3};
 
 use self::allowance::Allowance;
 use self::colour::Colour;
+pub(crate) use self::colour::rgb_of_pairs;
 use self::context::{Context, Vertex};
 use self::material::{Optics, Tinted};
 use self::statements::{Statement, Text};
@@ -194,11 +195,11 @@ impl Reader<'_, '_> {
                 self.surface(keyword, arguments, line)
             }
             b"ies" => {
-                self.tally.count("luminaires (`ies`) were left out: their light is not modelled");
+                self.tally.count("luminaires (`ies`) left out");
                 Ok(())
             }
             _ => {
-                self.tally.count("statements of unknown kind were skipped");
+                self.tally.count("statements of unknown kind, skipped");
                 Ok(())
             }
         }
@@ -227,7 +228,7 @@ impl Reader<'_, '_> {
         if self.objects.len() > kept {
             self.objects.truncate(kept);
             self.enter_part();
-            self.tally.count("objects were left open within a transform or include, and end with it");
+            self.tally.count("objects left open within a transform or include, which end with it");
         }
     }
 
@@ -256,7 +257,7 @@ impl Reader<'_, '_> {
             }
         };
         if colour.is_none() {
-            self.tally.count("colours have a chromaticity that no light has: grey stands for them");
+            self.tally.count("colours of a chromaticity that no light has, for which grey stands");
         }
         *self.colours.change() = colour.unwrap_or_default();
         Ok(())
@@ -311,8 +312,9 @@ impl Reader<'_, '_> {
         tally.report(&mut mesh);
         if facets > 0 {
             mesh.notes.push(format!(
-                "curved surfaces became {facets} triangles, which lie inside them by at most {} % of the radius",
-                100.0 * curve_error
+                "curved surfaces are {facets} triangles, which lie inside them by at most {} % of the radius; --set import.curve_error={} halves that",
+                100.0 * curve_error,
+                0.5 * curve_error
             ));
         }
         mesh

@@ -3,31 +3,30 @@
 use radiosity::{EstimatorKind, IndexChoice, Quantity, RayBirths, Sampler, Space};
 use serde_json::{Value, json};
 
-use super::{Key, names};
-use crate::budget::MAX_STREAM_PATHS;
-use crate::job::Light;
-use crate::method::{Basis, EndWord, SolveWord, WalkKind};
-use crate::output::{FOV, MAX_PIXELS, OutputFile, Vantage};
+use crate::key::{Key, names};
+use crate::method::table::{Basis, WalkKind};
 use crate::schema::parts::*;
-use crate::target::Unhit;
+use crate::vocabulary::{
+    EndWord, FOV, Light, MAX_PIXELS, MAX_STREAM_PATHS, OutputFile, SolveWord, Unhit, Vantage,
+};
 
 /// The keys of a job file.
 pub(crate) const JOB: [Key; 15] = [
     Key::new("name", text, "Names the output folder. Default: the file's name."),
-    Key::new("scene", || json!({"anyOf": [text(), table_of(&SCENE_TABLE)]}), "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply, .mgf, .xml or .vs3. Or a table of the file and how it is cut.").required(),
+    Key::new("scene", || json!({"anyOf": [text(), table(&SCENE_TABLE)]}), "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply, .mgf, .xml or .vs3. Or a table of the file and how it is cut.").required(),
     Key::new("seed", || integer(0, i64::MAX as u64), "The seed of all random numbers. Default: 0."),
     Key::new("confidence", || json!({"type": "number", "minimum": 0.5, "exclusiveMaximum": 1}), "The level of every interval. Default: 0.95."),
     Key::new("simultaneous", boolean, "Whether all intervals hold together. Default: false."),
-    Key::new("light", word::<Light>, "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf and where light is assumed, else radiant."),
-    Key::new("import", || table_of(&IMPORT), "How meshes are read."),
-    Key::new("method", || table_of(&METHOD), "How the scene is solved."),
-    Key::new("budget", || table_of(&BUDGET), "What the run may cost.").required(),
+    Key::new("light", word::<Light>, "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf, where light is assumed and with a [[lamp]], else radiant."),
+    Key::new("import", || table(&IMPORT), "How meshes are read."),
+    Key::new("method", || table(&METHOD), "How the scene is solved."),
+    Key::new("budget", || table(&BUDGET), "What the run may cost.").required(),
     Key::new("target", target_table, "The accuracy at which the run ends. Default: the budget is spent."),
-    Key::new("tracing", || table_of(&TRACING), "How rays look for surfaces."),
-    Key::new("output", || table_of(&OUTPUT), "What is written beside tally.bin, which is always there."),
+    Key::new("tracing", || table(&TRACING), "How rays look for surfaces."),
+    Key::new("output", || table(&OUTPUT), "What is written beside tally.bin, which is always there."),
     Key::new("view", view, "How the picture is taken. What is absent is chosen from the scene."),
     Key::new("source", || list_of(source_table(), 0), "Groups of emitters that are told apart. Those that no group holds are the source \"rest\"."),
-    Key::new("sensitivity", || table_of(&SENSITIVITY), "How light depends on reflectances and emittances."),
+    Key::new("sensitivity", || table(&SENSITIVITY), "How light depends on reflectances and emittances."),
 ];
 
 pub(crate) const JOB_KEYS: &[&str] = &names(&JOB);
@@ -56,7 +55,7 @@ pub(crate) const SCENE_TABLE: [Key; 2] = [
 pub(crate) const SCENE_TABLE_KEYS: &[&str] = &names(&SCENE_TABLE);
 
 /// The keys of a `[[source]]`.
-pub(crate) const SOURCE: [Key; 4] = [
+pub(crate) const SOURCE: [Key; 5] = [
     Key::new("name", text, "Names the source in outputs and for `radwalk combine`.").required(),
     Key::new(
         "surfaces",
@@ -69,6 +68,11 @@ pub(crate) const SOURCE: [Key; 4] = [
         "All surfaces of materials by name, * standing for any text.",
     ),
     Key::new("patches", patches, "Patches by number."),
+    Key::new(
+        "lamps",
+        || json!({"type": "array", "items": {"anyOf": [text(), count(0)]}}),
+        "Lamps without area by name, * standing for any text, or by number.",
+    ),
 ];
 
 pub(crate) const SOURCE_KEYS: &[&str] = &names(&SOURCE);
@@ -187,12 +191,12 @@ pub(crate) const METHOD: [Key; 11] = [
     Key::new("sampler", word::<Sampler>, "Where walks take their numbers from. Default: random."),
     Key::new(
         "infinite",
-        || table_of(&INFINITE),
+        || table(&INFINITE),
         "How the infinite estimator's walks end. Default: roulette below 0.001.",
     ),
     Key::new(
         "birth",
-        || json!({"anyOf": [{"enum": ["area", "uniform"]}, table_of(&BIRTH)]}),
+        || json!({"anyOf": [{"enum": ["area", "uniform"]}, table(&BIRTH)]}),
         "Where gathering walks are born. Default: area.",
     ),
     Key::new(
@@ -210,7 +214,7 @@ pub(crate) const METHOD: [Key; 11] = [
         || integer(1, u32::MAX.into()),
         "Rays of a chain, or walks that share a Sobol sequence.",
     ),
-    Key::new("jacobi", || table_of(&SOLVE), "What chains make of their rays. Default: links."),
+    Key::new("jacobi", || table(&SOLVE), "What chains make of their rays. Default: links."),
     Key::new("final_gather", patches, "Patches whose light rays of their own gather. Default: none."),
 ];
 
@@ -292,7 +296,7 @@ pub(crate) const IMPORT: [Key; 14] = [
     ),
     Key::new(
         "material",
-        || json!({"type": "object", "additionalProperties": table_of(&OVERRIDE)}),
+        || json!({"type": "object", "additionalProperties": table(&OVERRIDE)}),
         "Changes of materials by name or, where no material has it, of parts; * stands for any text, later entries win.",
     ),
 ];
@@ -316,7 +320,7 @@ pub(crate) const OVERRIDE_KEYS: &[&str] = &names(&OVERRIDE);
 
 /// A target asks for something, and what is about patches goes with an error of theirs.
 fn target_table() -> Value {
-    let mut schema = table_of(&TARGET);
+    let mut schema = table(&TARGET);
     schema["anyOf"] =
         json!([{"required": ["relative_error"]}, {"required": ["sensors"]}, {"required": ["total_error"]}]);
     schema["dependencies"] = json!({"fraction": ["relative_error"], "min_hits": ["relative_error"], "patches": ["relative_error"], "quantity": ["relative_error"]});
@@ -325,15 +329,14 @@ fn target_table() -> Value {
 
 /// A source holds something.
 fn source_table() -> Value {
-    let mut schema = table_of(&SOURCE);
-    schema["anyOf"] =
-        json!([{"required": ["surfaces"]}, {"required": ["materials"]}, {"required": ["patches"]}]);
+    let mut schema = table(&SOURCE);
+    schema["anyOf"] = json!([{"required": ["surfaces"]}, {"required": ["materials"]}, {"required": ["patches"]}, {"required": ["lamps"]}]);
     schema
 }
 
 /// An eye looks at something; without one nothing is said of how it looks.
 fn view() -> Value {
-    let mut view = table_of(&VIEW);
+    let mut view = table(&VIEW);
     view["dependencies"] = json!({"eye": ["look_at"], "look_at": ["eye"], "up": ["eye"], "fov": ["eye"]});
     view
 }

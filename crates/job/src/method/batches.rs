@@ -47,9 +47,13 @@ const LONG_CHAIN: u64 = 1 << 24;
 pub(super) fn settle_jacobi(
     method: &mut MethodTable,
     places: &Places,
-    patch_count: Option<u64>,
+    (patch_count, lamps): (Option<u64>, bool),
     budget: &Budget,
 ) -> Result<Option<String>, Error> {
+    // The rays of chains leave patches alone.
+    if lamps && method.walk == WalkKind::Auto {
+        method.walk = WalkKind::Shooting;
+    }
     let paths = budget.paths;
     let asked = method.walk;
     let may_be_linear = asked == WalkKind::Jacobi && method.jacobi == Solve::Links;

@@ -7,25 +7,8 @@ use super::walks::read_patches;
 use crate::document::Value;
 use crate::error::Error;
 use crate::keys::SOLVE_KEYS;
+use crate::vocabulary::SolveWord;
 use crate::word::Word;
-
-/// The word of a [`Solve`].
-#[derive(Clone, Copy)]
-pub(crate) enum SolveWord {
-    Links,
-    Iterations,
-}
-
-impl Word for SolveWord {
-    const ALL: &'static [Self] = &[Self::Links, Self::Iterations];
-
-    fn word(self) -> &'static str {
-        match self {
-            SolveWord::Links => "links",
-            SolveWord::Iterations => "iterations",
-        }
-    }
-}
 
 /// What chains make of their rays; the sampler stands elsewhere.
 pub(super) fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Error> {

@@ -4,13 +4,12 @@ mod batches;
 mod chains;
 mod hash;
 mod read;
-mod table;
+pub(crate) mod table;
 mod walks;
 
 pub use self::batches::fewest_chain_rays;
-pub(crate) use self::chains::SolveWord;
 pub use self::hash::job_hash;
 pub(crate) use self::read::{Cutting, read_method};
 pub(crate) use self::table::Basis;
 pub use self::table::{Beside, MethodTable, WalkKind};
-pub(crate) use self::walks::{EndWord, read_patches};
+pub(crate) use self::walks::read_patches;

@@ -18,6 +18,8 @@ pub(crate) struct Cutting {
     pub(crate) linear: bool,
     /// Where walks go on from if the job does not say so, where its method has the choice.
     pub(crate) space: Space,
+    /// Whether the scene has lamps without area.
+    pub(crate) lamps: bool,
 }
 
 /// Reads `[method]`, for a scene that is cut so and a budget; says what was not done as asked.
@@ -59,7 +61,7 @@ pub(crate) fn read_method(
     if let Some(value) = final_gather {
         method.final_gather = read_final_gather(value, &method, patch_count)?;
     }
-    let note = settle_jacobi(&mut method, &places, patch_count, budget)?;
+    let note = settle_jacobi(&mut method, &places, (patch_count, cutting.lamps), budget)?;
     method.sampler = read_sampler(sampler, walk, &method)?;
     settle_batches(&mut method, &places, budget)?;
     if let Solve::Iterations(iterations) = &mut method.jacobi {

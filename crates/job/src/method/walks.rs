@@ -7,30 +7,11 @@ use radiosity::{Birth, InfiniteEnd};
 use crate::document::Value;
 use crate::error::Error;
 use crate::keys::{BIRTH_KEYS, INFINITE_KEYS};
+use crate::vocabulary::EndWord;
 use crate::word::Word;
 
 /// Reflections of an infinite walk of fixed length, unless the job says otherwise.
 const DEFAULT_LENGTH: u32 = 20;
-
-/// The word of an [`InfiniteEnd`], before its number is known.
-#[derive(Clone, Copy)]
-pub(crate) enum EndWord {
-    Roulette,
-    Cutoff,
-    Length,
-}
-
-impl Word for EndWord {
-    const ALL: &'static [Self] = &[Self::Roulette, Self::Cutoff, Self::Length];
-
-    fn word(self) -> &'static str {
-        match self {
-            EndWord::Roulette => "roulette",
-            EndWord::Cutoff => "cutoff",
-            EndWord::Length => "length",
-        }
-    }
-}
 
 pub(super) fn read_infinite(value: Value<'_>) -> Result<InfiniteEnd, Error> {
     let mut table = value.table(INFINITE_KEYS)?;

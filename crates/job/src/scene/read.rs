@@ -7,17 +7,19 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use import::{Format, Imported, MaterialOverride, Options};
-use radiosity::{Shape, Spectrum, SurfaceSpec};
+use radiosity::{LampsSpec, Shape, Spectrum, SurfaceSpec};
 
 use super::SceneFile;
 use super::surface::{can_name_a_surface, read_surface};
 use crate::document::{Table, Value};
 use crate::error::{Error, MESH_FORMATS};
 use crate::imports::{positive, read_mesh};
-use crate::keys::{LISTS, SCENE_KEYS};
+use crate::keys::{LISTS, MESH_KEYS, SCENE_KEYS};
+use crate::lamps::read_lamps;
 use crate::lighting::{Lit, read_lit};
 use crate::material::{Material, Materials, find_material, read_materials};
 use crate::plain::{PlainSurface, plain_surfaces};
+use crate::planes::read_planes;
 use crate::sensors::read_sensors;
 use crate::site::SurfaceSite;
 use crate::sky::read_sky;
@@ -48,8 +50,6 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
     Ok(scene)
 }
 
-pub(crate) const MESH_KEYS: &[&str] = &["file", "material", "max_patch_area"];
-
 fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
     let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;
     match read_parts(&source, options)? {
@@ -79,6 +79,7 @@ fn read_whole(source: &Source, options: &Options) -> Result<SceneFile, Error> {
 struct Reader<'a, 'o> {
     scene: SceneFile,
     materials: Materials,
+    lamps: LampsSpec,
     meshes: Option<Value<'a>>,
     sky: Option<Spectrum>,
     options: &'o Options,
@@ -88,14 +89,20 @@ impl<'a, 'o> Reader<'a, 'o> {
     /// Reads all but surfaces.
     fn new(mut table: Table<'a>, path: &Path, options: &'o Options) -> Result<Self, Error> {
         let materials = read_materials(&mut table)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut sensors = table.take("sensor").map_or(Ok(Vec::new()), read_sensors)?;
+        read_planes(["plane", "points"].map(|list| table.take(list)), folder, &mut sensors)?;
+        let lamps = table.take("lamp").map(|value| read_lamps(value, folder)).transpose()?;
         let lines = |(name, material): (&String, &Material)| (name.clone(), material.lines.clone());
         let scene = SceneFile {
             materials: materials.iter().map(lines).collect(),
-            sensors: table.take("sensor").map_or(Ok(Vec::new()), read_sensors)?,
+            sensors,
+            luminous: lamps.is_some(),
             ..SceneFile::empty(path)
         };
         let sky = table.take("sky").map(read_sky).transpose()?;
-        Ok(Reader { scene, materials, meshes: table.take("mesh"), sky, options })
+        let lamps = lamps.unwrap_or_default();
+        Ok(Reader { scene, materials, lamps, meshes: table.take("mesh"), sky, options })
     }
 
     /// Reads the surfaces part by part; `None` where a part is not TOML by itself.
@@ -165,6 +172,7 @@ impl<'a, 'o> Reader<'a, 'o> {
         if let Some(emittance) = self.sky {
             self.scene.add_sky(emittance);
         }
+        self.scene.spec.lamps = self.lamps;
         Ok(self.scene)
     }
 

@@ -6,13 +6,11 @@ use super::label;
 use crate::document::{Table, Value};
 use crate::emit::read_emit;
 use crate::error::Error;
+use crate::keys::SURFACE_KEYS;
 use crate::material::{Material, Materials, find_material};
-use crate::partition::AUTO;
 use crate::shape::{read_corners, read_grid, read_rows};
 use crate::site::{SITE_KEYS, SurfaceSite};
-
-pub(crate) const SURFACE_KEYS: &[&str] =
-    &["name", "material", "quad", "triangle", "patches", "sides", "emit"];
+use crate::vocabulary::AUTO;
 
 /// A surface, where it is in the file, and whether its cells are left to the program.
 pub(super) fn read_surface(

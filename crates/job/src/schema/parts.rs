@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::keys::Key;
+use crate::key::Key;
 use crate::word::Word;
 
 /// The dialect that the schemas are written in.
@@ -16,7 +16,7 @@ pub(crate) fn titled(title: &str, mut schema: Value) -> Value {
 }
 
 /// A table of known keys.
-pub(crate) fn table_of(keys: &[Key]) -> Value {
+pub(crate) fn table(keys: &[Key]) -> Value {
     let described = |key: &Key| match key.words {
         "" => (key.values)(),
         words => told((key.values)(), words),
@@ -24,18 +24,6 @@ pub(crate) fn table_of(keys: &[Key]) -> Value {
     let properties: serde_json::Map<String, Value> =
         keys.iter().map(|key| (key.name.to_owned(), described(key))).collect();
     let required: Vec<&str> = keys.iter().filter(|key| key.is_required).map(|key| key.name).collect();
-    json!({
-        "type": "object",
-        "properties": properties,
-        "required": required,
-        "additionalProperties": false,
-    })
-}
-
-/// A table of known keys. A key that `of` has no schema for may hold anything.
-pub(crate) fn table(keys: &[&str], required: &[&str], of: fn(&str) -> Value) -> Value {
-    let properties: serde_json::Map<String, Value> =
-        keys.iter().map(|&key| (key.to_owned(), of(key))).collect();
     json!({
         "type": "object",
         "properties": properties,

@@ -33,6 +33,12 @@ impl SensorGoal {
         paths >= *min_paths && readings.samples() >= FEWEST_SAMPLES && sensors.iter().all(known)
     }
 
+    /// What is asked of every patch of a sensor.
+    pub fn asked_of(&self, number: usize) -> Option<f64> {
+        let asked = self.target.sensors.iter().find(|(sensor, _)| *sensor as usize == number);
+        asked.map(|&(_, error)| error)
+    }
+
     /// Whether a tally meets the target.
     pub fn is_met(&self, experiment: &Experiment, tally: &Tally) -> bool {
         self.is_met_within(|error| error, experiment, tally)
@@ -47,11 +53,9 @@ pub fn judge_sensors(
     tally: &Tally,
 ) -> SensorsSummary {
     let sensors = readings.sensors();
-    let asked = |number: usize| {
-        let asked = goal?.target.sensors.iter().find(|(sensor, _)| *sensor as usize == number);
-        asked.map(|&(_, error)| error)
-    };
-    let list = sensors.specs().iter().enumerate().map(|(number, spec)| SensorSummary {
+    let asked = |number: usize| goal?.asked_of(number);
+    let of_cells = sensors.specs().iter().enumerate().filter(|(_, spec)| !spec.shape.is_plane());
+    let list = of_cells.map(|(number, spec)| SensorSummary {
         name: spec.name.clone(),
         patches: sensors.cells_of(number).len(),
         relative_error: readings.worst_error(number, false),

@@ -17,12 +17,24 @@ use super::truth::{Fine, Truth};
 /// root mean squared error of a run, and never more than its mean number of hits.
 pub const CLASSES: [f64; 5] = [1.0, 4.0, 16.0, 64.0, f64::INFINITY];
 
+/// Relative errors below this are those of rounding and of solving systems, not of walks.
+const ROUNDING: f64 = 1e-5;
+
 /// The columns of radiosities, grey and in colour.
 const CHANNELS: [&str; 4] = ["", "_r", "_g", "_b"];
 
 /// The relative error of targets over what the plainest runs tell of nine tenths of the area, and the part of the area that is asked for.
 const TARGET: f64 = 1.5;
 pub const FRACTION: f64 = 0.9;
+
+/// The methods whose distance from the integral equation's answer is looked at, the seeds, and how many times longer these runs are.
+const DISTANCES: [&str; 2] = ["collision", "chains"];
+const DISTANCE_SEEDS: usize = 40;
+const DISTANCE_LONGER: u64 = 16;
+
+/// The scene in which figures are made false on purpose, and the part of their widths that is left.
+const CONTROL: &str = "cube54";
+pub const NARROWED: f64 = 0.85;
 
 /// Seeds of runs with a target, and the methods that have them.
 pub const TARGET_SEEDS: usize = 20;
@@ -60,6 +72,14 @@ pub struct Class {
     pub chance: f64,
 }
 
+/// The distance of the discretised system from the integral equation's answer: what the median run tells of it, what it is, and the part of the
+/// intervals that hold it.
+#[derive(Clone, Copy)]
+pub struct Distance {
+    pub pair: Pair,
+    pub coverage: Measured,
+}
+
 /// A told figure and the truth.
 #[derive(Clone, Copy)]
 pub struct Pair {
@@ -95,26 +115,59 @@ pub struct Row {
     pub total: Option<Pair>,
     pub predicted: Option<Pair>,
     pub reached: Option<Reached>,
+    pub distance: Option<Distance>,
+    /// Whether its intervals were narrowed on purpose ([`CONTROL`]).
+    pub is_control: bool,
 }
 
 /// All methods in a scene.
 pub fn all(site: &Site) -> Result<Vec<Row>, Failure> {
     let (spec, scene) = scene(site)?;
-    let truths =
-        [Truth::discrete(site, &spec, scene.faces().len())?, Truth::continuous(site, scene.faces().len())?];
-    let fine = if site.made && scene.channels() == 1 { Fine::new(site, &spec)? } else { None };
+    let faces = scene.faces().len();
+    let discrete = Truth::discrete(site, &spec, faces)?;
+    let of_chains = if site.made { discrete.clone() } else { Truth::of_chains(site, faces)? };
+    let truths = [discrete, Truth::continuous(site, faces)?, of_chains];
+    let fine = Fine::new(site, &spec)?;
+    let distance = true_distance(&scene, &truths);
     let mut rows = Vec::new();
     for method in METHODS.iter().filter(|method| site.made || method.in_rooms) {
         let paths = method.paths(site, scene.faces().len());
-        let done = match method.name {
-            "auto patches" | "default" => of_chosen(site, method, paths, fine.as_ref()),
-            _ => of_given(site, method, paths, (&scene, &truths), fine.as_ref()),
+        let done = match method.chooses() {
+            true => of_chosen(site, method, paths, fine.as_ref()),
+            false => of_given(
+                site,
+                method,
+                paths,
+                &Known { scene: &scene, truths: &truths, fine: fine.as_ref(), distance },
+            ),
         };
         let refused =
-            |why: Failure| Row { refused: Some(why.to_string()), ..Row::new(site, method, 0, paths) };
-        rows.push(done.unwrap_or_else(refused));
+            |why: Failure| vec![Row { refused: Some(why.to_string()), ..Row::new(site, method, 0, paths) }];
+        rows.extend(done.unwrap_or_else(refused));
     }
     Ok(rows)
+}
+
+/// What is known of a scene beside any run: its given patches, their light in both spaces and as chains have it, the light on fine cells, and how far the discretised
+/// system is from the integral equation's answer.
+struct Known<'a> {
+    scene: &'a Scene,
+    truths: &'a [Truth; 3],
+    fine: Option<&'a Fine>,
+    distance: f64,
+}
+
+/// The relative L2 distance between the irradiances of both spaces, without the noise of either.
+fn true_distance(scene: &Scene, [discrete, continuous, _]: &[Truth; 3]) -> f64 {
+    let (mut squares, mut light) = (0.0, 0.0);
+    let channels = scene.channels();
+    for (k, (&[_, d, d_noise], &[_, c, c_noise])) in discrete.light.iter().zip(&continuous.light).enumerate()
+    {
+        let area = scene.faces().get(k / channels).area;
+        squares += area * ((d - c).powi(2) - d_noise - c_noise);
+        light += area * (c * c - c_noise);
+    }
+    (squares.max(0.0) / light).sqrt()
 }
 
 impl Row {
@@ -132,6 +185,8 @@ impl Row {
             total: None,
             predicted: None,
             reached: None,
+            distance: None,
+            is_control: false,
         }
     }
 }
@@ -145,62 +200,108 @@ fn for_seeds<T: Send>(
     done.into_iter().collect()
 }
 
-/// A method on given patches.
-fn of_given(
-    site: &Site,
-    method: &Method,
-    paths: u64,
-    (scene, [discrete, continuous]): (&Scene, &[Truth; 2]),
-    fine: Option<&Fine>,
-) -> Result<Row, Failure> {
+/// A method on given patches; in one scene also what it would be, were its intervals too narrow.
+fn of_given(site: &Site, method: &Method, paths: u64, known: &Known) -> Result<Vec<Row>, Failure> {
+    let Known { scene, truths: [discrete, continuous, of_chains], fine, distance } = *known;
     let seeds = method.seeds(site);
     let done = for_seeds(seeds, |seed| {
         let kept = method.run(site, paths, seed, &[])?;
-        let error = fine.filter(|_| method.name == "linear").map(|fine| total(&kept, fine));
+        let run = read(&kept)?;
+        let error = fine.filter(|_| method.name == "linear").map(|fine| total(&kept, &run.summary, fine));
         let continuous = kept.settings.method.space == radiosity::Space::Continuous;
-        Ok((read(&kept)?, error, continuous))
+        Ok((run, error, continuous))
     })?;
-    let truth = if done[0].2 { continuous } else { discrete };
+    let truth = match done[0].2 {
+        true => continuous,
+        false if method.name == "chains" => of_chains,
+        false => discrete,
+    };
     let runs: Vec<&Run> = done.iter().map(|(run, ..)| run).collect();
     let patches = Patches::new(scene, truth);
     let mut row = Row::new(site, method, seeds, paths);
-    row.classes = patches.classes(&runs);
-    row.irradiance = patches.irradiance(&runs);
-    row.headline = patches.headline(&runs);
+    patches.judge(&mut row, &runs);
     row.alarms = alarms(&runs);
     (row.total, row.predicted) = totals(&done.iter().filter_map(|(_, error, _)| *error).collect::<Vec<_>>());
-    if TARGETS.contains(&method.name) {
+    if TARGETS.contains(&method.name) && (site.made || method.name == METHODS[0].name) {
         row.reached = reached(site, method, paths, &patches, &runs)?;
     }
-    Ok(row)
+    row.distance = match site.made && DISTANCES.contains(&method.name) {
+        true => distance_told(&longer(site, method, paths)?, distance),
+        false => distance_told(runs.iter().map(|run| &run.summary), distance),
+    };
+    let mut rows = vec![row];
+    if site.name == CONTROL && method.name == METHODS[0].name {
+        let narrowed: Vec<Run> = runs.iter().map(|run| run.narrowed()).collect();
+        let mut control = Row { is_control: true, ..Row::new(site, method, seeds, paths) };
+        patches.judge(&mut control, &narrowed.iter().collect::<Vec<_>>());
+        rows.push(control);
+    }
+    Ok(rows)
+}
+
+impl Run {
+    /// The run with all intervals about their estimates narrowed to [`NARROWED`] of their width, standard errors and headlines with them.
+    fn narrowed(&self) -> Run {
+        let toward = |end: f64, middle: f64| middle + NARROWED * (end - middle);
+        let of_told = |told: &Told| {
+            let (b, h) = (told.mean.unwrap_or(told.low), told.h.unwrap_or(0.0));
+            Told {
+                std_error: told.std_error.map(|error| NARROWED * error),
+                low: toward(told.low, b),
+                high: toward(told.high, b),
+                h_interval: told.h_interval.map(|ends| ends.map(|end| toward(end, h))),
+                ..*told
+            }
+        };
+        Run { told: self.told.iter().map(of_told).collect(), summary: self.summary.clone() }
+    }
+}
+
+/// Summaries of runs of a made scene that are long enough for the distance of the discretised system to be examined.
+fn longer(site: &Site, method: &Method, paths: u64) -> Result<Vec<Value>, Failure> {
+    for_seeds(method.seeds(site).min(DISTANCE_SEEDS), |seed| {
+        let kept = method.run(site, DISTANCE_LONGER * paths, 2000 + seed, &[])?;
+        Ok(serde_json::to_value(kept.summary("study"))?)
+    })
+}
+
+/// What runs tell of the distance of the discretised system; `None` where they examine none.
+fn distance_told<'a>(runs: impl IntoIterator<Item = &'a Value>, truth: f64) -> Option<Distance> {
+    let of = |summary: &'a Value| {
+        let ends = ["distance", "low", "high"].map(|name| summary["discretised"][name].as_f64());
+        Some([ends[0]?, ends[1]?, ends[2]?])
+    };
+    let told: Vec<[f64; 3]> = runs.into_iter().filter_map(of).collect();
+    let holds: Vec<f64> =
+        told.iter().map(|[_, low, high]| f64::from(u8::from(*low <= truth && truth <= *high))).collect();
+    let mut distances: Vec<f64> = told.iter().map(|[distance, ..]| *distance).collect();
+    distances.sort_by(f64::total_cmp);
+    (told.len() > 1).then(|| Distance {
+        pair: Pair { told: distances[distances.len() / 2], truth },
+        coverage: Measured::of(&holds),
+    })
 }
 
 /// A method whose patches a pilot chooses: no two runs need have the same.
-fn of_chosen(site: &Site, method: &Method, paths: u64, fine: Option<&Fine>) -> Result<Row, Failure> {
+fn of_chosen(site: &Site, method: &Method, paths: u64, fine: Option<&Fine>) -> Result<Vec<Row>, Failure> {
     let seeds = method.seeds(site);
     let done = for_seeds(seeds, |seed| {
         let kept = method.run(site, paths, seed, &[])?;
-        let error = fine.map(|fine| total(&kept, fine));
-        Ok((Run { told: Vec::new(), summary: serde_json::to_value(kept.summary("study"))? }, error))
+        let summary = serde_json::to_value(kept.summary("study"))?;
+        let error = fine.map(|fine| total(&kept, &summary, fine));
+        Ok((Run { told: Vec::new(), summary }, error))
     })?;
     let mut row = Row::new(site, method, seeds, paths);
     row.alarms = alarms(&done.iter().map(|(run, _)| run).collect::<Vec<_>>());
     (row.total, row.predicted) = totals(&done.iter().filter_map(|(_, error)| *error).collect::<Vec<_>>());
-    Ok(row)
+    Ok(vec![row])
 }
 
 /// The total error of a run: told, predicted, true.
-fn total(kept: &Kept, fine: &Fine) -> [f64; 3] {
-    let summary = serde_json::to_value(kept.summary("study")).unwrap_or_default();
-    let number = |places: [&str; 2]| {
-        places.iter().find_map(|place| summary.pointer(place)?.as_f64()).unwrap_or(f64::NAN)
-    };
+fn total(kept: &Kept, summary: &Value, fine: &Fine) -> [f64; 3] {
+    let number = |place: &str| summary.pointer(place).and_then(Value::as_f64).unwrap_or(f64::NAN);
     let linear = summary.pointer("/accuracy/answer").is_some_and(|answer| answer == "linear");
-    [
-        number(["/accuracy/total"; 2]),
-        number(["/predicted/total", "/partition/total"]),
-        fine.error(kept, linear),
-    ]
+    [number("/accuracy/total"), number("/predicted/total"), fine.error(kept, linear)]
 }
 
 /// Root mean squares over runs of what is told and of what is true, where both are known.
@@ -263,7 +364,7 @@ impl Patches {
         let of = scene.faces().by_patch().flat_map(|i| {
             let face = scene.faces().get(i);
             (0..channels).map(move |c| {
-                let [b, h] = truth.light[i * channels + c];
+                let [b, h, _] = truth.light[i * channels + c];
                 [face.area, face.reflectance[c], face.emittance[c], b, h]
             })
         });
@@ -284,6 +385,13 @@ impl Patches {
         (0..self.of.len()).map(|k| class(k).filter(|_| self.of[k][1] > 0.0)).collect()
     }
 
+    /// Holds all that runs tell patch by patch against the truth.
+    fn judge(&self, row: &mut Row, runs: &[&Run]) {
+        row.classes = self.classes(runs);
+        row.irradiance = self.irradiance(runs);
+        row.headline = self.headline(runs);
+    }
+
     fn classes(&self, runs: &[&Run]) -> [Class; 5] {
         let class_of = self.class_of(runs);
         std::array::from_fn(|class| {
@@ -294,7 +402,7 @@ impl Patches {
             let holds = |run: &&Run| {
                 let inside = members.iter().filter(|&&k| {
                     let (b, Told { low, high, .. }) = (self.of[k][3], run.told[k]);
-                    let slack = 1e-9 * b;
+                    let slack = ROUNDING * b;
                     low - slack <= b && b <= high + slack
                 });
                 inside.count() as f64 / members.len() as f64
@@ -317,8 +425,11 @@ impl Patches {
                     }
                 }
             }
-            let (std_error, chance) = ratio_of_roots(&squares);
-            Class { coverage: Some(Measured::of(&each)), width: widths / truths, std_error, chance }
+            // What is exact but for rounding has no error to compare with.
+            let exact = truths <= ROUNDING * members.len() as f64;
+            let (std_error, chance) = if exact { (f64::NAN, 0.0) } else { ratio_of_roots(&squares) };
+            let width = if exact { f64::NAN } else { widths / truths };
+            Class { coverage: Some(Measured::of(&each)), width, std_error, chance }
         })
     }
 
@@ -339,7 +450,7 @@ impl Patches {
             let (mut inside, mut all) = (0.0, 0.0);
             for (&[.., h], told) in self.of.iter().zip(&run.told) {
                 let Some([low, high]) = told.h_interval else { continue };
-                let slack = 1e-9 * h;
+                let slack = ROUNDING * h;
                 all += 1.0;
                 inside += f64::from(u8::from(low - slack <= h && h <= high + slack));
             }
@@ -384,7 +495,7 @@ impl Patches {
                 below += area;
                 below >= part * total * (1.0 - 1e-12)
             });
-            reached.map_or(f64::NAN, |(error, _)| *error)
+            reached.map_or(f64::NAN, |(error, _)| if *error <= ROUNDING { f64::NAN } else { *error })
         };
         Some([
             Pair { told: told("/headline/median")?, truth: at(0.5) },

@@ -20,6 +20,7 @@ pub struct Method {
 }
 
 const SHOOTING: &str = "method.walk=shooting";
+const GIVEN: &str = "scene.patches=given";
 
 /// The first is the plainest: its hits say which class a patch is in.
 pub const METHODS: [Method; 12] = [
@@ -87,12 +88,12 @@ pub const METHODS: [Method; 12] = [
         longer: 1,
     },
     Method { name: "auto patches", set: &["scene.patches=auto"], seeds: 16, in_rooms: false, longer: 4 },
-    Method { name: "default", set: &[], seeds: 16, in_rooms: false, longer: 4 },
+    Method { name: "default", set: &[], seeds: 16, in_rooms: true, longer: 4 },
 ];
 
-/// Walks of the plainest runs in made scenes; in rooms, for each of their faces.
+/// Walks of the plainest runs; in rooms, at least, and for each of their faces.
 const WALKS: u64 = 4096;
-const WALKS_PER_FACE: u64 = 20;
+const WALKS_PER_FACE: u64 = 5;
 
 /// The rays of the shortest chains that a job takes, for each face.
 const CHAIN_RAYS: u64 = 8 * 32;
@@ -100,7 +101,7 @@ const CHAIN_RAYS: u64 = 8 * 32;
 impl Method {
     /// The paths of its runs in a scene of so many faces.
     pub fn paths(&self, site: &Site, faces: usize) -> u64 {
-        let plain = if site.made { WALKS } else { WALKS_PER_FACE * faces as u64 };
+        let plain = if site.made { WALKS } else { WALKS.max(WALKS_PER_FACE * faces as u64) };
         if self.longer == 0 { CHAIN_RAYS * faces as u64 } else { self.longer * plain }
     }
 
@@ -112,10 +113,22 @@ impl Method {
         }
     }
 
+    /// Whether a pilot chooses the patches.
+    pub fn chooses(&self) -> bool {
+        matches!(self.name, "auto patches" | "default")
+    }
+
     /// What a job is changed by.
     fn overrides(&self, paths: u64, seed: u64, more: &[String]) -> Vec<String> {
         let plain = [format!("budget.paths={paths}"), format!("seed={seed}")];
-        self.set.iter().map(|set| (*set).into()).chain(plain).chain(more.iter().cloned()).collect()
+        let given = if self.chooses() { None } else { Some(GIVEN.into()) };
+        self.set
+            .iter()
+            .map(|set| (*set).into())
+            .chain(plain)
+            .chain(given)
+            .chain(more.iter().cloned())
+            .collect()
     }
 
     /// One run in this thread.
@@ -134,7 +147,7 @@ impl Method {
 
 /// The scene of a site with its given patches.
 pub fn scene(site: &Site) -> Result<(radiosity::SceneSpec, Scene), Failure> {
-    let job = job::load(&site.path, &[SHOOTING.into()])?;
+    let job = job::load(&site.path, &[SHOOTING.into(), GIVEN.into()])?;
     let spec = job.scene.spec().clone();
     let scene = Scene::build(&spec, IndexChoice::Auto)?;
     Ok((spec, scene))

@@ -7,7 +7,7 @@ use std::path::Path;
 use stats::Measured;
 
 use super::Failure;
-use super::measure::{CLASSES, FRACTION, Pair, Row, TARGET_SEEDS};
+use super::measure::{CLASSES, Distance, FRACTION, NARROWED, Pair, Row, TARGET_SEEDS};
 use super::scenes::Site;
 
 /// The band of coverages [%] of 95 % intervals: below, chance apart, an interval is not true; above, from this class on, it is wider than it
@@ -27,30 +27,136 @@ const CHANCE: f64 = 3.0;
 const SOUND: [&str; 6] = ["energy", "backs", "tail", "reciprocity", "gap", "workers"];
 const DRIFT: f64 = 1e-3;
 
+/// Where a figure is: in its band, below it, where the program claims more than it knows, or above it.
+#[derive(Clone, Copy, PartialEq)]
+enum Place {
+    Inside,
+    Below,
+    Above,
+}
+
+impl Place {
+    /// The place of a figure by a band; what is not a number is nowhere else than inside.
+    fn of(x: f64, [low, high]: [f64; 2]) -> Self {
+        match x {
+            x if x < low => Place::Below,
+            x if x > high => Place::Above,
+            _ => Place::Inside,
+        }
+    }
+}
+
+/// Why rows are outside of their bands: scene (or any), method and figure, each from its beginning, the side, and the reason.
+const WHY: [(&str, &str, &str, Place, &str); 12] = [
+    ("", "infinite, cut off", "standard errors", Place::Below, CUT_OFF_BIAS),
+    ("", "infinite, cut off", "", Place::Above, CUT_OFF),
+    ("corridor", "chains", "coverage", Place::Below, FEW_LINKS),
+    ("", "chains", "", Place::Above, ONE_MORE),
+    ("bright", "", "coverage", Place::Above, LONG_WALKS),
+    ("", "", "half-widths, 1 scores", Place::Above, FEW_SCORES),
+    ("", "", "half-widths, 4 scores", Place::Above, FEW_SCORES),
+    ("", "", "coverage", Place::Above, SAFE),
+    ("", "", "median", Place::Above, UNHIT),
+    ("CornellBox-Original.obj", "", "check backs", Place::Below, GAPS),
+    ("simpleRoom.obj", "", "check backs", Place::Below, GAPS),
+    ("", "", "9 tenths", Place::Above, UNHIT),
+];
+const CUT_OFF: &str = "The bound on what is cut off is added to the upper end, and the truth is nearer than the bound: the interval is wider than it need be, and covers more, as the check `bias` says";
+const CUT_OFF_BIAS: &str = "A standard error knows nothing of a bias. What is cut off here is as large as the noise; the interval has the bound on it, and the check `bias` fails";
+const FEW_LINKS: &str = "The dark end hangs on so few links of 32 rays a patch, the fewest that a job may have, that many runs have none of those that matter; the widening by one more link is calibrated at 43 rays and makes up for most of it, not for all ([few links](../theory/intervals.md#chains-and-batches)). Twice the rays are within the band";
+const ONE_MORE: &str = "Intervals and standard errors of chains allow for one more link, which a run cannot know that it lacks: where links are few, most runs lack none ([few links](../theory/intervals.md#chains-and-batches))";
+const LONG_WALKS: &str = "With R = 0.99 one walk may score a hundred times on a patch, and intervals allow for a walk that does so more often than any that was seen: on the safe side";
+const GAPS: &str =
+    "The check is right: faces of this file do not meet, or are turned round, and light ends on backs";
+const SAFE: &str = "On the safe side: an interval of few whole hits covers more than it need, and few seeds tell little of how much";
+const FEW_SCORES: &str =
+    "Most runs have no score or one on such a patch, and tell a bound: the light that could have been there";
+const UNHIT: &str = "A tenth of the area and more has hardly a score: the headline counts it by half of its bound over the floor, and the truth is far below the bound. More walks bring both together";
+
 /// A page that is being written: its text, and its rows out of their bands.
+#[derive(Default)]
 struct Page {
     text: String,
-    outside: Vec<String>,
+    outside: Vec<Outside>,
+}
+
+/// A figure out of its band.
+struct Outside {
+    site: String,
+    method: &'static str,
+    what: String,
+    text: String,
+    place: Place,
+}
+
+impl Outside {
+    /// Why it is outside, if that is known.
+    fn why(&self) -> Option<&'static str> {
+        let Outside { site, method, what, place, .. } = self;
+        let is_of = |(scene, of, figure, side, _): &&(&str, &str, &str, Place, &str)| {
+            (scene.is_empty() || scene == site)
+                && method.starts_with(of)
+                && what.starts_with(figure)
+                && side == place
+        };
+        WHY.iter().find(is_of).map(|(.., why)| *why)
+    }
+}
+
+/// Whether anything that a row tells is outside of its band.
+pub fn is_refused(row: &Row) -> bool {
+    let mut page = Page::default();
+    page.intervals(std::slice::from_ref(row)).is_ok() && !page.outside.is_empty()
 }
 
 /// Writes `honesty.md`.
 pub fn write(sites: &[Site], rows: &[Row], folder: &Path) -> Result<(), Failure> {
-    let mut page = Page { text: String::new(), outside: Vec::new() };
-    page.coverages(rows)?;
-    page.headlines(rows)?;
-    page.targets(rows)?;
-    page.totals(rows)?;
-    page.alarms(rows)?;
+    let (controls, rows): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| row.is_control);
+    let mut page = Page::default();
+    page.coverages(&rows)?;
+    page.controls(&controls)?;
+    page.headlines(&rows)?;
+    page.targets(&rows)?;
+    page.totals(&rows)?;
+    page.distances(&rows)?;
+    page.alarms(&rows)?;
     let Page { text, outside } = page;
+    let mut head = head(sites)?;
+    head += &text;
+    let cells = rows.iter().filter(|row| row.refused.is_none()).count();
+    writeln!(
+        head,
+        "## Outside of their bands\n\n{} figures of {cells} rows, and why. A figure without a reason would be a fault of the program that nobody has found.\n",
+        outside.len()
+    )?;
+    for figure @ Outside { site, method, what, text, .. } in &outside {
+        writeln!(
+            head,
+            "- {site}, {method}, {what}: {text}. {}",
+            figure.why().unwrap_or("**No reason is known.**")
+        )?;
+    }
+    fs::write(folder.join("honesty.md"), head)?;
+    Ok(())
+}
+
+/// The beginning of the page: how it is made, how it is read, and the scenes.
+fn head(sites: &[Site]) -> Result<String, Failure> {
     let quick = if sites.iter().all(|site| site.slow || !site.made) { " --quick" } else { "" };
     let rooms: String =
-        sites.iter().filter(|site| !site.made).map(|site| format!(" {}", site.name)).collect();
+        sites.iter().filter(|site| !site.made).map(|site| format!(" {}", site.file)).collect();
     let mut head = format!(
         "# Whether the figures told are true\n\n\
          `radwalk-lab honesty docs/results{quick}{rooms}` writes this page, radwalk {}, in {:.0} s of processor time.\n\n\
-         For each figure that the program tells: *told over true*. Told is what `patches.csv` and `summary.json` hold. True is the exact solution of the\n\
-         patches' system for discrete walks in made scenes, and otherwise a run of 256 times the walks (64 times in rooms from archives). Seeds are independent\n\
-         runs; a patch's class is the number of scores that a run is worth there: (b/σ)², b being the reflected light and σ the root mean squared error, and at most its hits. **Bold** cells are outside of their band; the last section says why.\n\n\
+         A run tells many figures about its own accuracy: an interval and a standard error for each patch, a headline, whether a target is reached, the error of the whole answer before the\n\
+         run and after it, the distance of the discretised system from the light, and checks. This page runs each method in each scene with many seeds, and holds each figure against what is\n\
+         true: *told over true*. A ratio of 1 is right, below 1 the program claims more than it knows, above 1 it knows more than it claims.\n\n\
+         - *Told* is what `patches.csv` and `summary.json` hold, read back by column and field.\n\
+         - *True* is, for discrete walks and chains in made scenes, the exact solution of the patches' system; otherwise a run of 256 times the walks (64 times in rooms from archives).\n\
+         - Seeds are independent runs. The scenes are no scenes of the test suite's tolerances: nothing in the program was tuned by this page.\n\
+         - A patch's class is the number of scores that a run is worth there: (b/σ)², b being the reflected light and σ the root mean squared error of a run, and at most its hits.\n\
+         - **Bold** cells are outside of their band by more than three standard errors of the study itself. The last section lists each with its reason.\n\n\
+         Rooms from archives are not part of the repository: `CornellBox-Original.obj` stands in many public collections, `corridor.mgf` and `office2.mgf` among the MGF scenes, `simpleRoom.obj` beside a program that draws shadows.\n\n\
          | scene | what it is |\n|---|---|\n",
         env!("CARGO_PKG_VERSION"),
         super::scenes::processor_seconds(),
@@ -59,14 +165,7 @@ pub fn write(sites: &[Site], rows: &[Row], folder: &Path) -> Result<(), Failure>
         writeln!(head, "| {} | {} |", site.name, site.what)?;
     }
     head.push('\n');
-    head += &text;
-    writeln!(head, "## Outside of their bands\n")?;
-    if outside.is_empty() {
-        writeln!(head, "None.")?;
-    }
-    outside.iter().try_for_each(|line| writeln!(head, "- {line}"))?;
-    fs::write(folder.join("honesty.md"), head)?;
-    Ok(())
+    Ok(head)
 }
 
 /// A number with three digits.
@@ -82,11 +181,17 @@ fn number(x: f64) -> String {
 
 impl Page {
     /// A cell that is bold where it is outside.
-    fn cell(&mut self, row: &Row, what: &str, text: String, inside: bool) -> String {
-        if inside {
+    fn cell(&mut self, row: &Row, what: &str, text: String, place: Place) -> String {
+        if place == Place::Inside {
             return text;
         }
-        self.outside.push(format!("{}, {}, {what}: {text}", row.site, row.method));
+        self.outside.push(Outside {
+            site: row.site.clone(),
+            method: row.method,
+            what: what.into(),
+            text: text.clone(),
+            place,
+        });
         format!("**{text}**")
     }
 
@@ -104,22 +209,36 @@ impl Page {
         band: [f64; 2],
     ) -> String {
         let (ratio, chance) = (told / truth, CHANCE * chance);
-        let inside =
-            ratio.is_nan() || (ratio >= band[0] * (1.0 - chance) && ratio <= band[1] * (1.0 + chance));
-        self.cell(row, what, number(ratio), inside)
+        let place = Place::of(ratio, [band[0] * (1.0 - chance), band[1] * (1.0 + chance)]);
+        self.cell(row, what, number(ratio), place)
     }
 
-    fn coverages(&mut self, rows: &[Row]) -> Result<(), Failure> {
+    fn coverages(&mut self, rows: &[&Row]) -> Result<(), Failure> {
         writeln!(
             self.text,
             "## Intervals and standard errors\n\n\
              In each class of scores: the part of the 95 % intervals that hold the truth [%]; half-widths that the median run tells over the errors that 95 % of the runs keep within; standard errors told\n\
              over the root mean squared error. Bands: {:.0} % to {:.0} % (up to 16 scores from below alone: an interval of few whole hits cannot be exact), {} to {}, {} to {}.\n\
-             Below one score there is no half-width to speak of: the upper bound is held to its coverage. *H*: coverage of the intervals of irradiance, all classes.\n\n\
-             | scene | method | seeds | below 1 | 1 to 4 | 4 to 16 | 16 to 64 | above 64 | H |\n|---|---|---|---|---|---|---|---|---|",
+             Below one score there is no half-width to speak of: the upper bound is held to its coverage. *H*: coverage of the intervals of irradiance, all classes.\n",
             COVERAGE[0], COVERAGE[1], WIDTH[0], WIDTH[1], STD_ERROR[0], STD_ERROR[1]
         )?;
-        for row in rows.iter().filter(|row| row.classes.iter().any(|class| class.coverage.is_some())) {
+        self.intervals(rows.iter().copied())?;
+        for row in rows {
+            if let Some(why) = &row.refused {
+                writeln!(self.text, "- {}, {}: not studied ({why})", row.site, row.method)?;
+            }
+        }
+        writeln!(self.text)?;
+        Ok(())
+    }
+
+    /// A row of coverages, half-widths and standard errors for each row of the study.
+    fn intervals<'a>(&mut self, rows: impl IntoIterator<Item = &'a Row>) -> Result<(), Failure> {
+        writeln!(
+            self.text,
+            "| scene | method | seeds | below 1 | 1 to 4 | 4 to 16 | 16 to 64 | above 64 | H |\n|---|---|---|---|---|---|---|---|---|"
+        )?;
+        for row in rows.into_iter().filter(|row| row.classes.iter().any(|class| class.coverage.is_some())) {
             let mut cells = Vec::new();
             for (number_of_class, class) in row.classes.iter().enumerate() {
                 let Some(coverage) = class.coverage else {
@@ -165,10 +284,39 @@ impl Page {
             )?;
         }
         writeln!(self.text)?;
+        Ok(())
+    }
+
+    /// Figures that are false on purpose. What is outside of its band here is no fault, and is not listed.
+    fn controls(&mut self, rows: &[&Row]) -> Result<(), Failure> {
+        if rows.is_empty() {
+            return Ok(());
+        }
+        writeln!(
+            self.text,
+            "## Whether this page can say no\n\n\
+             The same runs with every interval and standard error narrowed on purpose to {NARROWED} of its width. The study fails unless cells are bold here.\n"
+        )?;
+        let listed = self.outside.len();
+        self.intervals(rows.iter().copied())?;
+        self.outside.truncate(listed);
+        Ok(())
+    }
+
+    fn distances(&mut self, rows: &[&Row]) -> Result<(), Failure> {
+        writeln!(
+            self.text,
+            "## Distance of the discretised system\n\n\
+             Discrete walks and chains solve the system of the patches, and the headline says how far that is from the integral equation's answer (`discretised`), where a run has more than\n\
+             65,536 rays. Told by the median run and true, the relative L2 distance over the area, and the part of the 95 % intervals that hold the truth. Band: {:.0} % and more.\n\n\
+             | scene | method | told | true | covered |\n|---|---|---|---|---|",
+            COVERAGE[0]
+        )?;
         for row in rows {
-            if let Some(why) = &row.refused {
-                writeln!(self.text, "- {}, {}: not studied ({why})", row.site, row.method)?;
-            }
+            let Some(Distance { pair, coverage }) = row.distance else { continue };
+            let covered = self.coverage(row, "coverage, distance", coverage, 0);
+            let [told, truth] = [pair.told, pair.truth].map(|part| format!("{:.2} %", 100.0 * part));
+            writeln!(self.text, "| {} | {} | {told} | {truth} | {covered} |", row.site, row.method)?;
         }
         writeln!(self.text)?;
         Ok(())
@@ -177,11 +325,11 @@ impl Page {
     fn coverage(&mut self, row: &Row, what: &str, coverage: Measured, class: usize) -> String {
         let [value, error] = [100.0 * coverage.value, 100.0 * coverage.standard_error];
         let high = if class >= MANY_SCORES { COVERAGE[1] } else { 100.0 };
-        let inside = value + CHANCE * error >= COVERAGE[0] && value - CHANCE * error <= high;
-        self.cell(row, &format!("coverage, {what}"), format!("{value:.1}"), inside)
+        let place = Place::of(value, [COVERAGE[0] - CHANCE * error, high + CHANCE * error]);
+        self.cell(row, &format!("coverage, {what}"), format!("{value:.1}"), place)
     }
 
-    fn headlines(&mut self, rows: &[Row]) -> Result<(), Failure> {
+    fn headlines(&mut self, rows: &[&Row]) -> Result<(), Failure> {
         writeln!(
             self.text,
             "## The headline\n\n\
@@ -215,12 +363,12 @@ impl Page {
         Ok(())
     }
 
-    fn targets(&mut self, rows: &[Row]) -> Result<(), Failure> {
+    fn targets(&mut self, rows: &[&Row]) -> Result<(), Failure> {
         writeln!(
             self.text,
             "## Targets that are reached\n\n\
              `target.relative_error` for {:.0} % of the area, {TARGET_SEEDS} seeds at most: the runs that reach it, and the part of the lit area that is truly within it then, in the mean and\n\
-             at least. Band of the mean: {:.0} % and more.\n\n\
+             at least. Band of the mean: {:.0} % and more. What is sealed counts as unknown, so that no run reaches a target where a tenth of the area is.\n\n\
              | scene | method | target | reached | truly within | at least |\n|---|---|---|---|---|---|",
             100.0 * FRACTION,
             100.0 * FRACTION
@@ -233,7 +381,7 @@ impl Page {
                     row,
                     "target",
                     format!("{:.1} %", 100.0 * reached.within),
-                    reached.within >= FRACTION,
+                    Place::of(reached.within, [FRACTION, 1.0]),
                 ),
             };
             let least = if reached.least.is_finite() {
@@ -254,12 +402,12 @@ impl Page {
         Ok(())
     }
 
-    fn totals(&mut self, rows: &[Row]) -> Result<(), Failure> {
+    fn totals(&mut self, rows: &[&Row]) -> Result<(), Failure> {
         writeln!(
             self.text,
             "## Total errors\n\n\
              The relative L2 error of the reflected light, noise and discretisation together: as `accuracy` tells it, as it was predicted before the run, and true, on cells of a\n\
-             quarter of the given patches' edges. Band of the ratios: {:.2} to {}.\n\n\
+             quarter of the given patches' edges (of rooms, on some 20,000 cells of one size). Band of the ratios: {:.2} to {}.\n\n\
              | scene | method | paths | told | predicted | true | told over true | predicted over true |\n|---|---|---|---|---|---|---|---|",
             TOTAL[0], TOTAL[1]
         )?;
@@ -289,26 +437,26 @@ impl Page {
         Ok(())
     }
 
-    fn alarms(&mut self, rows: &[Row]) -> Result<(), Failure> {
+    fn alarms(&mut self, rows: &[&Row]) -> Result<(), Failure> {
         writeln!(
             self.text,
             "## Checks\n\n\
-             All these runs are sound. The part of the runs of a row whose check fails [%]. `drift` may fail in 0.1 % of them; {} never. The others say that a run is short, and\n\
+             All made scenes are sound. The part of the runs of a row whose check fails [%]. `drift` may fail in 0.1 % of them; {} never. The others say that a run is short, and\n\
              many of these are.\n\n| scene | method | seeds | failed |\n|---|---|---|---|",
             SOUND.map(|name| format!("`{name}`")).join(", ")
         )?;
         for row in rows.iter().filter(|row| row.refused.is_none()) {
             let rate = |name: &str| row.alarms.get(name).copied().unwrap_or(0.0);
             let never = SOUND.iter().filter(|name| rate(name) > 0.0);
-            let mut wrong: Vec<String> =
-                never.map(|name| format!("{name} {:.1}", 100.0 * rate(name))).collect();
+            let mut wrong: Vec<(&str, String)> =
+                never.map(|name| (*name, format!("{:.1} %", 100.0 * rate(name)))).collect();
             // Poisson: more than two of 200 runs at 1 in 1,000 once in 900 rows.
             let drifts = rate("drift") * row.seeds as f64;
             if drifts > 2.0 + DRIFT * row.seeds as f64 {
-                wrong.push(format!("drift {:.1}", 100.0 * rate("drift")));
+                wrong.push(("drift", format!("{:.1} %", 100.0 * rate("drift"))));
             }
-            for text in wrong {
-                self.cell(row, "check", text, false);
+            for (name, text) in wrong {
+                self.cell(row, &format!("check {name}"), text, Place::Below);
             }
             let failed = row.alarms.iter().filter(|(_, part)| **part > 0.0);
             let failed: Vec<String> =

@@ -12,6 +12,8 @@ use super::Failure;
 /// A scene and what is asked of it.
 pub struct Site {
     pub name: String,
+    /// The name of its file.
+    pub file: String,
     pub what: String,
     /// The file of the scene or job.
     pub path: PathBuf,
@@ -29,13 +31,22 @@ impl Site {
         let scene = fs::canonicalize(&path)?;
         let job = folder.join(format!("{name}-job.toml"));
         fs::write(&job, format!("scene = {scene:?}\n[budget]\npaths = 1000\n"))?;
-        Ok(Site { name: name.into(), what: what.into(), path: job, made: true, slow: name == "bright" })
+        let (file, slow) = (format!("{name}.toml"), name == "bright");
+        Ok(Site { name: name.into(), file, what: what.into(), path: job, made: true, slow })
     }
 
     /// A room from elsewhere.
     pub fn room(path: &Path) -> Result<Self, Failure> {
-        let name = path.file_stem().ok_or("a room is a file")?.to_string_lossy().into_owned();
-        Ok(Site { what: "a room from an archive".into(), name, path: path.into(), made: false, slow: false })
+        let file = path.file_name().ok_or("a room is a file")?.to_string_lossy().into_owned();
+        let name = file.clone();
+        Ok(Site {
+            name,
+            file,
+            what: "a room from an archive".into(),
+            path: path.into(),
+            made: false,
+            slow: false,
+        })
     }
 }
 

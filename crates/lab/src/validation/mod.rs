@@ -10,7 +10,8 @@ mod shapes;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_6};
 
 use radiosity::{
-    EstimatorKind, ExchangeSpec, Experiment, FactorKind, Method, SceneSpec, Segment, exchange_counts,
+    EstimatorKind, ExchangeRows, Experiment, FactorKind, IndexChoice, Method, Scene, SceneSpec, Sequence,
+    Space,
 };
 use stats::Measured;
 
@@ -32,6 +33,9 @@ pub const CHAPTERS: [Chapter; 6] = [
     Chapter { name: "gebhart", title: "Heat between a cube and the cube around it", run: gebhart },
     Chapter { name: "closed", title: "Light in closed rooms", run: closed },
 ];
+
+/// Walks that a thread counts at once.
+const PIECE: u64 = 1 << 16;
 
 /// A pair of groups whose factor is known.
 struct Pair {
@@ -56,19 +60,26 @@ impl Pair {
         Pair { label: format!("{cavity}: to itself"), spec, group: |_| 0, from: 0, to: 0, truth }
     }
 
-    /// The factor by walks of its first group.
+    /// The factor by walks of its first group, a row of sparse factors.
     fn measure(&self, lab: &Lab, kind: FactorKind, seed: u64) -> Claim {
-        let walks = lab.pick(1 << 15, 1 << 22);
-        let experiment = walking::experiment(&self.spec, Method::shooting(EstimatorKind::Absorption))
-            .expect("the scene is valid");
-        let faces = experiment.scene().faces();
-        let group_of_face: Vec<u32> = faces.iter().map(|face| (self.group)(face.surface)).collect();
+        let walks: u64 = lab.pick(1 << 15, 1 << 22);
+        let scene = Scene::build(&self.spec, IndexChoice::Auto).expect("the scene is valid");
+        let group_of_face: Vec<u32> = scene.faces().iter().map(|face| (self.group)(face.surface)).collect();
         let groups = 1 + group_of_face.iter().max().expect("a scene has faces");
-        let segments = vec![Segment { group: self.from, first: 0, walks }];
-        let spec = ExchangeSpec { kind, group_of_face, groups, segments };
-        let experiment = experiment.with_exchange(spec).expect("the groups are those of the scene");
-        let counts = exchange_counts(&lab.tally(&experiment, seed, walks), groups);
-        let value = counts[self.from as usize][self.to as usize] as f64 / walks as f64;
+        let rows = ExchangeRows::new(scene, (kind, Space::Discrete), (group_of_face, groups), None)
+            .expect("the groups are those of the scene");
+        let sequence = Sequence::new(seed);
+        let counts = lab.each(
+            walks.div_ceil(PIECE) as usize,
+            || rows.board(),
+            |board, piece| {
+                let first = piece as u64 * PIECE;
+                rows.walk(&sequence, self.from, first..walks.min(first + PIECE), board);
+                let met = board.take().0.into_iter().find(|&(column, _)| column == self.to);
+                met.map_or(0, |(_, walks)| walks)
+            },
+        );
+        let value = counts.into_iter().map(f64::from).sum::<f64>() / walks as f64;
         let standard_error = (self.truth * (1.0 - self.truth) / walks as f64).sqrt();
         Claim::equal(&self.label, Measured { value, standard_error }, self.truth)
     }

@@ -15,7 +15,7 @@ pub struct Board<const M: usize> {
     pub(super) scores: Scores<M>,
     /// The scores of sensors, where there are any.
     pub(super) sensing: Option<Sensing<M>>,
-    /// The scores of groups, where there are any; a board has groups or sensors, not both.
+    /// The scores of groups, where there are any; with sensors, groups are sources alone.
     pub(super) apart: Option<Apart>,
 }
 
@@ -176,6 +176,8 @@ pub(crate) struct Sensing<const M: usize> {
     pub(super) open: Range<u64>,
     /// What faces have scored before.
     done: Tally,
+    /// The number of faces, of which every class of sources has rows in `done`.
+    faces: usize,
     /// The rows of sensors; `None` once a sum has left its range.
     sums: Option<Vec<u128>>,
     layout: Layout,
@@ -187,10 +189,12 @@ pub(super) fn units(moments: usize) -> f64 {
 }
 
 impl<const M: usize> Sensing<M> {
-    pub(super) fn new(faces: usize, cells: usize, layout: Layout) -> Self {
+    /// For scores of these faces, with those of all classes of sources, and these cells.
+    pub(super) fn new([faces, rows]: [usize; 2], cells: usize, layout: Layout) -> Self {
         Sensing {
             open: 0..0,
-            done: Tally::new(faces, layout),
+            done: Tally::new(rows, layout),
+            faces,
             sums: Some(vec![0; (1 + cells) * layout.columns()]),
             layout,
         }
@@ -265,6 +269,14 @@ impl<const M: usize> Sensing<M> {
         let of_sensors = self.sums.replace(vec![0; rows]).ok_or(Overflow)?;
         let counts = done.counts;
         let mut sums = done.into_sums();
+        let (of_all, of_others) = sums.split_at_mut(self.faces * self.layout.columns());
+        for of_class in of_others.chunks_exact(of_all.len()) {
+            let added = of_all.iter_mut().zip(of_class).map(|(sum, own)| {
+                *sum = sum.checked_add(*own)?;
+                Some(())
+            });
+            added.collect::<Option<()>>().ok_or(Overflow)?;
+        }
         sums.extend(of_sensors);
         let patches = faces + rows / self.layout.columns();
         Ok(Tally::from_parts(counts, patches, self.layout, sums).expect("the layout is the board's own"))

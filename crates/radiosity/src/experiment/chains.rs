@@ -39,6 +39,8 @@ impl Student {
     /// distribution, √(ν/(ν − 2)) times s/√n: it would be too small by as much, had the sample's own been taken for the
     /// truth. What a single chain says, or chains that all say the same, is bounded by `most` alone.
     ///
+    /// Elsewhere `most` stays out: an upper end that it cuts off makes half-widths smaller than the error of the mean, which may be above it.
+    ///
     /// Links: one more of them in one of the chains would add its square u² to the square of s/√n. [`MORE`]·u is added beforehand.
     /// Hits: the interval is that of a count ([`stats::batches_interval`]). Where nothing has come in, what could have come has stayed out
     /// with probability ½(1 − confidence) at least.
@@ -58,7 +60,7 @@ impl Student {
             }
             (Some(quantile), By::Hits { one, .. }) if one > 0.0 => {
                 let Interval { low, high } = stats::batches_interval(mean, sample_error, quantile, one);
-                (low, high.min(most.max(mean)))
+                (low, high)
             }
             (Some(quantile), _) if sample_error > 0.0 => {
                 let below = quantile * sample_error * (1.0 - LEAN_BELOW * (sample_error / mean).min(1.0));

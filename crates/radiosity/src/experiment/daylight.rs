@@ -8,7 +8,6 @@
 use std::ops::Range;
 
 use super::unfit::Unfit;
-use crate::geometry::frame::Frames;
 use crate::geometry::sensor::{SensorSpec, Sensors};
 use crate::geometry::sky::SkyPatches;
 use crate::random::rng::Sequence;
@@ -28,8 +27,6 @@ const WALKS_OF_A_CELL: u64 = 1 << 40;
 pub struct Coefficients {
     scene: Scene,
     sensors: Sensors,
-    /// Frames of the scene's surfaces, and of the sensors behind them.
-    frames: Frames,
     sky: SkyPatches,
 }
 
@@ -74,9 +71,7 @@ impl Coefficients {
             return Err(Unfit::DaylightInColour);
         }
         let sensors = Sensors::new(&scene, specs)?.ok_or(Unfit::NoSensors)?;
-        let of_sensors = (0..specs.len()).map(|sensor| *sensors.frame(sensor));
-        let frames = Frames::new(scene.surfaces().iter().map(|surface| surface.frame()).chain(of_sensors));
-        Ok(Coefficients { scene, sensors, frames, sky })
+        Ok(Coefficients { scene, sensors, sky })
     }
 
     /// The sensors.
@@ -95,7 +90,7 @@ impl Coefficients {
     /// Where there is no such cell, or more walks than a cell has.
     pub fn walk(&self, sequence: &Sequence, cell: usize, walks: Range<u64>, tally: &mut SkyTally) {
         assert!(walks.end <= WALKS_OF_A_CELL && cell < self.sensors.cell_count(), "there are such walks");
-        let births = SensorBirths::new(&self.sensors, &self.frames, self.scene.surfaces().len() as u32, cell);
+        let births = SensorBirths::new(&self.sensors, cell);
         let mut score = SkyCounts::new(&self.sky, (&mut tally.straight, &mut tally.reflected));
         let first = cell as u64 * WALKS_OF_A_CELL;
         let walks = first + walks.start..first + walks.end;
@@ -109,7 +104,7 @@ impl Coefficients {
     /// Whether the middle of a cell sees a direction of length 1, and the cosine between this and the cell's normal; 0 where it does not.
     pub fn sees(&self, cell: usize, direction: [f64; 3]) -> f64 {
         let cell = self.sensors.cell(cell);
-        let frame = self.sensors.frame(cell.sensor);
+        let frame = self.sensors.frame(&cell);
         let cosine = frame.normal().dot(direction.into());
         if cosine <= 0.0 {
             return 0.0;

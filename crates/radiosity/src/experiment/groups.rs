@@ -20,7 +20,7 @@ use crate::walk::marks::NO_MATERIAL;
 pub struct PatchGroup {
     /// The name of the group.
     pub name: String,
-    /// Runs of patches: the first and the last number of each.
+    /// Runs of patches: the first and the last number of each. Lamps without area are numbered behind all patches.
     pub patches: Vec<(u32, u32)>,
 }
 
@@ -57,8 +57,10 @@ pub struct Groups {
     sources: Vec<String>,
     materials: Vec<Material>,
     pub(super) classes: Vec<Class>,
-    /// For each face that emits, the first row of its class among the slots of a board; 0 for others.
+    /// For each face that emits, and behind the faces for each lamp without area, the first row of its class among the slots of a board; 0
+    /// for others.
     pub(super) first_slots: Vec<u32>,
+    faces: usize,
     /// The material of each face, or [`NO_MATERIAL`].
     pub(super) material_of_face: Vec<u32>,
 }
@@ -105,8 +107,14 @@ impl Groups {
             let source = if sources.is_empty() { 0 } else { source_of_patch[patch] };
             Class { source, material: material_of_patch[patch] }
         };
+        let class_of_lamp = |lamp: usize| {
+            let source = if sources.is_empty() { 0 } else { source_of_patch[faces.patch_count() + lamp] };
+            Class { source, material: NO_MATERIAL }
+        };
         let emitters = || faces.iter().filter(|face| face.emittance.is_lit());
-        let mut classes: Vec<Class> = emitters().map(|face| class(&face)).collect();
+        let lamps = || (0..scene.lamp_count()).filter(|&lamp| is_lit(scene, lamp));
+        let mut classes: Vec<Class> =
+            emitters().map(|face| class(&face)).chain(lamps().map(class_of_lamp)).collect();
         classes.sort_unstable();
         classes.dedup();
         let slots = classes.len() * faces.len();
@@ -117,12 +125,18 @@ impl Groups {
             true => classes.binary_search(&class(&face)).expect("its own class") * faces.len(),
             false => 0,
         };
-        let first_slots = faces.iter().map(|face| first_slot(face) as u32).collect();
+        let slot_of_lamp = |lamp: usize| match is_lit(scene, lamp) {
+            true => classes.binary_search(&class_of_lamp(lamp)).expect("its own class") * faces.len(),
+            false => 0,
+        };
+        let of_lamps = (0..scene.lamp_count()).map(|lamp| slot_of_lamp(lamp) as u32);
+        let first_slots = faces.iter().map(|face| first_slot(face) as u32).chain(of_lamps).collect();
         let mut names: Vec<String> = sources.iter().map(|group| group.name.clone()).collect();
         if !sources.is_empty() && classes.iter().any(|class| class.source as usize == sources.len()) {
             names.push(Groups::REST.into());
         }
-        Ok(Some(Groups { sources: names, materials, classes, first_slots, material_of_face }))
+        let faces = faces.len();
+        Ok(Some(Groups { sources: names, materials, classes, first_slots, faces, material_of_face }))
     }
 
     /// The names of the sources, in the order of the job; the last is [`Groups::REST`] where emitters are left over. Empty
@@ -138,17 +152,27 @@ impl Groups {
 
     /// The class of a face that emits.
     pub(super) fn class_of(&self, face: usize) -> usize {
-        self.first_slots[face] as usize / self.first_slots.len()
+        self.first_slots[face] as usize / self.faces
+    }
+
+    /// The class of a lamp without area.
+    pub(super) fn class_of_lamp(&self, lamp: usize) -> usize {
+        self.class_of(self.faces + lamp)
+    }
+
+    /// The source that a lamp without area belongs to, by number.
+    pub fn source_of_lamp(&self, lamp: usize) -> usize {
+        self.classes[self.class_of_lamp(lamp)].source as usize
     }
 
     /// Rows of a tally beside those of the faces: of every class but the first.
     pub(super) fn class_rows(&self) -> usize {
-        (self.classes.len() - 1) * self.first_slots.len()
+        (self.classes.len() - 1) * self.faces
     }
 
     /// Rows of a tally that hold what materials do.
     pub(super) fn material_rows(&self) -> usize {
-        self.materials.len() * self.first_slots.len()
+        self.materials.len() * self.faces
     }
 
     /// Σx, Σx² and events of face i in one score, class by class.
@@ -157,7 +181,7 @@ impl Groups {
         tally: &'a Tally,
         (i, score): (usize, usize),
     ) -> impl Iterator<Item = [u128; 3]> + 'a {
-        let faces = self.first_slots.len();
+        let faces = self.faces;
         let row = move |row: usize| {
             let sums = tally.patch(row, score);
             [sums[0], sums[1], tally.events(row)]
@@ -185,14 +209,24 @@ fn check_method(method: &Method, materials: bool) -> Result<(), Unfit> {
     }
 }
 
-/// The source of every patch that emits; patches that are in no group are of the source after the last.
+/// Whether a lamp without area emits.
+fn is_lit(scene: &Scene, lamp: usize) -> bool {
+    (0..scene.channels()).any(|channel| scene.lamp_power(lamp, channel) > 0.0)
+}
+
+/// The source of every patch that emits, and of every lamp without area; patches that are in no group are of the source after the last.
 fn sources_of_patches(scene: &Scene, groups: &[PatchGroup]) -> Result<Vec<u32>, Unfit> {
     let faces = scene.faces();
-    let mut sources = vec![groups.len() as u32; faces.patch_count()];
+    let patches = faces.patch_count();
+    let shines = |&patch: &u32| match (patch as usize).checked_sub(patches) {
+        None => faces.get(patch as usize).emittance.is_lit(),
+        Some(lamp) => is_lit(scene, lamp),
+    };
+    let mut sources = vec![groups.len() as u32; patches + scene.lamp_count()];
     for (number, group) in (0..).zip(groups) {
-        check_range(scene, group)?;
+        check_range(group, patches + scene.lamp_count())?;
         let mut emits = false;
-        for patch in group.patches().filter(|&patch| faces.get(patch as usize).emittance.is_lit()) {
+        for patch in group.patches().filter(shines) {
             let source = &mut sources[patch as usize];
             if *source < number {
                 let names = [*source, number].map(|source| groups[source as usize].name.clone());
@@ -214,7 +248,7 @@ fn materials_of_patches(scene: &Scene, groups: &[PatchGroup]) -> Result<(Vec<u32
     let mut numbers = vec![NO_MATERIAL; faces.patch_count()];
     let mut materials = Vec::new();
     for (number, group) in (0..).zip(groups) {
-        check_range(scene, group)?;
+        check_range(group, faces.patch_count())?;
         group.patches().for_each(|patch| numbers[patch as usize] = number);
         materials.push(material(faces, group)?);
     }
@@ -233,8 +267,7 @@ fn material(faces: &Faces, group: &PatchGroup) -> Result<Material, Unfit> {
     Ok(Material { name: group.name.clone(), reflectance, emittance })
 }
 
-fn check_range(scene: &Scene, group: &PatchGroup) -> Result<(), Unfit> {
-    let patches = scene.faces().patch_count();
+fn check_range(group: &PatchGroup, patches: usize) -> Result<(), Unfit> {
     let unknown = group.patches.iter().find(|&&(_, last)| last as usize >= patches);
     unknown.map_or(Ok(()), |&(_, patch)| Err(Unfit::NoSuchPatch { patch, patches }))
 }

@@ -53,6 +53,11 @@ impl Shares {
         (Sample::weighted(n, counted().map(|([sum, sum_sq, _], part)| (*part, sum, sum_sq))), events)
     }
 
+    /// Whether a class counts.
+    pub(super) fn counts(&self, class: usize) -> bool {
+        self.parts[class] > 0.0
+    }
+
     /// The face without what it emits, where its class does not count.
     pub(super) fn shown(&self, groups: &Groups, i: usize, face: Face) -> Face {
         match face.emittance.is_lit() && self.parts[groups.class_of(i)] == 0.0 {
@@ -117,5 +122,9 @@ fn mixed(spec: &SceneSpec, scene: &Scene, groups: &Groups, factors: &[f64]) -> S
         let cell_emittance = cells.clone().map(cell).collect();
         SurfaceSpec { emittance: Spectrum::BLACK, cell_emittance, ..surface.clone() }
     };
-    SceneSpec { surfaces: spec.surfaces.iter().map(&mut surface).collect(), ..spec.clone() }
+    let mut mixed = SceneSpec { surfaces: spec.surfaces.iter().map(&mut surface).collect(), ..spec.clone() };
+    for (number, lamp) in mixed.lamps.list.iter_mut().enumerate() {
+        lamp.strength = scaled(lamp.strength, factors[groups.source_of_lamp(number)]);
+    }
+    mixed
 }

@@ -8,9 +8,11 @@ pub(crate) mod exchange;
 mod gathering;
 mod groups;
 pub(crate) mod influence;
+mod lit;
 mod lost;
 mod meaning;
 mod mixture;
+pub(crate) mod planes;
 pub(crate) mod precision;
 pub(crate) mod readings;
 pub(crate) mod replay;
@@ -45,6 +47,7 @@ use board::{Apart, Scores, Sensing, with_board};
 use exchange::{Exchange, ExchangeSpec};
 use gathering::Gathering;
 use groups::Mixture;
+use lit::LampsAtCells;
 use unfit::{check, check_sensors};
 
 /// A scene and a method that fits it.
@@ -66,6 +69,8 @@ pub struct Experiment {
     mixture: Option<Arc<Mixture>>,
     /// Groups of faces that walks are counted by; `None` where faces score.
     exchange: Option<Arc<Exchange>>,
+    /// What lamps without area bring to the points of sensors, once that is asked for.
+    lamps_at_cells: OnceLock<Arc<LampsAtCells>>,
     /// The part of the rays of a chain that each face shoots, once a chain has asked.
     aim: OnceLock<Arc<[f64]>>,
 }
@@ -89,7 +94,7 @@ impl Experiment {
             // Now, and not while walks are under way.
             scene.planes();
         }
-        let largest_radiosity = jacobi::largest_radiosity(&scene);
+        let largest_radiosity = lit::largest_radiosity(&scene);
         let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
         Ok(Experiment {
             scene,
@@ -101,6 +106,7 @@ impl Experiment {
             groups: None,
             mixture: None,
             exchange: None,
+            lamps_at_cells: OnceLock::new(),
             aim: OnceLock::new(),
         })
     }
@@ -114,6 +120,11 @@ impl Experiment {
         self.sensors = Sensors::new(&self.scene, specs)?.map(Arc::new);
         if self.sensors.is_some() {
             check_sensors(&self.method)?;
+        }
+        if let Some(sensors) = &self.sensors {
+            let at_cells = lit::most_at_quads(&self.scene, sensors);
+            let radiosity = self.largest_radiosity.iter_mut().zip(at_cells);
+            radiosity.for_each(|(largest, most)| *largest = largest.max(most));
         }
         self.check_groups()
     }
@@ -129,10 +140,31 @@ impl Experiment {
     }
 
     fn check_groups(self) -> Result<Self, Unfit> {
-        match self.sensors.is_some() && self.groups.is_some() {
-            true => Err(Unfit::SourcesOfSensors),
+        let materials = self.groups().is_some_and(|groups| !groups.materials().is_empty());
+        match self.sensors.is_some() && materials {
+            true => Err(Unfit::SensitiveSensors),
             false => Ok(self),
         }
+    }
+
+    /// Sources that are told apart.
+    fn source_count(&self) -> usize {
+        self.groups().map_or(0, |groups| groups.sources().len())
+    }
+
+    /// Rows of a tally that hold scores of faces: all classes together, and every class but the first.
+    fn face_rows(&self) -> usize {
+        self.scene.faces().len() + self.groups().map_or(0, Groups::class_rows)
+    }
+
+    /// Rows that hold what sensors read: all sources together, and each.
+    fn sensor_rows(&self) -> usize {
+        self.sensors().map_or(0, |sensors| sensors.row_count() * (1 + self.source_count()))
+    }
+
+    /// The number of the first row of sensors in a tally, which counts their samples.
+    pub fn first_row_of_sensors(&self) -> usize {
+        self.face_rows()
     }
 
     /// The groups of patches that are told apart, where there are any.
@@ -153,6 +185,12 @@ impl Experiment {
     /// The sensors, where there are any.
     pub fn sensors(&self) -> Option<&Sensors> {
         self.sensors.as_deref()
+    }
+
+    /// What the scores of batches, chains and sensors are parts of [W/m²]: no radiosity exceeds it, nor does what a sample of a sensor finds
+    /// of lamps without area.
+    pub fn largest_radiosity(&self, channel: usize) -> f64 {
+        self.largest_radiosity[channel]
     }
 
     /// The scene of the experiment.
@@ -190,15 +228,14 @@ impl Experiment {
         with_board!(&self.scores::<M>(0), board => board.layout())
     }
 
-    /// Rows of a tally: the faces; where there are sensors one that counts their samples, and their cells; where groups are
-    /// told apart those of every class but the first, and of materials. Of exchange factors: those of [`ExchangeSpec`].
+    /// Rows of a tally: the faces; where groups are told apart those of every class but the first, and of materials; where there are sensors
+    /// one that counts their samples, and their cells, for all sources together and for each. Of exchange factors: those of [`ExchangeSpec`].
     pub fn rows(&self) -> usize {
         if let Some(exchange) = &self.exchange {
             return exchange.rows();
         }
-        let of_sensors = self.sensors().map_or(0, |sensors| 1 + sensors.cell_count());
-        let of_groups = self.groups().map_or(0, |groups| groups.class_rows() + groups.material_rows());
-        self.scene.faces().len() + of_sensors + of_groups
+        let of_sensors = self.sensors().map_or(0, |_| 1 + self.sensor_rows());
+        self.face_rows() + self.groups().map_or(0, Groups::material_rows) + of_sensors
     }
 
     /// An empty tally of M power sums.
@@ -208,9 +245,10 @@ impl Experiment {
 
     /// An empty board for one thread to score on.
     pub fn board<const M: usize>(&self) -> Board<M> {
-        let sensing = self
-            .sensors()
-            .map(|sensors| Sensing::new(self.scene.faces().len(), sensors.cell_count(), self.layout::<M>()));
+        let sensing = self.sensors().map(|_| {
+            let faces = [self.scene.faces().len(), self.face_rows()];
+            Sensing::new(faces, self.sensor_rows(), self.layout::<M>())
+        });
         let faces = self.exchange.as_ref().map_or(self.scene.faces().len(), |exchange| exchange.rows());
         // Exchange factors are counted in place of light.
         let groups = self.groups().filter(|_| self.exchange.is_none());

@@ -4,7 +4,7 @@ use stats::Moments;
 
 use super::Experiment;
 use super::board::units;
-use super::chains::{By, Student, Told};
+use super::chains::{By, Student};
 use crate::geometry::sensor::Sensors;
 use crate::scene::Scene;
 use crate::tally::Tally;
@@ -40,6 +40,9 @@ pub struct Readings<'a> {
     sensors: &'a Sensors,
     tally: &'a Tally,
     student: Student,
+    confidence: f64,
+    /// The source whose light is read; `None`: that of all, each as much as the mixture has of it.
+    source: Option<usize>,
 }
 
 impl<'a> Readings<'a> {
@@ -47,7 +50,24 @@ impl<'a> Readings<'a> {
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Option<Self> {
         let sensors = experiment.sensors()?;
         let samples = samples(experiment, tally);
-        Some(Readings { experiment, sensors, tally, student: Student::new(samples, confidence) })
+        let student = Student::new(samples, confidence);
+        Some(Readings { experiment, sensors, tally, student, confidence, source: None })
+    }
+
+    /// The readings of one source's light, as much as there is of it; `None` where sources are not told apart, or there is no such one.
+    pub fn of_source(&self, source: usize) -> Option<Self> {
+        let of_source = Readings { source: Some(source), student: self.student.clone(), ..*self };
+        (source < self.experiment.source_count()).then_some(of_source)
+    }
+
+    /// The same readings with intervals of another level.
+    pub(super) fn at_level(&self, confidence: f64) -> Self {
+        Readings { student: Student::new(self.samples(), confidence), confidence, ..*self }
+    }
+
+    /// The level of the intervals.
+    pub(super) fn confidence(&self) -> f64 {
+        self.confidence
     }
 
     /// The sensors that are read.
@@ -98,15 +118,85 @@ impl<'a> Readings<'a> {
         readings.filter(counts).map(|reading| reading.relative_error())
     }
 
-    fn reading(&self, cell: usize, channel: usize) -> Reading {
-        let row = self.experiment.scene().faces().len() + 1 + cell;
+    /// What is known of a cell in one channel.
+    pub(super) fn reading(&self, cell: usize, channel: usize) -> Reading {
+        self.read(cell, channel, self.direct(cell, channel))
+    }
+
+    /// What is known of the mean over the points of a plane in one channel.
+    pub(super) fn plane_reading(&self, plane: usize, channel: usize) -> Reading {
+        let sensor = self.sensors.planes().nth(plane).expect("a plane of the job");
+        let cells = self.sensors.cells_of(sensor);
+        let points = cells.len() as f64;
+        let direct: f64 = cells.map(|cell| self.direct(cell, channel) / points).sum();
+        self.read(self.sensors.cell_count() + plane, channel, direct)
+    }
+
+    /// What lamps bring to a cell, where it is known exactly [W/m²].
+    fn direct(&self, cell: usize, channel: usize) -> f64 {
+        let groups = self.experiment.groups().filter(|groups| !groups.sources().is_empty());
+        let factor = |lamp: usize| match (groups, self.source) {
+            (None, _) => 1.0,
+            (Some(groups), Some(source)) if groups.source_of_lamp(lamp) != source => 0.0,
+            (Some(groups), _) => self.experiment.factor_of(groups.source_of_lamp(lamp) as u32),
+        };
+        let lights = self.experiment.lamps_at_cells().of_cell(cell);
+        lights.iter().map(|&(lamp, light)| factor(lamp as usize) * light[channel]).sum()
+    }
+
+    /// The rows of a tally that tell of a cell, each with the factor of its light. The means of planes follow the cells, and sources follow
+    /// all of them together: where all sources are as bright as in the scene, that is one row.
+    fn rows_of(&self, cell: usize) -> Vec<(usize, f64)> {
+        let first = self.experiment.first_row_of_sensors() + 1;
+        let factor = |source: usize| self.experiment.factor_of(source as u32);
+        let row = |source: usize| (first + (1 + source) * self.sensors.row_count() + cell, factor(source));
+        match (self.source, self.experiment.mixture()) {
+            (Some(source), _) => vec![row(source)],
+            (None, None) => vec![(first + cell, 1.0)],
+            (None, Some(factors)) => {
+                (0..factors.len()).filter(|&source| factor(source) > 0.0).map(row).collect()
+            }
+        }
+    }
+
+    /// What a unit of score is worth [W/m²].
+    fn per_unit(&self, channel: usize) -> f64 {
+        self.experiment.largest_radiosity[channel] / units(self.tally.layout().moments)
+    }
+
+    /// Σx and Σx² of a row of sensors.
+    fn moments(&self, row: usize, channel: usize) -> Moments {
         let sums = self.tally.patch(row, channel);
-        let moments = Moments { n: self.samples(), sum: sums[0], sum_sq: sums[1] };
-        // No irradiance exceeds the largest radiosity there can be.
+        Moments { n: self.samples(), sum: sums[0], sum_sq: sums[1] }
+    }
+
+    /// The sample's own standard error of what is gathered at a cell [W/m²]; those of sources are added, as in [`Readings::read`].
+    pub(super) fn sample_error(&self, cell: usize, channel: usize) -> f64 {
+        let error =
+            |(row, factor): (usize, f64)| factor * self.moments(row, channel).standard_error().unwrap_or(0.0);
+        self.per_unit(channel) * self.rows_of(cell).into_iter().map(error).sum::<f64>()
+    }
+
+    /// What samples have found, and the direct light that is known exactly. Rays of a sample gather the light of all sources, so that errors
+    /// of the sources in a mixture go together; they are added, which is the most that they can come to.
+    fn read(&self, cell: usize, channel: usize, direct: f64) -> Reading {
+        let known = self.samples() > 0;
+        if known && self.experiment.is_all_direct(channel) {
+            let irradiance = Some(direct);
+            return Reading { irradiance, std_error: Some(0.0), ci_low: direct, ci_high: direct };
+        }
+        // No irradiance by patches exceeds the largest radiosity there can be.
         let largest = self.experiment.largest_radiosity[channel];
-        let per_unit = largest / units(self.tally.layout().moments);
-        let Told { mean, error, low, high } = self.student.told(&moments, per_unit, largest, By::Many);
-        Reading { irradiance: (moments.n > 0).then_some(mean), std_error: error, ci_low: low, ci_high: high }
+        let (mut mean, mut error, [mut low, mut high]) = (direct, Some(0.0), [direct; 2]);
+        for (row, factor) in self.rows_of(cell) {
+            let moments = self.moments(row, channel);
+            let told = self.student.told(&moments, self.per_unit(channel), largest, By::Many);
+            mean += factor * told.mean;
+            error = error.zip(told.error).map(|(sum, own)| sum + factor * own);
+            low += factor * told.low;
+            high += factor * told.high;
+        }
+        Reading { irradiance: known.then_some(mean), std_error: error, ci_low: low, ci_high: high }
     }
 
     fn counted(&self, column: usize) -> u128 {
@@ -121,5 +211,5 @@ fn samples(experiment: &Experiment, tally: &Tally) -> u64 {
 
 /// A number of the row that counts samples, and their rays.
 fn counted(experiment: &Experiment, tally: &Tally, column: usize) -> u128 {
-    tally.sums()[experiment.scene().faces().len() * tally.layout().columns() + column]
+    tally.sums()[experiment.first_row_of_sensors() * tally.layout().columns() + column]
 }

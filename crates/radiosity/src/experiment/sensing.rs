@@ -9,10 +9,9 @@ use std::ops::Range;
 
 use super::Experiment;
 use super::board::{Scores, Sensing};
-use crate::geometry::face::Face;
 use crate::geometry::sensor::Sensors;
 use crate::jacobi::faces::FaceTable;
-use crate::jacobi::final_gather::{Gathered, sense};
+use crate::jacobi::final_gather::{Gathered, SourcesOfLight, sense};
 use crate::method::Walks;
 use crate::random::rng::Sequence;
 use crate::random::sampling::cosine_direction;
@@ -46,13 +45,14 @@ impl Experiment {
         let mut view = SensorView::default();
         let Some(sensors) = self.sensors() else { return view };
         let mut rng = Sequence::new(0).walk(SENSING_RAYS + sensor as u64);
-        let mut ray = || {
+        let frames = sensors.frames_of(sensor);
+        let mut ray = |number: u32| {
             let place = rng.pair();
-            let frame = sensors.frame(sensor);
+            let frame = &frames[number as usize % frames.len()];
             let direction = frame.direction(1.0, cosine_direction(rng.bits()));
             Ray { origin: frame.point(place).into(), direction: direction.into(), from: Ray::FREE }
         };
-        let rays: Vec<Ray> = (0..rays).map(|_| ray()).collect();
+        let rays: Vec<Ray> = (0..rays).map(&mut ray).collect();
         for hit in self.scene.closest_hits(&rays) {
             match hit {
                 None => view.nothing += 1,
@@ -109,12 +109,12 @@ impl Experiment {
         walks: Range<u64>,
         go_on: &dyn Fn() -> bool,
     ) -> Option<Tally> {
-        let faces = self.scene.faces().len();
-        let mut tally = Tally::new(faces, self.layout::<M>());
+        let rows = self.face_rows();
+        let mut tally = Tally::new(rows, self.layout::<M>());
         if walks.is_empty() {
             return Some(tally);
         }
-        let mut scores = self.scores::<M>(faces);
+        let mut scores = self.scores::<M>(rows);
         for first in walks.clone().step_by(WALKS_AT_ONCE) {
             if !go_on() {
                 return None;
@@ -139,23 +139,44 @@ impl Experiment {
         sense(
             &FaceTable::new(&self.scene),
             sensors,
-            reflected,
+            (reflected, self.sources_of_light().as_ref()),
             rays,
             sequence.walk(SENSING_RAYS + sample),
             go_on,
         )
     }
 
-    /// b = R·H of every face, face-major and channel-minor [W/m²], as single walks tell it.
+    /// b = R·H of every face, face-major, then by source where sources are told apart, and channel-minor [W/m²], as single walks tell it. Each
+    /// class of sources has rows of its own in the tally.
     fn reflected_by_tally(&self, tally: &Tally) -> Vec<f64> {
         let walks = tally.counts.walks as f64;
-        let of_face = |(i, face): (usize, Face)| {
-            (0..self.scene.channels()).map(move |c| {
+        let (faces, channels) = (self.scene.faces().len(), self.scene.channels());
+        let classes = self.groups().map_or(&[][..], |groups| &groups.classes);
+        let source_of = |class: usize| classes.get(class).map_or(0, |class| class.source as usize);
+        let mut reflected = vec![0.0; faces * channels * self.source_count().max(1)];
+        let of_face = reflected.len() / faces;
+        for (i, face) in self.scene.faces().iter().enumerate() {
+            for c in 0..channels {
                 let meaning = self.meaning_of((i, &face), c, tally);
                 let unit = meaning.and_then(|meaning| Some(meaning.unit * meaning.irradiance_per_event?));
-                face.reflectance[c] * unit.unwrap_or(0.0) * (tally.patch(i, c)[0] as f64 / walks)
-            })
-        };
-        self.scene.faces().iter().enumerate().flat_map(of_face).collect()
+                let per_unit = face.reflectance[c] * unit.unwrap_or(0.0) / walks;
+                for class in 0..classes.len().max(1) {
+                    let sum = tally.patch(class * faces + i, c)[0] as f64;
+                    reflected[i * of_face + source_of(class) * channels + c] += per_unit * sum;
+                }
+            }
+        }
+        reflected
+    }
+
+    /// Whose light faces and lamps emit, where sources are told apart.
+    fn sources_of_light(&self) -> Option<SourcesOfLight> {
+        let groups = self.groups().filter(|groups| !groups.sources().is_empty())?;
+        let source = |emitter: usize| groups.classes[groups.class_of(emitter)].source as usize;
+        let emitters = self.scene.faces().len() + self.scene.lamp_count();
+        Some(SourcesOfLight {
+            count: groups.sources().len(),
+            of_emitter: (0..emitters).map(source).collect(),
+        })
     }
 }

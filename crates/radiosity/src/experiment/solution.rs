@@ -126,8 +126,16 @@ impl<'a> Estimates<'a> {
         let Some(shares) = shares else { return self };
         let mut estimates = Estimates { shares: Some(shares), ..self };
         let faces = || estimates.scene().faces().iter().enumerate();
-        let emits =
-            |channel: usize| faces().any(|(i, face)| estimates.shown(i, face).emittance[channel] > 0.0);
+        let experiment = estimates.experiment;
+        let of_lamps = |channel: usize| {
+            let (Some(groups), Some(shares)) = (experiment.groups(), &estimates.shares) else { return false };
+            let shines = |&lamp: &usize| experiment.scene().lamp_power(lamp, channel) > 0.0;
+            let mut lamps = (0..experiment.scene().lamp_count()).filter(shines);
+            lamps.any(|lamp| shares.counts(groups.class_of_lamp(lamp)))
+        };
+        let emits = |channel: usize| {
+            of_lamps(channel) || faces().any(|(i, face)| estimates.shown(i, face).emittance[channel] > 0.0)
+        };
         estimates.lit = [0, 1, 2].map(emits);
         estimates
     }
@@ -371,7 +379,7 @@ fn estimate_of_chains(
     let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
     let Told { mean, error, low, high } = student.told(moments, meaning.unit * per_event, per_event, by);
     let irradiance = meaning.irradiance_per_event;
-    // Rays may land and bring no light.
+    // Rays may land and bring no light, and shadow rays bring light where no ray has landed.
     let scored = moments.sum > 0;
     // A channel without light is known to have none.
     let dark = irradiance == Some(0.0);
@@ -386,7 +394,7 @@ fn estimate_of_chains(
         irradiance_interval: irradiance
             .map(|_| [low, high + bias_of_irradiance(face, channel, meaning.bias_bound)]),
         hits: landed,
-        effective_scores: if scored { landed as f64 } else { 0.0 },
+        effective_scores: if scored { landed.max(1) as f64 } else { 0.0 },
         bias_bound: meaning.bias_bound,
     }
 }

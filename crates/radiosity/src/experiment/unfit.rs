@@ -17,6 +17,21 @@ pub enum Unfit {
         /// The patch that emits.
         patch: usize,
     },
+    /// No gathering walk meets a lamp without area.
+    #[error(
+        "gathering walks find light where they meet what emits, and a [[lamp]] has no area that they could meet; write walk = \"shooting\", whose walks are born at lamps"
+    )]
+    GatheredLamps,
+    /// Chains know faces that emit alone.
+    #[error(
+        "the rays of chains leave patches, and a [[lamp]] is none (its light would be missing); write walk = \"shooting\", whose walks are born at lamps"
+    )]
+    LampsOfChains,
+    /// Shadow rays of a final gather go to faces that emit.
+    #[error(
+        "the rays of a final gather look for light at patches, and a [[lamp]] is none (its light would be missing); remove final_gather, or measure there with a [[sensor]]"
+    )]
+    GatheredLampsLast,
     /// The best mix of absorption and survival is a matter of one channel.
     #[error(
         "`mix` compares collision, absorption and survival on the same walks, which needs a grey scene; run one channel at a time, or remove `mix`"
@@ -86,11 +101,11 @@ pub enum Unfit {
         "batches and chains are one sample of the light of all sources together, and the covariances of their sources are not kept; write walk = \"shooting\" with sampler = \"random\" and without final_gather, or remove [[source]] and [sensitivity]"
     )]
     SourcesOfBatches,
-    /// Sensors gather what all sources have lit.
+    /// Marks of materials are kept of faces alone.
     #[error(
-        "sensors gather the light of all sources together; remove [[sensor]], or remove [[source]] and [sensitivity]"
+        "sensors and planes gather what walks have found, of which the derivatives by materials are not kept; remove [sensitivity], or remove each [[sensor]], [[plane]] and [[points]]"
     )]
-    SourcesOfSensors,
+    SensitiveSensors,
     /// What is cut off depends on reflectances, too.
     #[error(
         "walks are cut off, and what is cut off depends on the reflectances as well (the derivatives would lack it); write end = \"roulette\", or remove [sensitivity]"
@@ -139,6 +154,9 @@ pub(super) fn check(scene: &Scene, method: &Method) -> Result<(), Unfit> {
     if method.is_mix() && scene.channels() > 1 {
         return Err(Unfit::MixInColour);
     }
+    if scene.lamp_count() > 0 {
+        check_lamps(method)?;
+    }
     if let Method::Walks(Walks { direction: Direction::Gathering(Birth::Patches(chosen)), .. }) = method {
         check_patches(chosen, scene)?;
     }
@@ -147,6 +165,16 @@ pub(super) fn check(scene: &Scene, method: &Method) -> Result<(), Unfit> {
     let is_group = |patch: &&u32| faces.pieces(**patch as usize).nth(1).is_some();
     let group = method.final_gather().iter().find(is_group);
     group.map_or(Ok(()), |&patch| Err(Unfit::GatheredGroup { patch }))
+}
+
+/// Whether a method finds the light of lamps without area.
+fn check_lamps(method: &Method) -> Result<(), Unfit> {
+    match method {
+        Method::Walks(Walks { direction: Direction::Gathering(_), .. }) => Err(Unfit::GatheredLamps),
+        Method::Chains(_) => Err(Unfit::LampsOfChains),
+        method if !method.final_gather().is_empty() => Err(Unfit::GatheredLampsLast),
+        Method::Walks(_) | Method::Batches(_) => Ok(()),
+    }
 }
 
 /// Whether the walks estimate every face that sensors may see.

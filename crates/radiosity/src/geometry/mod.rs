@@ -5,6 +5,7 @@ pub(crate) mod basis;
 pub(crate) mod cells;
 pub(crate) mod face;
 pub(crate) mod frame;
+pub(crate) mod lamp;
 pub(crate) mod landing;
 pub(crate) mod leaf_table;
 pub(crate) mod leaves;

@@ -10,7 +10,7 @@ use crate::random::rng::unit_32;
 use crate::scene::Scene;
 
 /// Where a sensor measures.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SensorShape {
     /// On the front of a parallelogram, cell by cell: the mean irradiance of each.
     Quad {
@@ -30,14 +30,27 @@ pub enum SensorShape {
         /// The direction that it faces, of any length.
         normal: DVec3,
     },
+    /// The points of a plane, or of a list, each of which is a cell. Their mean is measured, too.
+    Points {
+        /// The points [m], and the directions that they face, of any length.
+        points: Vec<[DVec3; 2]>,
+        /// Points along u and v, where they are a grid: number = i_u·n_v + i_v. A list has [n, 1].
+        grid: [u32; 2],
+    },
 }
 
 impl SensorShape {
+    /// Whether it is a plane of points, or a list of them.
+    pub fn is_plane(&self) -> bool {
+        matches!(self, SensorShape::Points { .. })
+    }
+
     /// How many cells it is cut into; a point is one.
     pub fn cell_count(&self) -> u64 {
-        match *self {
-            SensorShape::Quad { cells: [nu, nv], .. } => u64::from(nu) * u64::from(nv),
+        match self {
+            &SensorShape::Quad { cells: [nu, nv], .. } => u64::from(nu) * u64::from(nv),
             SensorShape::Point { .. } => 1,
+            SensorShape::Points { points, .. } => points.len() as u64,
         }
     }
 
@@ -47,6 +60,12 @@ impl SensorShape {
     /// A number that is not finite, a quad without area or cells, a normal without direction.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
         match *self {
+            SensorShape::Points { ref points, grid } => {
+                if points.is_empty() || u64::from(grid[0]) * u64::from(grid[1]) != points.len() as u64 {
+                    return Err(("spacing", "there are no points".into()));
+                }
+                return points.iter().try_for_each(|&[point, normal]| check_point(point, normal));
+            }
             SensorShape::Quad { corner, corner_u, corner_v, cells } => {
                 let corners = [corner, corner_u, corner_v];
                 if !corners.iter().all(|corner| corner.is_finite()) {
@@ -61,18 +80,22 @@ impl SensorShape {
                     return Err(("patches", "a sensor must have at least one patch".into()));
                 }
             }
-            SensorShape::Point { point, normal } => {
-                if !point.is_finite() {
-                    return Err(("point", "a coordinate is not a finite number".into()));
-                }
-                let length = normal.length();
-                if !(length.is_finite() && length > 0.0 && normal.normalize().is_finite()) {
-                    return Err(("normal", "the normal has no direction".into()));
-                }
-            }
+            SensorShape::Point { point, normal } => return check_point(point, normal),
         }
         Ok(())
     }
+}
+
+/// The key of a point that is at fault, and the problem.
+fn check_point(point: DVec3, normal: DVec3) -> Result<(), (&'static str, String)> {
+    if !point.is_finite() {
+        return Err(("point", "a coordinate is not a finite number".into()));
+    }
+    let length = normal.length();
+    if !(length.is_finite() && length > 0.0 && normal.normalize().is_finite()) {
+        return Err(("normal", "the normal has no direction".into()));
+    }
+    Ok(())
 }
 
 /// A sensor as the scene file describes it.
@@ -112,6 +135,17 @@ pub struct SensorCell {
     pub middle: DVec3,
     /// The area of the cell [m²]; 0 of a point.
     pub area: f64,
+    /// The direction that the cell faces, of length 1.
+    pub normal: DVec3,
+    /// The number of its frame.
+    frame: u32,
+}
+
+impl SensorCell {
+    /// The number of the frame that departures look up.
+    pub(crate) fn frame(&self) -> u32 {
+        self.frame
+    }
 }
 
 /// The sensors of a job, ready for rays.
@@ -120,6 +154,8 @@ pub struct Sensors {
     specs: Vec<SensorSpec>,
     /// The number of the first cell of each, and of all cells.
     first_cells: Vec<u32>,
+    /// The number of the first frame of each, and of all frames: points have one each.
+    first_frames: Vec<u32>,
     frames: Vec<Frame<f64>>,
     table: Frames,
     sample_walks: u64,
@@ -134,8 +170,9 @@ impl Sensors {
         if specs.is_empty() {
             return Ok(None);
         }
-        let mut first_cells = vec![0];
+        let (mut first_cells, mut first_frames) = (vec![0], vec![0]);
         let mut cells = 0;
+        let mut frames = Vec::new();
         for SensorSpec { name, shape } in specs {
             let error = |problem| SensorError { name: name.clone(), problem };
             shape.check().map_err(|(_, problem)| error(problem))?;
@@ -146,11 +183,13 @@ impl Sensors {
                 )));
             }
             first_cells.push(cells as u32);
+            frames.extend(frames_of(shape, scene));
+            first_frames.push(frames.len() as u32);
         }
-        let frames: Vec<Frame<f64>> = specs.iter().map(|spec| frame(&spec.shape, scene)).collect();
         Ok(Some(Sensors {
             specs: specs.into(),
             first_cells,
+            first_frames,
             table: Frames::new(frames.iter().copied()),
             frames,
             sample_walks: sample_walks(scene.faces().len() as u64, cells),
@@ -167,6 +206,16 @@ impl Sensors {
         self.first_cells[self.specs.len()] as usize
     }
 
+    /// The sensors that are planes, or lists, of points, by number.
+    pub fn planes(&self) -> impl Iterator<Item = usize> {
+        (0..self.specs.len()).filter(|&sensor| self.specs[sensor].shape.is_plane())
+    }
+
+    /// Rows of a tally that hold what cells read, and then the means of planes.
+    pub(crate) fn row_count(&self) -> usize {
+        self.cell_count() + self.planes().count()
+    }
+
     /// The numbers of the cells of a sensor.
     pub fn cells_of(&self, sensor: usize) -> std::ops::Range<usize> {
         self.first_cells[sensor] as usize..self.first_cells[sensor + 1] as usize
@@ -181,14 +230,22 @@ impl Sensors {
     pub fn cell(&self, number: usize) -> SensorCell {
         let sensor = self.first_cells.partition_point(|&first| first as usize <= number) - 1;
         let cell = number as u32 - self.first_cells[sensor];
+        let at = |cell: [u32; 2], middle: DVec3, area: f64, frame: u32| {
+            let frame = self.first_frames[sensor] + frame;
+            let normal = self.frames[frame as usize].normal();
+            SensorCell { sensor, cell, middle, area, normal, frame }
+        };
         match self.specs[sensor].shape {
-            SensorShape::Point { point, .. } => SensorCell { sensor, cell: [0, 0], middle: point, area: 0.0 },
+            SensorShape::Point { point, .. } => at([0, 0], point, 0.0, 0),
+            SensorShape::Points { ref points, grid: [_, nv] } => {
+                at([cell / nv, cell % nv], points[cell as usize][0], 0.0, cell)
+            }
             SensorShape::Quad { corner, corner_u, corner_v, cells: [nu, nv] } => {
                 let cell = [cell / nv, cell % nv];
                 let (u, v) = (corner_u - corner, corner_v - corner);
                 let [x, y] = [(cell[0], nu), (cell[1], nv)].map(|(i, n)| (f64::from(i) + 0.5) / f64::from(n));
                 let area = u.cross(v).length() / (f64::from(nu) * f64::from(nv));
-                SensorCell { sensor, cell, middle: corner + u * x + v * y, area }
+                at(cell, corner + u * x + v * y, area, 0)
             }
         }
     }
@@ -204,20 +261,25 @@ impl Sensors {
         Some([first, first + steps[0], first + steps[0] + steps[1], first + steps[1]])
     }
 
-    /// What departures look frames up in, by the number of the sensor.
+    /// What departures look frames up in, by number.
     pub(crate) fn frames(&self) -> &Frames {
         &self.table
     }
 
-    /// The frame of a sensor, just in front of its plane.
-    pub(crate) fn frame(&self, sensor: usize) -> &Frame<f64> {
-        &self.frames[sensor]
+    /// The frames of a sensor, just in front of its plane: one, or one for each point.
+    pub(crate) fn frames_of(&self, sensor: usize) -> &[Frame<f64>] {
+        &self.frames[self.first_frames[sensor] as usize..self.first_frames[sensor + 1] as usize]
+    }
+
+    /// The frame of a cell.
+    pub(crate) fn frame(&self, cell: &SensorCell) -> &Frame<f64> {
+        &self.frames[cell.frame as usize]
     }
 
     /// Local coordinates, on the sensor, of a uniform point of a cell.
     pub(crate) fn place(&self, &SensorCell { sensor, cell, .. }: &SensorCell, numbers: [u32; 2]) -> [f64; 2] {
         match self.specs[sensor].shape {
-            SensorShape::Point { .. } => [0.0, 0.0],
+            SensorShape::Point { .. } | SensorShape::Points { .. } => [0.0, 0.0],
             SensorShape::Quad { cells, .. } => std::array::from_fn(|i| {
                 in_grid_step(f64::from(cell[i]), unit_32(numbers[i]), 1.0 / f64::from(cells[i]))
             }),
@@ -233,6 +295,9 @@ impl Sensors {
                     (0_u32, vec![corner, corner_u, corner_v], cells)
                 }
                 SensorShape::Point { point, normal } => (1, vec![point, normal], [1, 1]),
+                SensorShape::Points { ref points, grid } => {
+                    (2, points.iter().flatten().copied().collect(), grid)
+                }
             };
             [kind, cells[0], cells[1]].iter().for_each(|n| _ = hasher.update(&n.to_le_bytes()));
             for x in vectors.iter().flat_map(|vector| vector.to_array()) {
@@ -249,19 +314,27 @@ fn sample_walks(faces: u64, cells: u64) -> u64 {
     faces.max(16 * cells).clamp(1 << 10, 1 << 16).next_power_of_two()
 }
 
-/// The frame of a sensor in the coordinates of a scene, just in front of its plane.
-fn frame(shape: &SensorShape, scene: &Scene) -> Frame<f64> {
-    let (corner, edges, normal) = match *shape {
+/// The frames of a sensor in the coordinates of a scene, just in front of its plane.
+fn frames_of(shape: &SensorShape, scene: &Scene) -> Vec<Frame<f64>> {
+    let of_point = |point: DVec3, normal: DVec3| {
+        let normal = normal.normalize();
+        frame((point, [DVec3::ZERO; 2]), [normal.any_orthonormal_vector(), normal], scene)
+    };
+    match *shape {
         SensorShape::Quad { corner, corner_u, corner_v, .. } => {
             let edges = [corner_u - corner, corner_v - corner];
-            (corner, edges, edges[0].cross(edges[1]).normalize())
+            let normal = edges[0].cross(edges[1]).normalize();
+            vec![frame((corner, edges), [edges[0].normalize(), normal], scene)]
         }
-        SensorShape::Point { point, normal } => (point, [DVec3::ZERO; 2], normal.normalize()),
-    };
-    let tangent = match shape {
-        SensorShape::Quad { .. } => edges[0].normalize(),
-        SensorShape::Point { .. } => normal.any_orthonormal_vector(),
-    };
+        SensorShape::Point { point, normal } => vec![of_point(point, normal)],
+        SensorShape::Points { ref points, .. } => {
+            points.iter().map(|&[point, normal]| of_point(point, normal)).collect()
+        }
+    }
+}
+
+/// A frame just in front of its plane, in the coordinates of a scene.
+fn frame((corner, edges): (DVec3, [DVec3; 2]), [tangent, normal]: [DVec3; 2], scene: &Scene) -> Frame<f64> {
     let corner = corner - scene.origin();
     let corners = [corner, corner + edges[0], corner + edges[1]];
     let largest = corners.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));

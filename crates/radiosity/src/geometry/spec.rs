@@ -7,6 +7,7 @@ use std::ops::Index;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::lamp::LampsSpec;
 use super::leaves::Leaves;
 
 /// The outline of a planar surface and how it is cut into patches.
@@ -181,12 +182,15 @@ pub struct SceneSpec {
     /// jobs from before there were groups stay readable.
     #[serde(skip)]
     pub patch_of_cell: Vec<u32>,
+    /// Lamps without area. A job carries them behind all else, too.
+    #[serde(skip)]
+    pub lamps: LampsSpec,
 }
 
 impl SceneSpec {
     /// A scene in which every cell is a patch.
     pub fn new(surfaces: Vec<SurfaceSpec>) -> Self {
-        SceneSpec { surfaces, patch_of_cell: Vec::new() }
+        SceneSpec { surfaces, patch_of_cell: Vec::new(), lamps: LampsSpec::default() }
     }
 
     /// The scene whose patches are the groups of cells that have equal labels. There is a label for each cell, in the order of
@@ -239,7 +243,8 @@ impl SceneSpec {
                 && surface.emittance.is_grey()
                 && cells.all(|(_, emittance)| emittance.is_grey())
         };
-        if self.surfaces.iter().all(grey) { 1 } else { 3 }
+        let grey_lamps = self.lamps.list.iter().all(|lamp| lamp.strength.is_grey());
+        if self.surfaces.iter().all(grey) && grey_lamps { 1 } else { 3 }
     }
 
     /// The grey scene that one channel sees.
@@ -250,6 +255,9 @@ impl SceneSpec {
             for spectrum in [&mut surface.reflectance, &mut surface.emittance].into_iter().chain(cells) {
                 *spectrum = spectrum[channel].into();
             }
+        }
+        for lamp in &mut grey.lamps.list {
+            lamp.strength = lamp.strength[channel].into();
         }
         grey
     }

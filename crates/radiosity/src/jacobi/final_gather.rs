@@ -45,11 +45,18 @@ const FEWEST_OF_CELL: u64 = 16;
 pub(crate) struct Gathered {
     /// The number of the face or the cell.
     pub(crate) face: u32,
-    /// H [W/m²] of each channel.
+    /// H [W/m²] of each channel; where sources are told apart, of each source.
     pub(crate) irradiance: Vec<f64>,
     /// Rays that met an active side; shadow rays are not among them.
     pub(crate) landed: u64,
     pub(crate) rays: u64,
+}
+
+/// Whose light is whose, where sources are told apart.
+pub(crate) struct SourcesOfLight {
+    pub(crate) count: usize,
+    /// By face, and behind the faces by lamp without area.
+    pub(crate) of_emitter: Vec<usize>,
 }
 
 /// Gathers H of the `chosen` faces by `rays` rays in all, given the `reflected` light of all faces, face-major and
@@ -63,7 +70,7 @@ pub(crate) fn final_gather(
     go_on: &dyn Fn() -> bool,
 ) -> Option<Vec<Gathered>> {
     let per_face = (rays / chosen.len().max(1) as u64).max(FEWEST);
-    let mut gatherer = Gatherer::new(faces, reflected, per_face, go_on);
+    let mut gatherer = Gatherer::new(faces, (reflected, None), per_face, go_on);
     let gathered = chosen.iter().map(|&face| {
         let station = Station::Face(faces.scene, faces.list[face as usize]);
         let (irradiance, landed) = gatherer.irradiance(face, &station, &mut rng)?;
@@ -72,23 +79,54 @@ pub(crate) fn final_gather(
     gathered.collect()
 }
 
-/// Gathers H of every cell of sensors as [`final_gather`] does of faces.
+/// Gathers H of every cell of sensors as [`final_gather`] does of faces, and then the mean of every plane of points: of all sources together,
+/// and then of each where they are told apart. What lamps without
+/// area bring to points in one direction is left out: it is known exactly.
 pub(crate) fn sense(
     faces: &FaceTable,
     sensors: &Sensors,
-    reflected: &[f64],
+    (reflected, sources): (&[f64], Option<&SourcesOfLight>),
     rays: u64,
     mut rng: WalkRng,
     go_on: &dyn Fn() -> bool,
 ) -> Option<Vec<Gathered>> {
     let per_cell = (rays / sensors.cell_count() as u64).max(FEWEST_OF_CELL);
-    let mut gatherer = Gatherer::new(faces, reflected, per_cell, go_on);
+    let mut gatherer = Gatherer::new(faces, (reflected, sources), per_cell, go_on);
     let gathered = (0..sensors.cell_count() as u32).map(|number| {
         let station = Station::Cell(sensors, sensors.cell(number as usize));
-        let (irradiance, landed) = gatherer.irradiance(number, &station, &mut rng)?;
+        let (mut irradiance, landed) = gatherer.irradiance(number, &station, &mut rng)?;
+        gatherer.light_of_lamps(&station, &mut rng, &mut irradiance)?;
         Some(Gathered { face: number, irradiance, landed, rays: per_cell })
     });
-    gathered.collect()
+    let mut gathered = gathered.collect::<Option<Vec<_>>>()?;
+    for plane in sensors.planes() {
+        let mean = mean_of(&gathered[sensors.cells_of(plane)]);
+        gathered.push(Gathered { face: gathered.len() as u32, irradiance: mean, landed: 0, rays: 0 });
+    }
+    Some(if sources.is_some() { each_source(gathered, faces.scene.channels()) } else { gathered })
+}
+
+/// What all sources together bring to each row, and then what each brings.
+fn each_source(gathered: Vec<Gathered>, channels: usize) -> Vec<Gathered> {
+    let sources = gathered[0].irradiance.len() / channels;
+    let all = gathered.iter().map(|row| {
+        let of_channel = |c: usize| row.irradiance.iter().skip(c).step_by(channels).sum();
+        Gathered { irradiance: (0..channels).map(of_channel).collect(), ..*row }
+    });
+    let of_source = |source: usize| {
+        let own = move |row: &Gathered| row.irradiance[source * channels..][..channels].to_vec();
+        gathered.iter().map(move |row| Gathered { irradiance: own(row), landed: 0, rays: 0, ..*row })
+    };
+    all.chain((0..sources).flat_map(of_source)).collect()
+}
+
+/// The mean H of some cells, channel by channel [W/m²].
+fn mean_of(cells: &[Gathered]) -> Vec<f64> {
+    let mut mean = vec![0.0; cells[0].irradiance.len()];
+    for cell in cells {
+        mean.iter_mut().zip(&cell.irradiance).for_each(|(mean, h)| *mean += h / cells.len() as f64);
+    }
+    mean
 }
 
 /// Where rays set out from.
@@ -112,7 +150,7 @@ impl Station<'_> {
     fn frame(&self) -> u32 {
         match self {
             Station::Face(_, face) => face.surface,
-            Station::Cell(_, cell) => cell.sensor as u32,
+            Station::Cell(_, cell) => cell.frame(),
         }
     }
 
@@ -122,6 +160,11 @@ impl Station<'_> {
             Station::Face(_, face) => face.surface,
             Station::Cell(..) => Ray::FREE,
         }
+    }
+
+    /// Whether it is one point.
+    fn is_point(&self) -> bool {
+        matches!(self, Station::Cell(_, cell) if cell.area == 0.0)
     }
 
     /// 1 where rays leave the front of the frame, −1 where the back.
@@ -144,7 +187,7 @@ impl Station<'_> {
     fn point(&self, uv: [f64; 2]) -> DVec3 {
         match self {
             Station::Face(scene, face) => surface(scene, face).point(uv),
-            Station::Cell(sensors, cell) => sensors.frame(cell.sensor).point(uv).into(),
+            Station::Cell(sensors, cell) => sensors.frame(cell).point(uv).into(),
         }
     }
 
@@ -152,15 +195,16 @@ impl Station<'_> {
     fn normal(&self) -> DVec3 {
         match self {
             Station::Face(scene, face) => surface(scene, face).normal(),
-            Station::Cell(sensors, cell) => sensors.frame(cell.sensor).normal(),
+            Station::Cell(sensors, cell) => sensors.frame(cell).normal(),
         }
     }
 }
 
 struct Gatherer<'a> {
     faces: &'a FaceTable<'a>,
-    /// The reflected radiosity of faces [W/m²], face-major, channel-minor.
+    /// The reflected radiosity of faces [W/m²], face-major, then by source where these are told apart, channel-minor.
     reflected: &'a [f64],
+    sources: Option<&'a SourcesOfLight>,
     go_on: &'a dyn Fn() -> bool,
     /// Rays of a face that gather, and shadow rays.
     rays: [u64; 2],
@@ -182,23 +226,72 @@ struct Batch {
 }
 
 impl<'a> Gatherer<'a> {
-    fn new(faces: &'a FaceTable, reflected: &'a [f64], per_face: u64, go_on: &'a dyn Fn() -> bool) -> Self {
+    fn new(
+        faces: &'a FaceTable,
+        (reflected, sources): (&'a [f64], Option<&'a SourcesOfLight>),
+        per_face: u64,
+        go_on: &'a dyn Fn() -> bool,
+    ) -> Self {
         let share = emitted_shares(faces);
         let shadow = if share.is_empty() { 0 } else { per_face / SHADOW_SHARE };
         let (lamps, parts) = pieces_with_parts(faces, &share);
         let rays = [per_face - shadow, shadow];
-        Gatherer { faces, reflected, go_on, rays, share, lamps, parts, batch: Box::default() }
+        Gatherer { faces, reflected, sources, go_on, rays, share, lamps, parts, batch: Box::default() }
     }
 
     /// H of a station, whose rays are those of this number, in every channel, and the rays that met something.
     fn irradiance(&mut self, number: u32, station: &Station, rng: &mut WalkRng) -> Option<(Vec<f64>, u64)> {
-        let mut irradiance = vec![0.0; self.faces.scene.channels()];
+        let sources = self.sources.map_or(1, |sources| sources.count);
+        let mut irradiance = vec![0.0; self.faces.scene.channels() * sources];
         let landed = self.gather(number, station, SobolNumbers::apart(rng), &mut irradiance)?;
         if self.rays[1] > 0 {
             let offset = rng.pair()[0];
             self.light(station, SobolNumbers::apart(rng), offset, &mut irradiance)?;
         }
         Some((irradiance, landed))
+    }
+
+    /// Adds what an emitter brings to the light of its source: lamps without area are numbered behind faces.
+    fn bring(&self, irradiance: &mut [f64], emitter: usize, brought: impl Fn(usize) -> f64) {
+        let channels = self.faces.scene.channels();
+        let source = self.sources.map_or(0, |sources| sources.of_emitter[emitter]);
+        let own = irradiance[source * channels..][..channels].iter_mut();
+        own.enumerate().for_each(|(c, h)| *h += brought(c));
+    }
+
+    /// What lamps without area bring to a station: shadow rays from uniform points, to one place each on the disc of a distant lamp.
+    /// Nothing is drawn where there is nothing to do.
+    fn light_of_lamps(&mut self, station: &Station, rng: &mut WalkRng, irradiance: &mut [f64]) -> Option<()> {
+        let scene = self.faces.scene;
+        let lamps = &scene.parts.lamps;
+        let sampled: Vec<usize> =
+            (0..lamps.len()).filter(|&lamp| !(station.is_point() && lamps.is_sharp(lamp))).collect();
+        if sampled.is_empty() {
+            return Some(());
+        }
+        let rays = self.rays[0] / SHADOW_SHARE / sampled.len() as u64 + 1;
+        let mut numbers = SobolNumbers::apart(rng);
+        for lamp in sampled {
+            numbers.leave(lamp as u32, 0);
+            for first in (0..rays).step_by(WIDTH) {
+                let len = (rays - first).min(WIDTH as u64) as usize;
+                (0..len).for_each(|i| numbers.draw(i));
+                let [across, along, polar, turn] = numbers.points(scene.parts.isa);
+                for i in 0..len {
+                    let place = station.point(station.place([across[i], along[i]]));
+                    let normal = station.normal() * station.facing();
+                    let bits = u64::from(polar[i]) << 32 | u64::from(turn[i]);
+                    if let Some(light) = scene.lamp_light(lamp, (place, normal, station.surface()), bits) {
+                        let emitter = self.faces.list.len() + lamp;
+                        self.bring(irradiance, emitter, |c| light[c] / rays as f64);
+                    }
+                }
+            }
+            if !(self.go_on)() {
+                return None;
+            }
+        }
+        Some(())
     }
 
     /// Cosine-distributed rays from uniform points of a station.
@@ -227,8 +320,16 @@ impl<'a> Gatherer<'a> {
                     0.0
                 };
                 let reflected = &self.reflected[met as usize * irradiance.len()..];
-                for (c, h) in irradiance.iter_mut().enumerate() {
-                    *h += (reflected[c] + weight * emittance[c]) / count as f64;
+                let rays = count as f64;
+                if self.sources.is_none() {
+                    for (c, h) in irradiance.iter_mut().enumerate() {
+                        *h += (reflected[c] + weight * emittance[c]) / rays;
+                    }
+                    continue;
+                }
+                irradiance.iter_mut().zip(reflected).for_each(|(h, reflected)| *h += reflected / rays);
+                if weight > 0.0 {
+                    self.bring(irradiance, met as usize, |c| weight * emittance[c] / rays);
                 }
             }
             if !(self.go_on)() {
@@ -270,7 +371,7 @@ impl<'a> Gatherer<'a> {
                     }
                     // E·k over the sum of both densities, where the one of gathering rays is k.
                     let weight = self.balance(face, kernel) / count as f64;
-                    irradiance.iter_mut().enumerate().for_each(|(c, h)| *h += emitter.emittance[c] * weight);
+                    self.bring(irradiance, face as usize, |c| emitter.emittance[c] * weight);
                 }
                 if !(self.go_on)() {
                     return None;

@@ -1,14 +1,13 @@
 //! Where walks are born.
 
-use crate::geometry::face::{Face, Faces};
-use crate::geometry::frame::Frames;
+use super::lamps::Lamps;
+use crate::geometry::face::Faces;
 use crate::geometry::sensor::{SensorCell, Sensors};
 use crate::geometry::spec::Side;
 use crate::geometry::surface::Surface;
-use crate::random::rng::unit_32;
-use crate::random::sampling::AliasTable;
+use crate::random::sampling::{AliasTable, cosine_direction};
 use crate::scene::Scene;
-use crate::trace::ray::{Ray, Rays};
+use crate::trace::ray::Ray;
 
 /// One side of consecutive cells of a surface, where walks begin with the same probability.
 #[derive(Clone, Copy, Debug)]
@@ -27,89 +26,56 @@ pub(crate) struct Origin {
     pub side: Side,
 }
 
-/// A place where a walk begins.
-pub(crate) struct Birth<const C: usize> {
-    /// The number of the frame that it leaves: a surface, or what [`Nursery::frames`] has behind them.
-    pub surface: u32,
-    pub cell: u32,
-    /// 1 where it is the front that the walk leaves, −1 where it is the back.
-    pub facing: f64,
-    pub uv: [f64; 2],
-    /// What the walk is born on: a face, or a cell of a sensor.
-    pub face: u32,
-    /// The weights of the channels.
-    pub weights: [f64; C],
+/// Where a walk begins.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Birthplace {
+    /// On one side of a cell.
+    Cell(Origin),
+    /// On no surface, where rays are known: at a lamp without area, or at a sensor, by number.
+    Free(usize),
 }
 
 /// What bears walks.
-pub(crate) trait Nursery<const C: usize> {
-    /// The birth that four times 64 random bits choose; the last of them are those of the direction.
-    fn bear(&self, scene: &Scene, draws: [u64; 4]) -> Birth<C>;
-    /// The frames that walks leave.
-    #[inline(always)]
-    fn frames<'a>(&'a self, scene: &'a Scene) -> &'a Frames {
-        &scene.parts.frames
-    }
-    /// Says of rays that have left a frame which of them leave no surface.
-    #[inline(always)]
-    fn leave(_scene: &Scene, _rays: &mut Rays) {}
-}
-
-impl<const C: usize> Nursery<C> for Births {
-    #[inline(always)]
-    fn bear(&self, scene: &Scene, [cradle, cell, point, _]: [u64; 4]) -> Birth<C> {
-        let (Origin { surface: number, cell, side }, weights) = self.choose([cradle, cell]);
-        let uv = scene.surfaces()[number as usize]
-            .point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
-        let face = scene.face_at(number, cell, side);
-        Birth { surface: number, cell, facing: side.sign(), uv, face, weights }
-    }
+pub(crate) trait Nursery {
+    /// The birthplace that twice 64 random bits choose, and the weights of the channels there.
+    fn choose<const C: usize>(&self, bits: [u64; 2]) -> (Birthplace, [f64; C]);
+    /// The number that scores know a free birthplace by, and the ray from it that random bits choose: for the point, and for the direction.
+    fn free(&self, scene: &Scene, place: usize, bits: [u64; 2]) -> (u32, Ray);
 }
 
 /// Births in one cell of a sensor, uniformly.
 pub(crate) struct SensorBirths<'a> {
     sensors: &'a Sensors,
-    /// The frames of surfaces, and those of sensors behind them.
-    frames: &'a Frames,
-    /// The number of the sensor's frame there.
-    frame: u32,
-    number: u32,
     cell: SensorCell,
 }
 
 impl<'a> SensorBirths<'a> {
-    pub(crate) fn new(sensors: &'a Sensors, frames: &'a Frames, surfaces: u32, cell: usize) -> Self {
-        let number = cell as u32;
-        let cell = sensors.cell(cell);
-        SensorBirths { sensors, frames, frame: surfaces + cell.sensor as u32, number, cell }
+    pub(crate) fn new(sensors: &'a Sensors, cell: usize) -> Self {
+        SensorBirths { sensors, cell: sensors.cell(cell) }
     }
 }
 
-impl Nursery<1> for SensorBirths<'_> {
+impl Nursery for SensorBirths<'_> {
     #[inline(always)]
-    fn bear(&self, _: &Scene, [_, _, point, _]: [u64; 4]) -> Birth<1> {
-        let uv = self.sensors.place(&self.cell, [(point >> 32) as u32, point as u32]);
-        Birth { surface: self.frame, cell: 0, facing: 1.0, uv, face: self.number, weights: [1.0] }
+    fn choose<const C: usize>(&self, _: [u64; 2]) -> (Birthplace, [f64; C]) {
+        (Birthplace::Free(0), [1.0; C])
     }
 
     #[inline(always)]
-    fn frames<'a>(&'a self, _: &'a Scene) -> &'a Frames {
-        self.frames
-    }
-
-    #[inline(always)]
-    fn leave(scene: &Scene, rays: &mut Rays) {
-        let surfaces = scene.surfaces().len() as u32;
-        rays.from.iter_mut().filter(|from| **from >= surfaces).for_each(|from| *from = Ray::FREE);
+    fn free(&self, _: &Scene, _: usize, [point, direction]: [u64; 2]) -> (u32, Ray) {
+        let frame = self.sensors.frame(&self.cell);
+        let place = self.sensors.place(&self.cell, [(point >> 32) as u32, point as u32]);
+        let direction = frame.direction(1.0, cosine_direction(direction)).into();
+        (0, Ray { origin: frame.point(place).into(), direction, from: Ray::FREE })
     }
 }
 
-/// Sides of cells, the probability of each, and the weights that walks set out with.
+/// Sides of cells, then lamps without area, the probability of each, and the weights that walks set out with.
 #[derive(Clone, Debug)]
 pub(crate) struct Births {
     cradles: Vec<Cradle>,
     choice: AliasTable,
-    /// Per cradle; empty where every weight is 1.
+    /// Per cradle, then per lamp; empty where every weight is 1.
     weights: Vec<[f64; 3]>,
     /// The largest of them, channel by channel; 1 where a channel has no light at all.
     largest_weights: [f64; 3],
@@ -126,16 +92,19 @@ impl Births {
     pub(crate) fn new(surfaces: &[Surface], faces: &Faces, share: impl Fn(usize) -> f64) -> Option<Self> {
         let share = |piece: usize| share_of_piece(faces, piece, &share);
         let cradles = cradles(surfaces, faces, |_| true, |a, b| share(a) == share(b));
-        Births::in_cradles(cradles, share)
+        Births::in_cradles(cradles, share, &[])
     }
 
-    /// Births with a probability in proportion to `share` of each piece, in runs of pieces that are alike in all that matters at a birth.
+    /// Births with a probability in proportion to `share` of each piece, in runs of pieces that are alike in all that matters at a birth,
+    /// and to that of each lamp.
     fn in_cradles(
         cradles: impl Iterator<Item = (usize, Cradle)>,
         share: impl Fn(usize) -> f64,
+        of_lamps: &[f64],
     ) -> Option<Self> {
         let chosen = cradles.filter(|&(piece, _)| share(piece) > 0.0);
-        Births::choosing(chosen.map(|(piece, cradle)| (cradle, share(piece) * f64::from(cradle.cells))))
+        let cradles = chosen.map(|(piece, cradle)| (cradle, share(piece) * f64::from(cradle.cells)));
+        Births::choosing(cradles, of_lamps)
     }
 
     /// The births of each of `count` groups of faces: within a group with a probability in proportion to `share`. `None` for a
@@ -155,13 +124,14 @@ impl Births {
         {
             groups[group(piece) as usize].push((cradle, share(piece) * f64::from(cradle.cells)));
         }
-        groups.into_iter().map(|chosen| Births::choosing(chosen.into_iter())).collect()
+        groups.into_iter().map(|chosen| Births::choosing(chosen.into_iter(), &[])).collect()
     }
 
-    /// Births in cradles that are chosen in proportion to their shares; `None` without a cradle.
-    fn choosing(chosen: impl Iterator<Item = (Cradle, f64)>) -> Option<Self> {
-        let (cradles, shares): (Vec<_>, Vec<_>) = chosen.unzip();
-        (!cradles.is_empty()).then(|| Births {
+    /// Births in cradles and at lamps that are chosen in proportion to their shares; `None` where there is no share.
+    fn choosing(chosen: impl Iterator<Item = (Cradle, f64)>, of_lamps: &[f64]) -> Option<Self> {
+        let (cradles, mut shares): (Vec<_>, Vec<_>) = chosen.unzip();
+        shares.extend(of_lamps);
+        shares.iter().any(|&share| share > 0.0).then(|| Births {
             choice: AliasTable::new(&shares),
             cradles,
             weights: Vec::new(),
@@ -173,8 +143,7 @@ impl Births {
     /// each choose, and a walk sets out with w_c = (Φ_sc/Φ_Tc)/p_s in channel c: p_s·w_c is what channel c alone
     /// would have, and no weight exceeds the number of channels (the balance heuristic).
     pub(crate) fn of_emitters(
-        surfaces: &[Surface],
-        faces: &Faces,
+        (surfaces, faces, lamps): (&[Surface], &Faces, &Lamps),
         channels: usize,
         total: [f64; 3],
     ) -> Option<Self> {
@@ -182,22 +151,30 @@ impl Births {
         if channels == 1 {
             let power = |piece: usize| faces.piece(piece as u32).power(0);
             let cradles = cradles(surfaces, faces, may_emit, |a, b| power(a) == power(b));
-            return Births::in_cradles(cradles, power);
+            let of_lamps: Vec<f64> = (0..lamps.len()).map(|lamp| lamps.power(lamp, 0)).collect();
+            return Births::in_cradles(cradles, power, &of_lamps);
         }
-        let share = |face: &Face, c: usize| if total[c] > 0.0 { face.power(c) / total[c] } else { 0.0 };
+        let share = |power: f64, c: usize| if total[c] > 0.0 { power / total[c] } else { 0.0 };
         let emitting = total.iter().filter(|&&power| power > 0.0).count() as f64;
-        let probability = |face: &Face| (0..3).map(|c| share(face, c)).sum::<f64>() / emitting;
+        let chance =
+            |power: &dyn Fn(usize) -> f64| (0..3).map(|c| share(power(c), c)).sum::<f64>() / emitting;
+        let weights = |power: &dyn Fn(usize) -> f64| {
+            let chance = chance(power);
+            std::array::from_fn(|c| if chance > 0.0 { share(power(c), c) / chance } else { 0.0 })
+        };
         let piece = |piece: usize| faces.piece(piece as u32);
         let light = |i: usize| (piece(i).emittance, piece(i).area);
         let alike = |a: usize, b: usize| light(a) == light(b);
         let cradles = cradles(surfaces, faces, may_emit, alike);
-        let mut births = Births::in_cradles(cradles, |i| probability(&piece(i)))?;
-        let weights = births.cradles.iter().map(|cradle| {
+        let of_lamps: Vec<f64> = (0..lamps.len()).map(|lamp| chance(&|c| lamps.power(lamp, c))).collect();
+        let mut births = Births::in_cradles(cradles, |i| chance(&|c| piece(i).power(c)), &of_lamps)?;
+        let of_cradle = |cradle: &Cradle| {
             let surface = &surfaces[cradle.surface as usize];
             let face = faces.piece(surface.piece(cradle.first_cell, cradle.side));
-            std::array::from_fn(|c| share(&face, c) / probability(&face))
-        });
-        births.weights = weights.collect();
+            weights(&|c| face.power(c))
+        };
+        let of_lamps = (0..lamps.len()).map(|lamp| weights(&|c| lamps.power(lamp, c)));
+        births.weights = births.cradles.iter().map(of_cradle).chain(of_lamps).collect();
         births.largest_weights = std::array::from_fn(|c| {
             let largest = births.weights.iter().map(|weights| weights[c]).fold(0.0, f64::max);
             if largest > 0.0 { largest } else { 1.0 }
@@ -205,22 +182,31 @@ impl Births {
         Some(births)
     }
 
-    /// The origin that twice 64 random bits choose, and the weights of the channels there.
+    /// The largest weight that a walk sets out with, channel by channel; 1 where a channel has no light at all.
+    pub(crate) fn largest_weights(&self) -> [f64; 3] {
+        self.largest_weights
+    }
+}
+
+impl Nursery for Births {
     #[inline(always)]
-    pub(crate) fn choose<const C: usize>(&self, bits: [u64; 2]) -> (Origin, [f64; C]) {
+    fn choose<const C: usize>(&self, bits: [u64; 2]) -> (Birthplace, [f64; C]) {
         let choice = self.choice.choose(bits[0]);
         let weights = match self.weights.get(choice) {
             Some(weights) if C > 1 => std::array::from_fn(|c| weights[c]),
             _ => [1.0; C],
         };
-        let Cradle { surface, side, first_cell, cells } = self.cradles[choice];
+        let Some(&Cradle { surface, side, first_cell, cells }) = self.cradles.get(choice) else {
+            return (Birthplace::Free(choice - self.cradles.len()), weights);
+        };
         let cell = first_cell + ((u128::from(bits[1]) * u128::from(cells)) >> 64) as u32;
-        (Origin { surface, cell, side }, weights)
+        (Birthplace::Cell(Origin { surface, cell, side }), weights)
     }
 
-    /// The largest weight that a walk sets out with, channel by channel; 1 where a channel has no light at all.
-    pub(crate) fn largest_weights(&self) -> [f64; 3] {
-        self.largest_weights
+    #[inline(always)]
+    fn free(&self, scene: &Scene, lamp: usize, [point, direction]: [u64; 2]) -> (u32, Ray) {
+        // Lamps are numbered behind faces.
+        ((scene.faces().len() + lamp) as u32, scene.parts.lamps.birth(lamp, point, direction))
     }
 }
 

@@ -3,6 +3,7 @@
 pub(crate) mod births;
 mod check;
 mod groups;
+pub(crate) mod lamps;
 pub(crate) mod retracing;
 pub(crate) mod scatter;
 pub(crate) mod sealed;
@@ -17,6 +18,7 @@ use thiserror::Error;
 use crate::geometry::basis::Basis;
 use crate::geometry::face::{Face, Faces};
 use crate::geometry::frame::Frames;
+use crate::geometry::lamp::LampSpec;
 use crate::geometry::landing::Landings;
 use crate::geometry::leaf_table::LeafTable;
 use crate::geometry::piece::Pieces;
@@ -30,8 +32,10 @@ use crate::random::rng::{WalkRng, unit_32};
 use crate::simd::isa::Isa;
 use crate::trace::Index;
 use crate::trace::facet::Facets;
+use crate::trace::ray::Ray;
 use crate::trace::stack::Stack;
-use births::{Births, Origin};
+use births::{Birthplace, Births, Nursery, Origin};
+use lamps::Lamps;
 use scatter::Scatter;
 use sealed::Sealed;
 
@@ -80,6 +84,7 @@ pub(crate) struct Parts {
     channels: usize,
     power: [f64; 3],
     emitters: Births,
+    pub(crate) lamps: Lamps,
     /// Points of patches that are groups of cells, made when a walk first asks for them; `None` where every cell is a patch.
     scatter: OnceLock<Option<Scatter>>,
     max_reflectance: Spectrum,
@@ -175,7 +180,8 @@ impl Scene {
             })
             .collect();
         let channels = spec.channels();
-        let (emitters, power) = emission(&surfaces, &faces, channels)?;
+        let lamps = Lamps::new(&spec.lamps, [min, max], slack(min, max))?;
+        let (emitters, power) = emission(&surfaces, &faces, &lamps, channels)?;
         let traced::Traced { frames, stacks, facets, index } = trace(&mut surfaces);
         let places = Places::new(&surfaces, &faces);
         let hash = hash(spec, !stacks.is_empty());
@@ -195,6 +201,7 @@ impl Scene {
             channels,
             power,
             emitters,
+            lamps,
             max_reflectance: Spectrum::rgb(std::array::from_fn(most)),
             origin,
             stacks,
@@ -266,6 +273,7 @@ impl Scene {
             size_of_val(&parts.surfaces[..]),
             parts.faces.bytes(),
             parts.emitters.bytes(),
+            parts.lamps.bytes(),
             parts.scatter.get().and_then(Option::as_ref).map_or(0, Scatter::bytes),
             parts.frames.bytes(),
             parts.landings.bytes(),
@@ -282,12 +290,22 @@ impl Scene {
         self.parts.hash
     }
 
-    /// A walk is born on an emitter: surface, side and local coordinates of a uniform point of it. Face s is chosen with
-    /// probability Φ_s/Φ_T.
-    pub(crate) fn emit(&self, rng: &mut WalkRng) -> (u32, Side, [f64; 2]) {
-        let ([choice, place], point) = ([rng.bits(), rng.bits()], rng.pair());
-        let (Origin { surface, cell, side }, _) = self.emitters().choose::<1>([choice, place]);
-        (surface, side, self.surfaces()[surface as usize].point_in_cell(cell, point))
+    /// The ray with which a walk is born: from a uniform point of an emitting face, by the cosine law, or from a lamp without area, by
+    /// its own distribution. Emitter s is chosen with probability Φ_s/Φ_T.
+    pub(crate) fn emit(&self, rng: &mut WalkRng) -> Ray {
+        self.birth(std::array::from_fn(|_| rng.bits()))
+    }
+
+    /// The ray of a birth that four times 64 random bits choose.
+    pub(crate) fn birth(&self, [choice, place, point, direction]: [u64; 4]) -> Ray {
+        match self.emitters().choose::<1>([choice, place]).0 {
+            Birthplace::Free(lamp) => self.parts.lamps.birth(lamp, point, direction),
+            Birthplace::Cell(Origin { surface: from, cell, side }) => {
+                let surface = &self.surfaces()[from as usize];
+                let point = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
+                Ray { origin: surface.point(point), direction: surface.direction(side, direction), from }
+            }
+        }
     }
 
     /// The face that is, or that holds, an active side of a cell of a surface.
@@ -366,13 +384,21 @@ impl Scene {
 }
 
 /// Where walks are born, and Φ_T of each channel [W]: some light must be emitted, and not without end.
-fn emission(surfaces: &[Surface], faces: &Faces, channels: usize) -> Result<(Births, [f64; 3]), SceneError> {
+fn emission(
+    surfaces: &[Surface],
+    faces: &Faces,
+    lamps: &Lamps,
+    channels: usize,
+) -> Result<(Births, [f64; 3]), SceneError> {
     // Piece by piece, so that groups change no bit of it.
     let lit: Vec<Face> = faces.pieces_of_emitters().map(|piece| faces.piece(piece)).collect();
-    let power = std::array::from_fn(|c| lit.iter().map(|piece| piece.power(c)).sum());
-    let Some(emitters) = Births::of_emitters(surfaces, faces, channels, power) else {
+    let power = std::array::from_fn(|c| {
+        let of_lamps: f64 = (0..lamps.len()).map(|lamp| lamps.power(lamp, c)).sum();
+        lit.iter().map(|piece| piece.power(c)).sum::<f64>() + of_lamps
+    });
+    let Some(emitters) = Births::of_emitters((surfaces, faces, lamps), channels, power) else {
         return Err(SceneError::Whole(
-            "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`".into(),
+            "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`, or add a [[lamp]]".into(),
         ));
     };
     if !power.iter().all(|power| power.is_finite()) {
@@ -453,6 +479,13 @@ fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
         hasher.update(b"groups");
         let bytes: Vec<u8> = spec.patch_of_cell.iter().flat_map(|patch| patch.to_le_bytes()).collect();
         hasher.update(&bytes);
+    }
+    if !spec.lamps.list.is_empty() {
+        hasher.update(b"lamps");
+        let tables = spec.lamps.tables.iter().flat_map(|table| table.numbers());
+        for number in spec.lamps.list.iter().flat_map(LampSpec::numbers).chain(tables) {
+            hasher.update(&number.to_bits().to_le_bytes());
+        }
     }
     *hasher.finalize().as_bytes()
 }

@@ -24,6 +24,9 @@ const RAYS: usize = 1 << 17;
 /// The rays that each face adds to these.
 const RAYS_PER_FACE: usize = 8;
 
+/// Births of walks that find what lamps without area light.
+const LAMP_RAYS: usize = 1 << 14;
+
 /// The group of faces that light comes to.
 const LIT: u32 = u32::MAX;
 
@@ -54,6 +57,7 @@ impl Sealed {
 
     pub(super) fn new(scene: &Scene) -> Self {
         let mut search = Search::new(scene);
+        search.light_from_lamps();
         let faces = scene.faces().len();
         let most = RAYS + RAYS_PER_FACE * faces;
         let (mut spent, mut each) = (0, 1);
@@ -67,6 +71,7 @@ impl Sealed {
             spent += each * dark.len();
             each *= 2;
             search.light_what_sees_light();
+            search.light_what_lamps_see(&dark);
             dark.retain(|&face| !search.is_lit(face));
         }
         let mut numbers = vec![LIT; faces];
@@ -145,6 +150,42 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Light comes to the faces that rays from lamps without area meet.
+    fn light_from_lamps(&mut self) {
+        let scene = self.scene;
+        if scene.lamp_count() == 0 {
+            return;
+        }
+        let rays: Vec<Ray> = (0..LAMP_RAYS).map(|_| scene.emit(&mut self.rng)).collect();
+        let from_lamps: Vec<Ray> = rays.into_iter().filter(|ray| ray.from == Ray::FREE).collect();
+        Lookout::new(scene).each_closest_hit(&from_lamps, |_, hit| {
+            let Some(hit) = hit else { return };
+            let surface = &scene.surfaces()[hit.surface as usize];
+            if surface.is_active(hit.side) {
+                let met = scene.face_at(hit.surface, surface.cell_at(hit.uv), hit.side);
+                let root = self.joined.root(met);
+                self.lit[root as usize] = true;
+            }
+        });
+    }
+
+    /// Light comes to the faces of which a lamp without area lights a point.
+    fn light_what_lamps_see(&mut self, faces: &[u32]) {
+        let scene = self.scene;
+        if scene.lamp_count() == 0 {
+            return;
+        }
+        for &face in faces {
+            let (piece, from, uv) = self.point_of(face);
+            let surface = &scene.surfaces()[from as usize];
+            let normal = surface.normal() * piece.side.sign();
+            scene.each_lamp_at(surface.point(uv), normal, from, |_, _| {
+                let root = self.joined.root(face);
+                self.lit[root as usize] = true;
+            });
+        }
+    }
+
     /// A ray from a uniform point of a face: of every four, two by the cosine law, one towards an emitter, and one towards a lit
     /// face, where the face's side looks there.
     fn ray(&mut self, face: u32, number: usize) -> Ray {
@@ -161,8 +202,8 @@ impl<'a> Search<'a> {
     fn aim(&mut self, number: usize) -> Option<DVec3> {
         let (surface, uv) = match number % 4 {
             1 => {
-                let (surface, _, uv) = self.scene.emit(&mut self.rng);
-                (surface, uv)
+                let [choice, place, point] = std::array::from_fn(|_| self.rng.bits());
+                return Some(self.scene.birth([choice, place, point, 0]).origin);
             }
             3 if !self.shining.is_empty() => {
                 let which = (u128::from(self.rng.bits()) * self.shining.len() as u128) >> 64;

@@ -6,13 +6,13 @@
 
 use std::ops::Range;
 
-use crate::random::rng::{Generators, Numbers, Sequence};
+use crate::random::rng::{Generators, Numbers, Sequence, unit_32};
 use crate::scene::Scene;
-use crate::scene::births::{Birth, Nursery};
+use crate::scene::births::{Birthplace, Nursery, Origin};
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::Isa;
 use crate::tally::Counts;
-use crate::trace::ray::{Hits, Rays};
+use crate::trace::ray::{Hits, Ray, Rays};
 use crate::trace::tree::Scratch;
 use crate::walk::Space;
 use crate::walk::arrive::Arrivals;
@@ -36,7 +36,7 @@ pub enum WalkEnd {
 /// Walks number `walks.start` … `walks.end` − 1 of a sequence; returns how they ended.
 pub(crate) fn walk_all<const C: usize>(
     scene: &Scene,
-    births: &impl Nursery<C>,
+    births: &impl Nursery,
     space: Space,
     sequence: &Sequence,
     walks: Range<u64>,
@@ -50,7 +50,7 @@ pub(crate) fn walk_all<const C: usize>(
 /// Walks that begin at these places of the numbers; returns how they ended.
 pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
     scene: &Scene,
-    births: &impl Nursery<C>,
+    births: &impl Nursery,
     space: Space,
     numbers: &N,
     starts: impl Iterator<Item = N::Place>,
@@ -89,7 +89,7 @@ struct Newborns<'a, B, N, I> {
     len: usize,
 }
 
-impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
+impl<'a, B: Nursery, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
     fn new(isa: Isa, births: &'a B, generators: N, starts: I) -> Self {
         Newborns { isa, births, starts, generators, draws: [[0; WIDTH]; 4], next: 0, len: 0 }
     }
@@ -114,6 +114,12 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
         }
         self.generators.births(self.isa, &mut self.draws);
     }
+
+    /// Where it is born and the weights it sets out with.
+    #[inline(always)]
+    fn birth<const C: usize>(&self, newborn: usize) -> (Birthplace, [f64; C]) {
+        self.births.choose([self.draws[0][newborn], self.draws[1][newborn]])
+    }
 }
 
 /// A batch of walks between two rays.
@@ -135,7 +141,7 @@ struct Walker<'a, N, E, F, const C: usize> {
 }
 
 impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C> {
-    fn run<B: Nursery<C>>(&mut self, newborns: &mut Newborns<B, N, impl Iterator<Item = N::Place>>) {
+    fn run(&mut self, newborns: &mut Newborns<impl Nursery, N, impl Iterator<Item = N::Place>>) {
         let (mut rays, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
         let mut scratch = Box::<Scratch>::default();
         let (mut arrivals, mut draws) = (Arrivals::default(), [[0; WIDTH]; 3]);
@@ -144,8 +150,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         }
         while self.len > 0 {
             let parts = &*self.scene.parts;
-            self.departures.leave(self.isa, newborns.births.frames(self.scene), self.len, &mut rays);
-            B::leave(self.scene, &mut rays);
+            self.departures.leave(self.isa, &parts.frames, self.len, &mut rays);
             self.counts.rays += self.len as u64;
             parts.index.closest_hits(&parts.facets, &rays, &mut scratch, &mut hits);
             let met = &hits.surface[..self.len];
@@ -171,27 +176,43 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
     /// A walk sets out. No score and no survival test at its origin: the estimate is of b, and E is added
     /// (source-term suppression). False where all have set out.
     #[inline(always)]
-    fn begin<B: Nursery<C>>(
+    fn begin(
         &mut self,
         lane: usize,
-        newborns: &mut Newborns<B, N, impl Iterator<Item = N::Place>>,
+        newborns: &mut Newborns<impl Nursery, N, impl Iterator<Item = N::Place>>,
     ) -> bool {
         let Some(newborn) = newborns.pop() else { return false };
         self.counts.walks += 1;
-        let draws = newborns.draws.each_ref().map(|row| row[newborn]);
-        let Birth { surface, cell, facing, uv, face, weights } = newborns.births.bear(self.scene, draws);
+        let (birthplace, weights) = newborns.birth(newborn);
+        let [_, _, point, direction] = newborns.draws.each_ref().map(|row| row[newborn]);
         self.generators.set(lane, &newborns.generators.get(newborn));
         if !F::CHANCE {
             self.fates[lane] = self.fate;
             self.fates[lane].set_out(weights);
         }
-        self.estimator.begin(lane, face);
-        self.estimator.born_at(lane, self.scene, [surface, cell], uv);
-        self.departures.surface[lane] = surface;
-        self.departures.facing[lane] = facing;
+        let Origin { surface: number, cell, side } = match birthplace {
+            Birthplace::Cell(origin) => origin,
+            Birthplace::Free(lamp) => {
+                self.begin_freely(lane, newborns.births.free(self.scene, lamp, [point, direction]));
+                return true;
+            }
+        };
+        let surface = &self.scene.surfaces()[number as usize];
+        self.estimator.begin(lane, self.scene.face_at(number, cell, side));
+        let uv = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
+        self.estimator.born_at(lane, self.scene, [number, cell], uv);
+        self.departures.surface[lane] = number;
+        self.departures.facing[lane] = side.sign();
         self.departures.uv.iter_mut().zip(uv).for_each(|(row, uv)| row[lane] = uv);
-        self.departures.direction[lane] = draws[3];
+        self.departures.direction[lane] = direction;
         true
+    }
+
+    /// A walk sets out along a known ray, from a birthplace with a number.
+    #[inline(always)]
+    fn begin_freely(&mut self, lane: usize, (birth, ray): (u32, Ray)) {
+        self.estimator.begin(lane, birth);
+        self.departures.set_free(lane, &ray);
     }
 
     /// What becomes of the walks where they have arrived, and which of them have ended.
@@ -228,6 +249,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
     #[inline(always)]
     fn go_on(&mut self, hits: &Hits, arrivals: &Arrivals, survived: Lanes, draws: &[[u64; WIDTH]; 3]) {
         let [_, points, directions] = draws;
+        self.departures.bind();
         self.departures.surface = hits.surface;
         self.departures.facing = hits.facing;
         self.departures.uv = arrivals.uv;
@@ -241,10 +263,10 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
 
     /// Walks set out in the places of those that have ended. Where none is left, the last ones move there.
     #[inline(always)]
-    fn replace<B: Nursery<C>>(
+    fn replace(
         &mut self,
         ended: Lanes,
-        newborns: &mut Newborns<B, N, impl Iterator<Item = N::Place>>,
+        newborns: &mut Newborns<impl Nursery, N, impl Iterator<Item = N::Place>>,
     ) {
         let mut vacant = Lanes::default();
         ended.each(|lane| {
@@ -296,7 +318,7 @@ impl Counts {
 mod tests {
     use super::*;
     use crate::walk::plain;
-    use crate::{Birth, Scoreboard, Shape, Sides, SurfaceSpec};
+    use crate::{Birth, Emission, LampSpec, Scoreboard, Shape, Sides, SurfaceSpec};
     use crate::{Direction, Estimator, Experiment, IndexChoice, InfiniteEnd, SceneSpec, Score, Tally, Walks};
     use glam::DVec3;
 
@@ -383,6 +405,23 @@ mod tests {
         spec
     }
 
+    /// The room with lamps without area of all kinds.
+    fn room_with_lamps() -> SceneSpec {
+        let mut spec = room();
+        let file =
+            "TILT=NONE\n1 -1 1 3 3 1 2 0 0 0\n1 1 10\n0 60 170\n0 90 180\n90 80 5\n90 10 0\n90 50 60\n";
+        spec.lamps.tables = vec![photometry::Luminaire::read(file.as_bytes()).unwrap().distribution];
+        let at = |x: f64, emission: Emission| LampSpec::new(DVec3::new(x, 0.3, 0.8), emission, 2.0);
+        spec.lamps.list = vec![
+            at(0.2, Emission::Uniform),
+            at(0.4, Emission::Spot { inner: 0.8, outer: -0.1 }).aimed(DVec3::new(1.0, 2.0, 0.5), 10.0),
+            at(0.6, Emission::Table(0)).aimed(DVec3::new(0.1, -0.2, -1.0), 70.0),
+            at(0.0, Emission::Distant { rim: 0.9 }).aimed(DVec3::new(0.3, 0.4, -1.0), 0.0),
+            LampSpec { strength: 0.0.into(), ..at(0.5, Emission::Uniform) },
+        ];
+        spec
+    }
+
     /// A closed cube in which walks are long.
     fn bright_cube() -> SceneSpec {
         let (o, e, axes) = (DVec3::ZERO, DVec3::ONE, DVec3::AXES);
@@ -427,6 +466,8 @@ mod tests {
             (grouped_room(), IndexChoice::Tree),
             (divided_room(), IndexChoice::Flat),
             (divided_room(), IndexChoice::Tree),
+            (room_with_lamps(), IndexChoice::Flat),
+            (room_with_lamps(), IndexChoice::Tree),
             (bright_cube(), IndexChoice::Flat),
         ] {
             for space in [Space::Discrete, Space::Continuous] {
@@ -465,13 +506,17 @@ mod tests {
     fn every_instruction_set_gives_the_same_bits() {
         let end = InfiniteEnd::Roulette { threshold: 0.01 };
         let scores: [fn(Estimator) -> Score; 2] = [Score::Of, Score::Linear];
-        for spec in [room(), grouped_room(), divided_room()] {
+        for spec in [room(), grouped_room(), divided_room(), room_with_lamps()] {
             let on = |isa| Scene::build_for(&spec, IndexChoice::Flat, isa).unwrap();
             for estimator in [Estimator::Collision, Estimator::Absorption, Estimator::Infinite(end)] {
                 for space in [Space::Discrete, Space::Continuous] {
                     for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
                         for score in scores.iter().map(|score| score(estimator)) {
                             let method = Walks { direction: direction.clone(), space, score };
+                            let gathers = matches!(method.direction, Direction::Gathering(_));
+                            if gathers && !spec.lamps.list.is_empty() {
+                                continue;
+                            }
                             let plain = tally(on(Isa::Portable), &method);
                             for isa in Isa::available() {
                                 assert_eq!(tally(on(isa), &method), plain, "{isa:?}, {method:?}");

@@ -2,10 +2,10 @@
 
 use crate::geometry::frame::{Frame, Frames};
 use crate::random::sampling::cosine_directions;
-use crate::simd::batch::WIDTH;
+use crate::simd::batch::{Lanes, WIDTH};
 use crate::simd::isa::{Isa, on_isa};
 use crate::simd::real::Real;
-use crate::trace::ray::Rays;
+use crate::trace::ray::{Ray, Rays};
 
 /// Where the walks of a batch leave from.
 #[derive(Clone, Debug)]
@@ -17,11 +17,22 @@ pub(crate) struct Departures {
     pub(crate) uv: [[f64; WIDTH]; 2],
     /// Random bits for the direction.
     pub(crate) direction: [u64; WIDTH],
+    /// Those that leave no surface, whose rays are known.
+    free: Lanes,
+    /// Origins and directions of these rays [m].
+    known: [[f64; WIDTH]; 6],
 }
 
 impl Default for Departures {
     fn default() -> Self {
-        Departures { surface: [0; WIDTH], facing: [1.0; WIDTH], uv: [[0.0; WIDTH]; 2], direction: [0; WIDTH] }
+        Departures {
+            surface: [0; WIDTH],
+            facing: [1.0; WIDTH],
+            uv: [[0.0; WIDTH]; 2],
+            direction: [0; WIDTH],
+            free: Lanes::default(),
+            known: [[0.0; WIDTH]; 6],
+        }
     }
 }
 
@@ -31,8 +42,36 @@ impl Departures {
     pub(crate) fn leave(&self, isa: Isa, frames: &Frames, len: usize, rays: &mut Rays) {
         rays.len = len;
         rays.from = self.surface;
-        let departures = self;
-        on_isa!(isa, leave(departures: &Departures, frames: &Frames, rays: &mut Rays));
+        let (departures, leaving) = (self, &mut *rays);
+        on_isa!(isa, leave(departures: &Departures, frames: &Frames, leaving: &mut Rays));
+        if !self.free.is_empty() {
+            self.leave_freely(rays);
+        }
+    }
+
+    /// Puts the known rays in place of those from surfaces.
+    #[inline(never)]
+    fn leave_freely(&self, rays: &mut Rays) {
+        self.free.each(|lane| {
+            let rows = rays.origin.iter_mut().chain(&mut rays.direction);
+            rows.zip(&self.known).for_each(|(row, known)| row[lane] = known[lane]);
+            rays.from[lane] = Ray::FREE;
+        });
+    }
+
+    /// A departure that leaves no surface: its ray is this one.
+    pub(crate) fn set_free(&mut self, lane: usize, ray: &Ray) {
+        self.free.insert(lane);
+        // A frame is looked up all the same.
+        self.surface[lane] = 0;
+        let coordinates = ray.origin.to_array().into_iter().chain(ray.direction.to_array());
+        self.known.iter_mut().zip(coordinates).for_each(|(row, x)| row[lane] = x);
+    }
+
+    /// All departures leave surfaces, until others are set.
+    #[inline(always)]
+    pub(crate) fn bind(&mut self) {
+        self.free = Lanes::default();
     }
 
     /// Puts departure `from` in place of departure `to`.
@@ -42,6 +81,10 @@ impl Departures {
         self.facing[to] = self.facing[from];
         self.uv.iter_mut().for_each(|row| row[to] = row[from]);
         self.direction[to] = self.direction[from];
+        if self.free.has(from) {
+            self.free.insert(to);
+            self.known.iter_mut().for_each(|row| row[to] = row[from]);
+        }
     }
 }
 

@@ -20,12 +20,10 @@ use crate::trace::ray::Ray;
 
 /// One grey walk from the emitters; `arrived` is told each face that the walk arrives on, and whether it survives there.
 pub fn walk(scene: &Scene, space: Space, mut rng: WalkRng, mut arrived: impl FnMut(u32, bool)) -> WalkEnd {
-    // Emit: a source with probability Φ_s/Φ_T, and a uniform point of it.
-    let (mut from, mut side, mut point) = scene.emit(&mut rng);
+    // Emit: a source with probability Φ_s/Φ_T, a uniform point of it, and a direction by its distribution.
+    let mut ray = scene.emit(&mut rng);
     loop {
-        // Trace: the cosine of the angle to the normal is the density of directions.
-        let surface = &scene.surfaces()[from as usize];
-        let ray = Ray { origin: surface.point(point), direction: surface.direction(side, rng.bits()), from };
+        // Trace.
         let Some(hit) = scene.closest_hit(&ray) else { return WalkEnd::Escaped };
         let surface = &scene.surfaces()[hit.surface as usize];
         if !surface.is_active(hit.side) {
@@ -39,11 +37,14 @@ pub fn walk(scene: &Scene, space: Space, mut rng: WalkRng, mut arrived: impl FnM
         if !survives {
             return WalkEnd::Absorbed;
         }
-        // Scatter: from a fresh point of the patch, or from the hit point (BS §2).
-        (from, point) = match space {
+        // Scatter: from a fresh point of the patch, or from the hit point (BS §2). The cosine of the angle to the normal is the density
+        // of directions.
+        let (from, point) = match space {
             Space::Discrete => scene.scatter((hit.surface, cell), face, fresh),
             Space::Continuous => (hit.surface, surface.inside(hit.uv)),
         };
-        side = hit.side;
+        let surface = &scene.surfaces()[from as usize];
+        let (origin, direction) = (surface.point(point), surface.direction(hit.side, rng.bits()));
+        ray = Ray { origin, direction, from };
     }
 }

@@ -57,6 +57,9 @@ const IN_ITS_FACE: f64 = 0.3;
 /// An eye is the worse the more it is nearer to a wall than this part of that distance.
 const CLEARANCE: f64 = 0.25;
 
+/// An eye that touches a surface, nearer than this part of the scene's height, is in no room.
+const TOUCHING: f64 = 1e-6;
+
 /// Surfaces in sight count by this power of their number, beside the area: a view of a bare wall shows no room.
 const VARIETY: f64 = 0.2;
 
@@ -159,7 +162,7 @@ fn eyes_of_column(scene: &Scene, frame: &Frame, bounds: &Bounds, number: usize) 
                 let is_for_people = (STANDING[0]..STANDING[1]).contains(&gap);
                 let above_floor = if is_for_people { EYE.min(EYE_PART * gap) } else { EYE_PART * gap };
                 let place = bottom + frame.up * (floor + above_floor);
-                let reach = reach(scene, place);
+                let reach = reach(scene, place).filter(|[_, clearance]| *clearance > TOUCHING * height);
                 eyes.extend(reach.map(|[reach, clearance]| Eye {
                     place,
                     floor,

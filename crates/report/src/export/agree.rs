@@ -4,7 +4,10 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
-use radiosity::{Estimates, IndexChoice, Quantity, Scene, SceneSpec, SurfaceSpec};
+use radiosity::{
+    BatchScore, Batches, Birth, Chains, Direction, Estimates, EstimatorKind, Experiment, IndexChoice, Method,
+    Quantity, Sampler, Scene, SceneSpec, Sequence, Solve, Space, SurfaceSpec, Walks,
+};
 
 use super::{Cells, columns, write_parquet, write_vtu};
 use crate::precision::PrecisionSummary;
@@ -27,7 +30,7 @@ fn kinds() -> (SceneSpec, Vec<(&'static str, Known)>) {
         ("black", quad("black", at(0.4, 0.2, false), [1, 1], 0.0), [true; 4]),
         ("tiny", quad("tiny", at(0.9, 1e-5, false), [1, 1], 0.5), [false; 4]),
         ("sealed", quad("sealed", at(2.0, 0.2, false), [1, 1], 0.5), [false; 4]),
-        ("sealed, black", quad("black back", at(2.1, 0.2, false), [1, 1], 0.0), [true, true, false, false]),
+        ("sealed, black", quad("black back", at(2.1, 0.2, false), [1, 1], 0.0), [true, false, false, false]),
         (
             "sealed, emitting",
             emitting(quad("lamp back", at(3.0, 0.2, false), [1, 1], 0.5)),
@@ -80,7 +83,7 @@ fn every_output_has_the_same_cells_of_every_kind_of_patch() {
         }
         assert_eq!(flags[row].contains("unsampled"), !known[2], "{kind}: {}", flags[row]);
         if r == 0.0 {
-            assert_eq!((cells[0], cells[1]), (Some(e), Some(0.0)), "{kind}");
+            assert_eq!((cells[0], cells[1]), (Some(e), known[2].then_some(0.0)), "{kind}");
         } else if !known[2] && e > 0.0 {
             assert_eq!(cells[0], Some(e), "{kind}");
         }
@@ -124,4 +127,49 @@ fn every_output_has_the_same_cells_of_every_kind_of_patch() {
     let area: f64 = number("area").iter().flatten().sum();
     assert!((summary.headline.area + summary.headline.sealed_area - area).abs() < 1e-9);
     assert_ne!(summary.headline.worst_patch, Some(56), "a tiny patch is not named as the worst");
+}
+
+/// What has no score has the flag `unsampled` and no estimate, by every method, and what has an estimate has not.
+#[test]
+fn unknown_is_empty_by_every_method() {
+    let (spec, _) = kinds();
+    let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+    let gathering =
+        Walks { direction: Direction::Gathering(Birth::Area), ..Walks::shooting(EstimatorKind::Collision) };
+    let score = BatchScore::Of(EstimatorKind::Collision.into(), Space::Discrete);
+    let links = Chains { rays: 32 * 60, solve: Solve::Links, linear: false, final_gather: vec![] };
+    let methods: [(Method, u64); 5] = [
+        (Method::shooting(EstimatorKind::Collision), 20_000),
+        (Method::shooting(EstimatorKind::Survival), 20_000),
+        (gathering.into(), 20_000),
+        (Batches { walks: 2_500, sampler: Sampler::Sobol, score }.into(), 8),
+        (links.into(), 8),
+    ];
+    for (method, samples) in methods {
+        let experiment = Experiment::new(scene.clone(), method.clone()).unwrap();
+        let (mut board, mut tally) = (experiment.board::<2>(), experiment.tally::<2>());
+        experiment.walk(&Sequence::new(1), 0..samples, &mut board);
+        board.add_to(&mut tally).unwrap();
+        let estimates = Estimates::new(&experiment, &tally, 0.95);
+        let table = columns(&estimates).unwrap();
+        let cells = |name: &str| &table.iter().find(|column| column.name == name).unwrap().cells;
+        let number = |name: &str, row: usize| match cells(name) {
+            Cells::Number(numbers) => numbers[row],
+            _ => panic!("{name} holds numbers"),
+        };
+        let Cells::Words(flags) = cells("flags") else { panic!("flags are words") };
+        let mut unsampled = 0;
+        for (row, flags) in flags.iter().enumerate() {
+            let known =
+                ["std_error", "irradiance", "irradiance_error"].map(|name| number(name, row).is_some());
+            let is_unsampled = flags.contains("unsampled");
+            assert_eq!(known, [!is_unsampled; 3], "{method:?}, row {row}: {flags}");
+            if is_unsampled {
+                let b = number("radiosity", row);
+                assert!(b.is_none() || b == number("emittance", row), "{method:?}, row {row}: {b:?}");
+            }
+            unsampled += usize::from(is_unsampled);
+        }
+        assert!((3..20).contains(&unsampled), "{method:?}: {unsampled}");
+    }
 }

@@ -146,7 +146,9 @@ pub(super) fn compact(estimates: &Estimates, smooth: &Smooth) -> io::Result<(Lay
         sides.push(u8::from(face.side == Side::Back));
         patches.push(face.patch);
         for c in 0..channels {
-            let told = known.as_deref().map(|known| [known[c].radiosity, known[c].ci_low, known[c].ci_high]);
+            let told = known.as_deref().map(|known| {
+                [known[c].known_radiosity().unwrap_or(f64::NAN), known[c].ci_low, known[c].ci_high]
+            });
             let told = told.unwrap_or([f64::NAN; 3]);
             for (which, value) in told.into_iter().enumerate().take(if ends { 3 } else { 1 }) {
                 light[which * channels + c].push(log(value, STEPS));
@@ -323,13 +325,16 @@ mod tests {
         assert!(patches.iter().skip(1).all(|&step| step == 1));
         planes.eight(layout.rows);
         assert_eq!(planes.sixteen(layout.rows).iter().filter(|&&material| material == 1).count(), 81);
+        let mut unknown = 0;
         for (face, code) in planes.sixteen(layout.rows).into_iter().enumerate() {
             let read = 2_f64.powf(layout.least + (f64::from(code) - 2.0) / layout.steps);
-            match estimates.face(face).map(|known| known[0].radiosity) {
-                Some(truth) if truth > 0.0 => assert!((read / truth - 1.0).abs() < 3e-4, "{read} {truth}"),
-                other => assert_eq!(code, u16::from(other.is_some())),
+            match estimates.face(face).and_then(|known| known[0].known_radiosity()) {
+                Some(truth) => assert!((read / truth - 1.0).abs() < 3e-4, "{read} {truth}"),
+                None => assert_eq!(code, 0, "what no walk has hit is unknown, not dark"),
             }
+            unknown += u32::from(code == 0);
         }
+        assert!(unknown > 0, "some patches are unhit");
         assert_eq!(planes.0.len(), 4 * layout.rows, "the ends of the intervals are left");
     }
 }

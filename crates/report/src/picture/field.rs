@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3};
 use parallel::on_all_cores;
 use radiosity::{Lookout, Ray, Scene};
 
-use super::lamps::{Aim, Lamps};
+use super::lamps::{Aim, Lamps, Odds};
 use super::numbers::{Use, point, unit, z_order};
 use super::spot::{BAND, Spot};
 use crate::camera::Camera;
@@ -74,6 +74,8 @@ struct Seen {
     normal: Vec3,
     /// The surface that the place is on.
     surface: u32,
+    /// What lamps without area bring, which has no noise.
+    direct: Vec3,
     /// The mean distance to what surrounds it, in the sense of Ward et al. [m].
     reach: f32,
     /// How wide the pixel is there, across the direction of view [m].
@@ -115,7 +117,8 @@ impl Field {
         let bands = on_all_cores(spots.len().div_ceil(AT_ONCE * BAND), |band| {
             let first = band * AT_ONCE * BAND;
             let some = &spots[first..spots.len().min(first + AT_ONCE * BAND)];
-            let mut tracer = Tracer { lights, camera, samples, lookout: Lookout::new(lights.scene) };
+            let (lookout, odds) = (Lookout::new(lights.scene), Odds::of(&lights.lamps));
+            let mut tracer = Tracer { lights, camera, samples, lookout, odds };
             some.chunks(AT_ONCE)
                 .zip((first..).step_by(AT_ONCE))
                 .flat_map(|(spots, first)| tracer.trace(first, spots))
@@ -129,7 +132,9 @@ impl Field {
         even_reach(&mut pixels, size);
         let gathered = even_gathered(&pixels, gathered, size, samples);
         let by_lamps = even_lamps(&pixels, by_lamps, size);
-        let irradiance = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light).collect();
+        let straight = pixels.iter().map(|pixel| pixel.direct);
+        let noisy = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light);
+        let irradiance = noisy.zip(straight).map(|(noisy, straight)| noisy + straight).collect();
         Field { size, pixels, irradiance }
     }
 
@@ -174,75 +179,67 @@ fn is_one_surface(way: Vec3, normal: Vec3, other: Vec3) -> bool {
 }
 
 /// Replaces the inverse reach of every pixel by the mean of those around, so that it is not noise.
-fn even_reach(pixels: &mut [Seen], [width, height]: [usize; 2]) {
-    let of_row = |y: usize| {
-        let around = |at: usize, size: usize| at.saturating_sub(2)..=(at + 2).min(size - 1);
-        let mean = |x: usize| {
-            let own = &pixels[y * width + x];
-            let (mut sum, mut count) = (0.0, 0.0);
-            for other in around(y, height).flat_map(|y| around(x, width).map(move |x| y * width + x)) {
-                if is_one_surface(pixels[other].place - own.place, own.normal, pixels[other].normal) {
-                    (sum, count) = (sum + 1.0 / pixels[other].reach, count + 1.0);
-                }
-            }
-            if sum > 0.0 { count / sum } else { own.reach }
-        };
-        (0..width).map(mean).collect::<Vec<f32>>()
-    };
-    let reach = on_all_cores(height, of_row).concat();
-    pixels.iter_mut().zip(reach).for_each(|(pixel, reach)| pixel.reach = reach);
+fn even_reach(pixels: &mut [Seen], size: [usize; 2]) {
+    let near = pixels.iter().map(|pixel| Noisy { light: Vec3::splat(1.0 / pixel.reach), variance: 0.0 });
+    let near = filtered(pixels, &near.collect::<Vec<_>>(), size, 1, |_, _, _| 1.0);
+    pixels.iter_mut().zip(near).for_each(|(pixel, near)| pixel.reach = 1.0 / near.light.x);
 }
 
-/// A pass of a filter over the pixels around each that show the same surface. `weight` is that of another pixel, given both and their
-/// distance [m].
+/// A pass of a filter over the pixels around each that show the same surface, along rows and then along columns. `weight` is that of
+/// another pixel, given both and the way from one to the other [m].
 fn filtered(
+    pixels: &[Seen],
+    light: &[Noisy],
+    size: [usize; 2],
+    step: usize,
+    weight: impl Fn(usize, usize, Vec3) -> f32 + Sync,
+) -> Vec<Noisy> {
+    let along_rows = filtered_along(0, pixels, light, size, step, &weight);
+    filtered_along(1, pixels, &along_rows, size, step, &weight)
+}
+
+/// [`filtered`] along one axis.
+fn filtered_along(
+    axis: usize,
     pixels: &[Seen],
     light: &[Noisy],
     [width, height]: [usize; 2],
     step: usize,
-    weight: impl Fn(usize, usize, f32) -> f32 + Sync,
+    weight: &(impl Fn(usize, usize, Vec3) -> f32 + Sync),
 ) -> Vec<Noisy> {
-    let of_row = |y: usize| {
-        let pixel = |x: usize| {
-            let at = y * width + x;
-            let own = &pixels[at];
-            if own.normal == Vec3::ZERO {
-                return light[at];
+    let (length, stride) = [(width, 1), (height, width)][axis];
+    let pixel = |x: usize, y: usize| {
+        let own = y * width + x;
+        let (here, place) = (&pixels[own], [x, y][axis]);
+        if here.normal == Vec3::ZERO {
+            return light[own];
+        }
+        let (mut sum, mut weights, mut variance) = (Vec3::ZERO, 0.0, 0.0);
+        for (k, part) in KERNEL.into_iter().enumerate() {
+            if place + k * step < 2 * step || place + k * step >= length + 2 * step {
+                continue;
             }
-            let near = |at: usize, size: usize| {
-                (0..5).filter_map(move |k| {
-                    let at = (at + k * step).checked_sub(2 * step).filter(|at| *at < size)?;
-                    Some((at, KERNEL[k]))
-                })
-            };
-            let (mut sum, mut weights, mut variance) = (Vec3::ZERO, 0.0, 0.0);
-            for (row, of_row) in near(y, height) {
-                for (column, of_column) in near(x, width) {
-                    let other = row * width + column;
-                    let way = pixels[other].place - own.place;
-                    let is_same = pixels[other].surface == own.surface && pixels[other].normal == own.normal;
-                    if is_same || is_one_surface(way, own.normal, pixels[other].normal) {
-                        let weight = weight(at, other, way.length()) * of_row * of_column;
-                        if weight > 0.0 {
-                            sum += light[other].light * weight;
-                            weights += weight;
-                            variance += weight * weight * light[other].variance;
-                        }
-                    }
-                }
+            let other = own + k * step * stride - 2 * step * stride;
+            let there = &pixels[other];
+            let way = there.place - here.place;
+            let is_same = there.surface == here.surface && there.normal == here.normal;
+            if is_same || is_one_surface(way, here.normal, there.normal) {
+                let weight = (weight(own, other, way) * part).max(0.0);
+                sum += light[other].light * weight;
+                weights += weight;
+                variance += weight * weight * light[other].variance;
             }
-            Noisy { light: sum / weights, variance: variance / (weights * weights) }
-        };
-        (0..width).map(pixel).collect::<Vec<Noisy>>()
+        }
+        Noisy { light: sum / weights, variance: variance / (weights * weights) }
     };
-    on_all_cores(height, of_row).concat()
+    on_all_cores(height, |y| (0..width).map(|x| pixel(x, y)).collect::<Vec<Noisy>>()).concat()
 }
 
 /// Gathered light, evened out within its reach.
 fn even_gathered(pixels: &[Seen], light: Vec<Noisy>, size: [usize; 2], samples: u32) -> Vec<Noisy> {
     let nearest = NEAREST / (samples as f32).sqrt();
-    let within = |own: usize, other: usize, distance: f32| {
-        1.0 - distance
+    let within = |own: usize, other: usize, way: Vec3| {
+        1.0 - way.length()
             / (GATHERED_FROM * pixels[own].reach.min(pixels[other].reach)).max(nearest * pixels[own].width)
     };
     GATHERED_STEPS.iter().fold(light, |light, &step| filtered(pixels, &light, size, step, within))
@@ -263,9 +260,11 @@ fn even_lamps(pixels: &[Seen], light: Vec<Noisy>, size: [usize; 2]) -> Vec<Noisy
             1.0 / (RANGE * RANGE * spread.light.x + (2e-3 * mean(of.light)).powi(2) + f32::MIN_POSITIVE)
         })
         .collect();
-    let within = |own: usize, other: usize, _: f32| {
-        let difference = mean(guide[own].light) - mean(guide[other].light);
-        (-difference * difference * scale[own]).exp()
+    let guide: Vec<f32> = guide.iter().map(|of| mean(of.light)).collect();
+    let within = |own: usize, other: usize, _: Vec3| {
+        let difference = guide[own] - guide[other];
+        // Near exp(−x), the same on every platform.
+        (1.0 - difference * difference * scale[own] / 8.0).max(0.0).powi(8)
     };
     LAMP_STEPS.iter().fold(light, |light, &step| filtered(pixels, &light, size, step, within))
 }
@@ -280,6 +279,7 @@ struct Tracer<'a> {
     camera: &'a Camera,
     samples: u32,
     lookout: Lookout<'a>,
+    odds: Odds,
 }
 
 impl Tracer<'_> {
@@ -338,7 +338,7 @@ impl Tracer<'_> {
     }
 
     /// Aims the rays of a pixel.
-    fn aim(&self, [x, y]: [u32; 2], spot: &Spot, mut shoot: impl FnMut(Ray, Errand)) -> Seen {
+    fn aim(&mut self, [x, y]: [u32; 2], spot: &Spot, mut shoot: impl FnMut(Ray, Errand)) -> Seen {
         let (lights, scene) = (self.lights, self.lights.scene);
         let Some(piece) = spot.piece().filter(|piece| !lights.lamps.has(*piece)) else {
             return Seen::default();
@@ -347,6 +347,7 @@ impl Tracer<'_> {
         let surface = &scene.surfaces()[spot.surface as usize];
         let normal = surface.normal() * side.sign();
         let middle = surface.point(spot.uv());
+        self.odds.look_from(middle, normal);
         let first = z_order([x, y]).wrapping_mul(self.samples);
         for index in (0..self.samples).map(|k| first.wrapping_add(k)) {
             let [across, down] = point(index, Use::Place).map(unit);
@@ -358,13 +359,15 @@ impl Tracer<'_> {
             shoot(Ray { origin, direction, from }, Errand::Gather);
             for (choice, place) in point(index, Use::Lamp).into_iter().zip([Use::OnLamp, Use::OnSecond]) {
                 let place = point(index, place).map(unit);
-                if let Some(aim) = lights.lamps.aim(scene, origin, normal, unit(choice), place) {
+                if let Some(aim) = lights.lamps.aim(scene, &mut self.odds, origin, unit(choice), place) {
                     shoot(Ray { origin, direction: aim.direction, from }, Errand::Shadow(aim));
                 }
             }
         }
         let width = self.camera.width_of_pixel(middle) as f32;
-        Seen { place: middle.as_vec3(), normal: normal.as_vec3(), surface: spot.surface, reach: 0.0, width }
+        let direct = DVec3::from(scene.lamps_at(middle, normal, spot.surface)).as_vec3();
+        let (place, normal) = (middle.as_vec3(), normal.as_vec3());
+        Seen { place, normal, surface: spot.surface, direct, reach: 0.0, width }
     }
 }
 

@@ -48,6 +48,37 @@ pub(super) struct Aim {
     pub(super) irradiance: [f64; 3],
 }
 
+/// By inner node of the tree, the chance of its left child as seen from one point. Each is computed where it is asked for: samples of
+/// a pixel share the upper nodes.
+pub(super) struct Odds {
+    point: DVec3,
+    normal: DVec3,
+    /// The number of the point.
+    number: u32,
+    /// The number of the point that the chance is of, and the chance; NaN where neither child can light the point.
+    left: Vec<(u32, f64)>,
+}
+
+impl Odds {
+    pub(super) fn of(lamps: &Lamps) -> Self {
+        let left = vec![(0, f64::NAN); lamps.nodes.len()];
+        Odds { point: DVec3::ZERO, normal: DVec3::ZERO, number: 0, left }
+    }
+
+    /// Goes on to another point.
+    pub(super) fn look_from(&mut self, point: DVec3, normal: DVec3) {
+        (self.point, self.normal, self.number) = (point, normal, self.number + 1);
+    }
+
+    fn left(&mut self, lamps: &Lamps, node: usize, children: [u32; 2]) -> f64 {
+        if self.left[node].0 != self.number {
+            let [a, b] = children.map(|child| lamps.nodes[child as usize].bound(self.point, self.normal));
+            self.left[node] = (self.number, a / (a + b));
+        }
+        self.left[node].1
+    }
+}
+
 /// A part of the tree.
 #[derive(Clone, Copy)]
 struct Node {
@@ -57,6 +88,7 @@ struct Node {
     /// The cone that holds all normals: its axis, and the cosine of the angle between them.
     axis: DVec3,
     cos_cone: f64,
+    sin_cone: f64,
     /// Power in all channels [W].
     power: f64,
     children: Children,
@@ -140,33 +172,32 @@ impl Lamps {
         self.nodes.len() as u32 - 1
     }
 
-    /// A place on a lamp, from three numbers; `None` where no lamp can light the point.
+    /// A place on a lamp, from three numbers, by the odds of a place nearby in the same plane; `None` where no lamp can light the point.
     pub(super) fn aim(
         &self,
         scene: &Scene,
+        odds: &mut Odds,
         point: DVec3,
-        normal: DVec3,
-        choice: f64,
+        mut choice: f64,
         place: [f64; 2],
     ) -> Option<Aim> {
-        let (mut node, mut choice, mut probability) = (self.nodes.last()?, choice, 1.0);
+        let (mut node, mut probability) = (self.nodes.len().checked_sub(1)?, 1.0);
         let lamp = loop {
-            match node.children {
+            match self.nodes[node].children {
                 Children::Lamp(lamp) => break &self.lamps[lamp as usize],
                 Children::Nodes(children) => {
-                    let [left, right] = children.map(|child| &self.nodes[child as usize]);
-                    let [a, b] = [left, right].map(|child| child.bound(point, normal));
-                    if (a + b).is_nan() || a + b <= 0.0 {
+                    let left = odds.left(self, node, children);
+                    if left.is_nan() {
                         return None;
                     }
-                    let part = a / (a + b);
-                    (node, choice, probability) = match choice < part {
-                        true => (left, choice / part, probability * part),
-                        false => (right, (choice - part) / (1.0 - part), probability * (1.0 - part)),
-                    };
+                    let (child, first, part) =
+                        if choice < left { (0, 0.0, left) } else { (1, left, 1.0 - left) };
+                    node = children[child] as usize;
+                    (choice, probability) = ((choice - first) / part, probability * part);
                 }
             }
         };
+        let normal = odds.normal;
         let surface = &scene.surfaces()[lamp.surface as usize];
         let way = surface.point(lamp.place(surface, place)) - point;
         let distance = way.length();
@@ -232,6 +263,7 @@ impl Node {
             radius,
             axis: scene.surfaces()[lamp.surface as usize].normal() * lamp.side.sign(),
             cos_cone: 1.0,
+            sin_cone: 0.0,
             power: lamp.area * lamp.radiosity.iter().sum::<f64>(),
             children: Children::Lamp(number),
         }
@@ -254,6 +286,7 @@ impl Node {
             radius,
             axis,
             cos_cone: cone.cos(),
+            sin_cone: cone.sin(),
             power: self.power + other.power,
             children: Children::Nodes(children),
         }
@@ -267,20 +300,18 @@ impl Node {
         if squared <= self.radius * self.radius {
             return self.power / far;
         }
-        let way = way / squared.sqrt();
-        // The box is seen within an angle of this cosine about its middle.
-        let cos_box = (1.0 - self.radius * self.radius / squared).max(0.0).sqrt();
-        let leaves = less(less(-way.dot(self.axis), self.cos_cone), cos_box);
-        let arrives = less(way.dot(normal), cos_box);
+        let inverse = 1.0 / squared.sqrt();
+        // The box is seen within an angle of this sine about its middle.
+        let sin_box = self.radius * inverse;
+        let cos_box = (1.0 - sin_box * sin_box).max(0.0).sqrt();
+        let leaves = less(-way.dot(self.axis) * inverse, self.cos_cone, self.sin_cone);
+        let leaves = less(leaves, cos_box, sin_box);
+        let arrives = less(way.dot(normal) * inverse, cos_box, sin_box);
         if leaves > 0.0 && arrives > 0.0 { self.power * leaves * arrives / far } else { 0.0 }
     }
 }
 
-/// The cosine of an angle less another, at least 0, both given as cosines.
-fn less(cos: f64, by: f64) -> f64 {
-    if cos >= by {
-        return 1.0;
-    }
-    let sin = |cos: f64| (1.0 - cos * cos).max(0.0).sqrt();
-    cos * by + sin(cos) * sin(by)
+/// The cosine of an angle less another, at least 0: of the one the cosine, of the other cosine and sine.
+fn less(cos: f64, cos_by: f64, sin_by: f64) -> f64 {
+    if cos >= cos_by { 1.0 } else { cos * cos_by + (1.0 - cos * cos).max(0.0).sqrt() * sin_by }
 }

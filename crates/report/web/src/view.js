@@ -86,9 +86,14 @@ export class View {
     geometry.computeBoundingBox();
     this.box = geometry.boundingBox;
     this.geometry = geometry;
-    this.material = new MeshBasicMaterial({ vertexColors: true, clippingPlanes: [], polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+    // Dark faces stand back a little: in one plane with a lit face they are the inner layer.
+    this.materials = [1, 8].map((back) => new MeshBasicMaterial({
+      vertexColors: true, clippingPlanes: [], polygonOffset: true, polygonOffsetFactor: back, polygonOffsetUnits: back,
+    }));
+    geometry.addGroup(0, 3 * this.litCount, 0);
+    geometry.addGroup(3 * this.litCount, 3 * (count - this.litCount), 1);
     this.renderer.localClippingEnabled = true;
-    const mesh = new Mesh(geometry, this.material);
+    const mesh = new Mesh(geometry, this.materials);
     mesh.frustumCulled = false;
     this.scene.add(mesh);
   }
@@ -198,7 +203,7 @@ export class View {
       this.section.constant = -sign * (low + part * (high - low));
       planes.push(this.section);
     }
-    this.material.clippingPlanes = planes;
+    for (const material of this.materials) material.clippingPlanes = planes;
     this.gridMaterial.clippingPlanes = planes;
     this.draw();
   }
@@ -308,7 +313,7 @@ export class View {
     const point = new Vector2(((x - frame.left) / frame.width) * 2 - 1, 1 - ((y - frame.top) / frame.height) * 2);
     const origin = this.camera.position;
     const way = new Vector3(point.x, point.y, 0.5).unproject(this.camera).sub(origin).normalize();
-    const met = nearest(this.geometry.attributes.position.array, this.shownFaces(), origin, way, this.material.clippingPlanes[0]);
+    const met = nearest(this.geometry.attributes.position.array, this.shownFaces(), origin, way, this.materials[0].clippingPlanes[0]);
     if (!this.sensors?.visible) return met.found;
     const sensor = nearest(this.sensors.geometry.attributes.position.array, this.sensorOf, origin, way, null, true);
     return sensor.best <= met.best ? sensor.found : met.found;

@@ -1,10 +1,10 @@
 //! The summary of a run, for people.
 
-use job::{OutputFile, Word};
+use job::{OutputFile, Unhit, Word};
 use report::words::{counted, duration, percent, quantity};
 use report::{
-    AccuracySummary, ChoiceSummary, PartitionSummary, SensitivitySummary, SensorSummary, SensorsSummary,
-    SourceSummary, Summary, Target, TotalSummary, Verdict, WorstPatch,
+    AccuracySummary, ChoiceSummary, PartitionSummary, PlaneSummary, SensitivitySummary, SensorSummary,
+    SensorsSummary, SourceSummary, Summary, Target, TotalSummary, Verdict, WorstPatch,
 };
 
 use crate::outputs::RunOutput;
@@ -25,11 +25,10 @@ pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>
     if !names.is_empty() {
         lines.push(format!("checks not examined: {}", names.join(", ")));
     }
-    lines.extend(summary.target.iter().flat_map(|target| of_target(target, summary)));
-    lines.extend(
-        summary.sensors.iter().flat_map(|sensors| of_sensors(sensors, summary.discretised.is_some())),
-    );
-    lines.extend(summary.sources.iter().map(|source| of_source(source, summary.units.power)));
+    lines.extend(summary.target.iter().flat_map(|target| of_target(target, summary, settings)));
+    lines.extend(summary.sensors.iter().flat_map(|sensors| of_sensors(sensors, summary.system())));
+    lines.extend(summary.planes.iter().map(|plane| of_plane(plane, summary)));
+    lines.extend(summary.sources.iter().map(|source| of_source(source, summary)));
     if let Some((most, others)) = summary.sensitivities.split_first() {
         lines.push(of_sensitivities(most, others));
     }
@@ -139,13 +138,23 @@ fn walks_needed(accuracy: &AccuracySummary, target: f64) -> f64 {
 }
 
 /// Whether the target is reached, and what it still takes.
-fn of_target(target: &Target, summary: &Summary) -> Vec<String> {
+fn of_target(target: &Target, summary: &Summary, settings: &Settings) -> Vec<String> {
     let verdict = if target.reached { "reached" } else { "not reached" };
-    let mut lines = vec![format!("target {verdict}: {}", target.achieved_words())];
+    let mut lines = vec![format!("target {verdict}: {}{}", target.achieved_words(), summary.system())];
     lines.extend(target.paths_needed.map(|paths| {
         let seconds = (paths - summary.paths as f64) / summary.paths_per_second;
         format!("it takes about {} paths: {} more", quantity(paths), duration(seconds.max(0.0)))
     }));
+    let sealed = summary.precision.headline.sealed_area > 0.0 && target.patches.is_none();
+    if sealed
+        && !target.reached
+        && settings.target.as_ref().is_some_and(|asked| asked.unhit == Unhit::Infinite)
+    {
+        lines.push(
+            "what is sealed counts as unknown; --set target.unhit=ignore leaves out what no walk has hit"
+                .into(),
+        );
+    }
     lines.extend(target.worst.iter().filter(|_| !target.reached).map(of_worst));
     lines
 }
@@ -161,10 +170,8 @@ fn of_worst(worst: &WorstPatch) -> String {
     format!("  {words}: {} after {hits} hits, takes {needed}", percent(*relative_error))
 }
 
-/// How well sensors are known.
-fn of_sensors(sensors: &SensorsSummary, discretised: bool) -> Vec<String> {
-    // Their rays gather the radiosities of the patches.
-    let system = if discretised { ", of the discretised system" } else { "" };
+/// How well sensors are known. Their rays gather the radiosities of the patches, and so the light of the same `system`.
+fn of_sensors(sensors: &SensorsSummary, system: &str) -> Vec<String> {
     let of_sensor = |SensorSummary { name, patches, relative_error, target }: &SensorSummary| {
         let known = match relative_error.is_finite() {
             true => format!("known within {}{system}", percent(*relative_error)),
@@ -179,12 +186,26 @@ fn of_sensors(sensors: &SensorsSummary, discretised: bool) -> Vec<String> {
     sensors.list.iter().map(of_sensor).chain(verdict).collect()
 }
 
+/// What a plane of points has found.
+fn of_plane(plane: &PlaneSummary, summary: &Summary) -> String {
+    let PlaneSummary { name, points, mean, minimum, uniformity, .. } = plane;
+    let (unit, system) = (summary.units.irradiance, summary.system());
+    format!(
+        "plane {name:?} ({}): mean {} {unit}, minimum {} {unit}, U₀ {}{system}",
+        counted(*points as u64, "point"),
+        mean.words(),
+        minimum.words(),
+        uniformity.words()
+    )
+}
+
 /// How well the light of one source is known.
-fn of_source(source: &SourceSummary, unit: &str) -> String {
+fn of_source(source: &SourceSummary, summary: &Summary) -> String {
     let SourceSummary { name, power, factor, relative_error, .. } = source;
+    let (unit, system) = (summary.units.power, summary.system());
     let factor = factor.map_or(String::new(), |factor| format!(", {factor} times what the job says"));
     let known = match relative_error.is_finite() {
-        true => format!("half of the area is known within {}", percent(*relative_error)),
+        true => format!("half of the area is known within {}{system}", percent(*relative_error)),
         false => "it gives no light that walks have found".into(),
     };
     format!("source {name:?} emits {} {unit}{factor}: {known}", quantity(*power))

@@ -1,0 +1,140 @@
+//! The tables `[[plane]]` and `[[points]]` of a scene: points at which light is measured, in a grid or from a file.
+
+use std::path::Path;
+
+use glam::DVec3;
+use radiosity::{SensorShape, SensorSpec};
+
+use crate::document::{Table, Value};
+use crate::error::Error;
+use crate::imports::positive;
+use crate::keys::LISTS;
+use crate::keys::{PLANE_KEYS, POINTS_KEYS};
+use crate::shape::read_point;
+
+/// The most points of a plane along one side.
+const MOST_ALONG: f64 = 4096.0;
+
+/// Reads `[[plane]]` and `[[points]]`, and puts them behind the sensors; `folder` is that of the scene.
+pub(crate) fn read_planes(
+    [planes, points]: [Option<Value<'_>>; 2],
+    folder: &Path,
+    sensors: &mut Vec<SensorSpec>,
+) -> Result<(), Error> {
+    let planes = planes.map(|planes| planes.tables(LISTS[4])).transpose()?.unwrap_or_default();
+    let points = points.map(|points| points.tables(LISTS[5])).transpose()?.unwrap_or_default();
+    for (number, value) in planes.into_iter().enumerate() {
+        let mut table = value.table_called(format!("plane {number}: "), PLANE_KEYS)?;
+        let name = read_name(&mut table, format!("plane {number}"), sensors)?;
+        table.rename(format!("plane {number} ({name:?}): "));
+        sensors.push(SensorSpec { name, shape: read_grid(table)? });
+    }
+    for (number, value) in points.into_iter().enumerate() {
+        let mut table = value.table_called(format!("points {number}: "), POINTS_KEYS)?;
+        let file = table.require(
+            "file",
+            "points are read from one",
+            "file = \"desk.pts\", relative to the scene",
+        )?;
+        let stem = Path::new(file.string()?).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let name = read_name(&mut table, stem, sensors)?;
+        sensors.push(SensorSpec { name, shape: read_file(&file, folder)? });
+    }
+    Ok(())
+}
+
+/// The name of a plane, which no other sensor has.
+fn read_name(table: &mut Table<'_>, default: String, sensors: &[SensorSpec]) -> Result<String, Error> {
+    let place = table.place("name");
+    let (name, place) = match table.take("name") {
+        Some(value) => {
+            let name =
+                value.name("plane", "its figures are shown by it", "write a visible name on one line")?;
+            (name, value.place())
+        }
+        None => (default, place),
+    };
+    match sensors.iter().all(|sensor| sensor.name != name) {
+        true => Ok(name),
+        false => Err(Error::Refused {
+            place,
+            problem: format!("a sensor or plane before this one is called {name:?}, too"),
+            why: "outputs and targets tell them by their names",
+            remedy: "give each a name of its own".into(),
+        }),
+    }
+}
+
+/// The points of a grid: the middles of cells that are as near to squares of `spacing` as fit the sides.
+fn read_grid(mut table: Table<'_>) -> Result<SensorShape, Error> {
+    let origin = table.require("origin", "a plane has a corner", "origin = [x, y, z], in metres")?;
+    let origin = read_point(origin)?;
+    let mut side = |key| {
+        let value =
+            table.require(key, "a plane has two sides from its corner", format!("{key} = [x, y, z]"))?;
+        read_point(value)
+    };
+    let [u, v] = [side("u")?, side("v")?];
+    let spacing =
+        table.require("spacing", "it is the distance of the points", "spacing = 0.25, in metres")?;
+    let place = spacing.place();
+    let spacing = positive(&spacing, "it is the distance of the points in metres")?;
+    let height = table.take("height").map(|value| value.number()).transpose()?.unwrap_or(0.0);
+    let normal = table.take("normal").map(|value| read_point(value)).transpose()?;
+    let upwards = u.cross(v).normalize_or_zero();
+    // A work plane looks up, whatever the order of its sides.
+    let upwards = if upwards.z < 0.0 { -upwards } else { upwards };
+    let along = [u, v].map(|side| (side.length() / spacing).round().max(1.0));
+    if upwards == DVec3::ZERO || !along.iter().all(|&points| points <= MOST_ALONG) {
+        return Err(Error::Refused {
+            place,
+            problem: format!("{} × {} points", along[0], along[1]),
+            why: "the sides of a plane span an area, and a side has 4096 points at most",
+            remedy: "choose other sides, or a larger spacing".into(),
+        });
+    }
+    let normal = normal.unwrap_or(upwards);
+    let at =
+        |i: f64, j: f64| origin + upwards * height + u * ((i + 0.5) / along[0]) + v * ((j + 0.5) / along[1]);
+    let grid = along.map(|points| points as u32);
+    let points = (0..grid[0]).flat_map(|i| (0..grid[1]).map(move |j| (i, j)));
+    let points = points.map(|(i, j)| [at(i.into(), j.into()), normal]).collect();
+    checked(SensorShape::Points { points, grid }, &table.place("normal"))
+}
+
+/// The points of a file as Radiance has them: x y z dx dy dz in each line.
+fn read_file(file: &Value<'_>, folder: &Path) -> Result<SensorShape, Error> {
+    let path = folder.join(file.string()?);
+    let bad = |problem: String| {
+        let why = "every line of it is a point and the direction that it faces: x y z dx dy dz";
+        file.refuse(problem, why, "correct the file, or the path, which is relative to the scene")
+    };
+    let text = std::fs::read_to_string(&path)
+        .map_err(|error| bad(format!("{} cannot be read ({error})", path.display())))?;
+    let mut points = Vec::new();
+    for (line, text) in (1..).zip(text.lines()) {
+        let text = text.split('#').next().unwrap_or_default().trim();
+        if text.is_empty() {
+            continue;
+        }
+        let numbers: Vec<f64> = text.split_whitespace().map_while(|word| word.parse().ok()).collect();
+        let &[x, y, z, dx, dy, dz] = &numbers[..] else {
+            return Err(bad(format!("{}:{line}: this is not six numbers", path.display())));
+        };
+        points.push([DVec3::new(x, y, z), DVec3::new(dx, dy, dz)]);
+    }
+    let grid = [points.len() as u32, 1];
+    checked(SensorShape::Points { points, grid }, &file.place())
+}
+
+fn checked(shape: SensorShape, place: &crate::error::Place) -> Result<SensorShape, Error> {
+    match shape.check() {
+        Ok(()) => Ok(shape),
+        Err((_, problem)) => Err(Error::Refused {
+            place: place.clone().into(),
+            problem,
+            why: "light is measured at points, on the side that each faces",
+            remedy: "correct the points".into(),
+        }),
+    }
+}

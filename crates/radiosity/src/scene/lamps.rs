@@ -1,0 +1,285 @@
+//! Lamps without area: births of walks at them, and the light that comes from them straight to a point.
+//!
+//! Coordinates are those of the scene, whose origin is the middle of its box.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+use photometry::Distribution;
+
+use super::{Scene, SceneError};
+use crate::geometry::lamp::{Emission, LampsSpec};
+use crate::geometry::spec::Spectrum;
+use crate::random::rng::unit_32;
+use crate::random::sampling::cosine_direction;
+use crate::trace::ray::Ray;
+
+/// How many slacks a lamp hangs in front of the plane that it is written in, on the side that it is aimed at.
+const LIFT: f64 = 4.0;
+
+/// The lamps of a scene.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lamps {
+    tables: Vec<Distribution>,
+    list: Vec<Lamp>,
+}
+
+#[derive(Clone, Debug)]
+struct Lamp {
+    position: DVec3,
+    axes: [DVec3; 3],
+    emission: Emission,
+    strength: Spectrum,
+    /// The flux of a lamp of strength 1 [W, or lm].
+    flux: f64,
+    /// The radius of the disc through which the light of a distant lamp comes: that of a ball around the scene [m].
+    reach: f64,
+}
+
+/// Light on its way from a lamp to a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Beam {
+    /// The direction from the point to the lamp, of length 1.
+    pub(crate) towards: DVec3,
+    /// The distance of the lamp [m]; infinite where it is distant.
+    pub(crate) distance: f64,
+    /// The irradiance at the point of a plane across the beam [W/m², or lx], channel by channel.
+    pub(crate) irradiance: [f64; 3],
+}
+
+impl Lamps {
+    /// The lamps of a scene whose box has these corners, and whose facets are larger than their surfaces by `slack` [m].
+    pub(super) fn new(spec: &LampsSpec, [min, max]: [DVec3; 2], slack: f64) -> Result<Self, SceneError> {
+        let (origin, reach) = (0.5 * (min + max), 0.5 * (max - min).length() * (1.0 + 1e-9));
+        let mut lamps = Lamps { tables: spec.tables.clone(), list: Vec::new() };
+        for lamp in &spec.list {
+            if let Some(fault) = lamp.fault(spec.tables.len()) {
+                return Err(SceneError::Whole(format!(
+                    "lamp {:?}: {fault}; correct its keys, or remove it",
+                    lamp.name
+                )));
+            }
+            let flux = match lamp.emission {
+                Emission::Table(number) => spec.tables[number as usize].flux(),
+                Emission::Uniform => 2.0 * TAU,
+                Emission::Spot { inner, outer } => TAU * (1.0 - inner + (inner - outer) / 3.0),
+                Emission::Distant { .. } => PI * reach * reach,
+            };
+            let (position, axes) = (lamp.position - origin, lamp.axes);
+            let lift = LIFT * slack.max(position.abs().max_element() / (1_u64 << 46) as f64);
+            let position = position - axes[2] * lift;
+            let (emission, strength) = (lamp.emission, lamp.strength);
+            lamps.list.push(Lamp { position, axes, emission, strength, flux, reach });
+        }
+        Ok(lamps)
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// What the lamps take of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        let tables = self.tables.iter().map(|table| 3 * size_of::<f64>() * table.numbers().count());
+        size_of_val(&self.list[..]) + tables.sum::<usize>()
+    }
+
+    /// The power of a lamp in one channel [W, or lm].
+    pub(crate) fn power(&self, lamp: usize, channel: usize) -> f64 {
+        self.list[lamp].flux * self.list[lamp].strength[channel]
+    }
+
+    /// The ray with which a walk sets out from a lamp, made of twice 64 random bits: its density over directions, and over the
+    /// disc of a distant lamp, is that of the light.
+    #[inline(never)]
+    pub(crate) fn birth(&self, lamp: usize, point: u64, direction: u64) -> Ray {
+        let Lamp { position, axes, emission, reach, .. } = &self.list[lamp];
+        let in_scene = |d: DVec3| axes[0] * d.x + axes[1] * d.y + axes[2] * d.z;
+        let (origin, direction) = match *emission {
+            Emission::Table(number) => {
+                let [xi1, xi2] = [(direction >> 32) as u32, direction as u32].map(unit_32);
+                (*position, in_scene(self.tables[number as usize].sample(xi1, xi2)))
+            }
+            Emission::Uniform => (*position, in_scene(cone(direction, |u| 1.0 - 2.0 * u))),
+            Emission::Spot { inner, outer } => {
+                (*position, in_scene(cone(direction, |u| spot_cosine(inner, outer, u))))
+            }
+            Emission::Distant { rim } => {
+                let way = in_scene(cone(direction, |u| 1.0 - u * (1.0 - rim)));
+                let [x, y, _] = cosine_direction(point);
+                let (across, along) = way.any_orthonormal_pair();
+                // Twice as far as the scene reaches: outside of it on every side.
+                (*reach * (across * x + along * y - 2.0 * way), way)
+            }
+        };
+        Ray { origin, direction, from: Ray::FREE }
+    }
+
+    /// The light of a lamp at a point, if nothing stands between. The random bits choose a place on the disc of a distant lamp, over which
+    /// it is to be averaged; other lamps take no notice of them.
+    pub(crate) fn beam(&self, lamp: usize, point: DVec3, bits: u64) -> Beam {
+        let Lamp { position, axes, emission, strength, .. } = &self.list[lamp];
+        let beam = |towards: DVec3, distance: f64, per_strength: f64| Beam {
+            towards,
+            distance,
+            irradiance: strength.channels().map(|strength| strength * per_strength),
+        };
+        if let Emission::Distant { rim } = *emission {
+            let d = cone(bits, |u| 1.0 - u * (1.0 - rim));
+            return beam(-(axes[0] * d.x + axes[1] * d.y + axes[2] * d.z), f64::INFINITY, 1.0);
+        }
+        let away = point - *position;
+        let (square, distance) = (away.length_squared(), away.length());
+        let d = DVec3::from_array(axes.map(|axis| axis.dot(away)));
+        let intensity = match *emission {
+            Emission::Table(number) => self.tables[number as usize].intensity(d),
+            Emission::Uniform | Emission::Distant { .. } => 1.0,
+            Emission::Spot { inner, outer } => {
+                let part = ((-d.z / distance - outer) / (inner - outer)).clamp(0.0, 1.0);
+                part * part
+            }
+        };
+        if square == 0.0 {
+            return beam(DVec3::Z, 0.0, 0.0);
+        }
+        beam(-away / distance, distance, intensity / square)
+    }
+
+    /// Whether the light of a lamp at a point comes from one direction, so that one shadow ray tells it exactly.
+    pub(crate) fn is_sharp(&self, lamp: usize) -> bool {
+        !matches!(self.list[lamp].emission, Emission::Distant { rim } if rim < 1.0)
+    }
+
+    /// The most irradiance that all lamps together may bring to a point at these distances or more, channel by channel; `distance` is
+    /// asked for the distance of a place [m].
+    pub(crate) fn most_irradiance(&self, distance: impl Fn(DVec3) -> f64) -> [f64; 3] {
+        let mut most = [0.0; 3];
+        for Lamp { position, emission, strength, .. } in &self.list {
+            let peak = match *emission {
+                Emission::Table(number) => self.tables[number as usize].peak(),
+                Emission::Uniform | Emission::Spot { .. } => 1.0,
+                Emission::Distant { .. } => {
+                    most.iter_mut().zip(strength.channels()).for_each(|(most, s)| *most += s);
+                    continue;
+                }
+            };
+            let distance = distance(*position);
+            let add = |s: f64| if s > 0.0 { s * peak / (distance * distance) } else { 0.0 };
+            most.iter_mut().zip(strength.channels()).for_each(|(most, s)| *most += add(s));
+        }
+        most
+    }
+}
+
+/// A direction about −z whose cosine to that is `cosine` of a uniform number.
+fn cone(bits: u64, cosine: impl Fn(f64) -> f64) -> DVec3 {
+    let [x, y, _] = cosine_direction(bits);
+    let square = x * x + y * y;
+    let cosine = cosine(square.min(1.0));
+    // The azimuth does not depend on x² + y², which is uniform.
+    let scale = ((1.0 - cosine * cosine).max(0.0) / square).sqrt();
+    DVec3::new(x * scale, y * scale, -cosine)
+}
+
+/// The cosine below which a spot has the part 1 − u of its flux: the full cone first, then t³ of what lies about it, t being the linear
+/// function whose square is the intensity.
+fn spot_cosine(inner: f64, outer: f64, u: f64) -> f64 {
+    let (full, fading) = (1.0 - inner, (inner - outer) / 3.0);
+    let flux = u * (full + fading);
+    match flux < full {
+        true => 1.0 - flux,
+        false => outer + (inner - outer) * cube_root((1.0 - (flux - full) / fading).clamp(0.0, 1.0)),
+    }
+}
+
+/// ∛x for x in [0, 1], by Newton's steps from above, which never pass below the root: the same bits on every machine.
+fn cube_root(x: f64) -> f64 {
+    if x == 0.0 {
+        return 0.0;
+    }
+    let mut root = x.sqrt().sqrt().max(x);
+    root = root.max(x / (root * root));
+    for _ in 0..40 {
+        let next = (2.0 * root + x / (root * root)) / 3.0;
+        if next >= root {
+            break;
+        }
+        root = next;
+    }
+    root
+}
+
+impl Scene {
+    /// How many lamps without area there are.
+    pub fn lamp_count(&self) -> usize {
+        self.parts.lamps.len()
+    }
+
+    /// The power of a lamp without area in one channel [W, or lm].
+    pub fn lamp_power(&self, lamp: usize, channel: usize) -> f64 {
+        self.parts.lamps.power(lamp, channel)
+    }
+
+    /// The ray with which a walk sets out from a lamp without area, made of twice 64 random bits.
+    pub fn lamp_birth(&self, lamp: usize, [point, direction]: [u64; 2]) -> Ray {
+        self.parts.lamps.birth(lamp, point, direction)
+    }
+
+    /// The irradiance that comes straight from lamps without area to a point, on the side that `normal` points to [W/m², or lx], lamp by
+    /// lamp, exactly: by one shadow ray to each whose light comes from one direction; others bring nothing here. `from` is the surface that
+    /// the point lies on, or [`Ray::FREE`]. Coordinates are relative to [`Scene::origin`].
+    pub fn each_lamp_at(&self, point: DVec3, normal: DVec3, from: u32, mut see: impl FnMut(usize, [f64; 3])) {
+        let lamps = &self.parts.lamps;
+        for lamp in (0..lamps.len()).filter(|&lamp| lamps.is_sharp(lamp)) {
+            if let Some(light) = self.lamp_light(lamp, (point, normal, from), 0) {
+                see(lamp, light);
+            }
+        }
+    }
+
+    /// The irradiance that all lamps without area bring straight to a point, as [`Scene::each_lamp_at`] has it; distant ones as if they were
+    /// the middles of their discs.
+    pub fn lamps_at(&self, point: DVec3, normal: DVec3, from: u32) -> [f64; 3] {
+        let lights =
+            (0..self.lamp_count()).filter_map(|lamp| self.lamp_light(lamp, (point, normal, from), 0));
+        lights.fold([0.0; 3], |sum, light| std::array::from_fn(|c| sum[c] + light[c]))
+    }
+
+    /// What a lamp brings to one side of a point; `None` where it lies behind or something stands between.
+    pub(crate) fn lamp_light(
+        &self,
+        lamp: usize,
+        (origin, normal, from): (DVec3, DVec3, u32),
+        bits: u64,
+    ) -> Option<[f64; 3]> {
+        let Beam { towards, distance, irradiance } = self.parts.lamps.beam(lamp, origin, bits);
+        let cosine = towards.dot(normal);
+        if cosine <= 0.0 || irradiance == [0.0; 3] {
+            return None;
+        }
+        let hit = self.closest_hit(&Ray { origin, direction: towards, from });
+        // A lamp in the plane of a surface hangs just in front of it.
+        let is_free = hit.is_none_or(|hit| hit.t >= distance * (1.0 - NEAR));
+        is_free.then(|| irradiance.map(|e| e * cosine))
+    }
+}
+
+/// The part of its distance at the end of a shadow ray where nothing shades the lamp.
+const NEAR: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cube_roots_are_those_of_the_platform() {
+        for n in 0..=1000 {
+            let x = f64::from(n * n) * 1e-6;
+            assert!((cube_root(x) - x.cbrt()).abs() < 1e-15, "{x}");
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! `planes.svg`: lines of equal illuminance on planes of points.
+
+use std::fmt::Write as _;
+
+use glam::DVec3;
+use radiosity::{Readings, SensorShape};
+
+use crate::words::quantity;
+
+/// The width of a drawing, and the room for words about it [px].
+const WIDTH: f64 = 720.0;
+const MARGIN: f64 = 48.0;
+
+/// Lines between the least and the greatest value, about.
+const LINES: f64 = 8.0;
+
+/// A plane as it is drawn: values at points of a grid, u to the right and v upwards.
+struct Grid {
+    size: [usize; 2],
+    /// The distance of points along u and v [m].
+    step: [f64; 2],
+    values: Vec<f64>,
+}
+
+impl Grid {
+    fn of(points: &[[DVec3; 2]], [nu, nv]: [u32; 2], values: Vec<f64>) -> Self {
+        let (nu, nv) = (nu as usize, nv as usize);
+        let apart = |other: usize| points[0][0].distance(points[other][0]);
+        Grid { size: [nu, nv], step: [apart(nv), apart(1)], values }
+    }
+
+    fn value(&self, i: usize, j: usize) -> f64 {
+        self.values[i * self.size[1] + j]
+    }
+
+    fn range(&self) -> [f64; 2] {
+        let fold = |of: fn(f64, f64) -> f64, from| self.values.iter().copied().fold(from, of);
+        [fold(f64::min, f64::INFINITY), fold(f64::max, f64::NEG_INFINITY)]
+    }
+
+    /// Pieces of the line of one value, between points in steps of the grid: marching squares, whose ends are by linear interpolation.
+    fn line(&self, level: f64) -> Vec<[[f64; 2]; 2]> {
+        let mut pieces = Vec::new();
+        for i in 0..self.size[0] - 1 {
+            for j in 0..self.size[1] - 1 {
+                let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(a, b)| (i + a, j + b));
+                let ends: Vec<[f64; 2]> = (0..4)
+                    .filter_map(|side| {
+                        let [(a, b), (c, d)] = [corners[side], corners[(side + 1) % 4]];
+                        let [x, y] = [self.value(a, b), self.value(c, d)];
+                        let part = (level - x) / (y - x);
+                        let along = |from: usize, to: usize| from as f64 + (to as f64 - from as f64) * part;
+                        ((x < level) != (y < level)).then(|| [along(a, c), along(b, d)])
+                    })
+                    .collect();
+                pieces.extend(ends.chunks_exact(2).map(|pair| [pair[0], pair[1]]));
+            }
+        }
+        pieces
+    }
+}
+
+/// Round values within a range, about [`LINES`] of them: whole multiples of 1, 2 or 5 times a power of ten.
+fn levels([low, high]: [f64; 2]) -> Vec<f64> {
+    if !(high > low && high.is_finite()) {
+        return Vec::new();
+    }
+    let rough = (high - low) / LINES;
+    let power = 10_f64.powf(rough.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|times| times * power).into_iter().find(|step| *step >= rough);
+    let step = step.unwrap_or(rough);
+    let first = (low / step).ceil() as i64;
+    (first..).map(|n| n as f64 * step).take_while(|level| *level < high).collect()
+}
+
+/// The drawing of all planes that are grids, one below the other, in a `unit`; `None` where there are none. In colour the first channel is drawn.
+pub fn isolux_svg(readings: &Readings, unit: &str) -> Option<String> {
+    let sensors = readings.sensors();
+    let (mut body, mut top) = (String::new(), 0.0);
+    for plane in sensors.planes() {
+        let spec = &sensors.specs()[plane];
+        let SensorShape::Points { points, grid } = &spec.shape else { continue };
+        if grid.contains(&1) {
+            continue;
+        }
+        let value = |cell: usize| readings.cell(cell)[0].irradiance.unwrap_or(0.0);
+        let drawn = Grid::of(points, *grid, sensors.cells_of(plane).map(value).collect());
+        top += draw(&mut body, &drawn, &spec.name, (unit, top));
+    }
+    (top > 0.0).then(|| {
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {top:.0}\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{body}</svg>\n"
+        )
+    })
+}
+
+/// Draws a plane from `top` on and returns its height [px].
+fn draw(body: &mut String, grid: &Grid, name: &str, (unit, top): (&str, f64)) -> f64 {
+    let [nu, nv] = grid.size.map(|points| points as f64);
+    let [wide, high] = [nu * grid.step[0], nv * grid.step[1]];
+    let scale = (WIDTH - 2.0 * MARGIN) / wide.max(high);
+    let [left, bottom] = [MARGIN, top + MARGIN + high * scale];
+    let at = |[i, j]: [f64; 2]| {
+        [left + (i + 0.5) * grid.step[0] * scale, bottom - (j + 0.5) * grid.step[1] * scale]
+    };
+    let name = name.replace('&', "&amp;").replace('<', "&lt;");
+    let range = grid.range();
+    let mut write = |text: String| body.push_str(&text);
+    write(format!(
+        "<text x=\"{left}\" y=\"{:.1}\">{name}: {} … {} {unit}, {wide:.2} × {high:.2} m</text>\n",
+        top + MARGIN - 10.0,
+        quantity(range[0]),
+        quantity(range[1])
+    ));
+    write(format!(
+        "<rect x=\"{left}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"none\" stroke=\"#888\"/>\n",
+        top + MARGIN,
+        wide * scale,
+        high * scale
+    ));
+    for level in levels(range) {
+        let pieces = grid.line(level);
+        let mut path = String::new();
+        for [a, b] in &pieces {
+            let ([x, y], [u, v]) = (at(*a), at(*b));
+            write!(path, "M{x:.1} {y:.1}L{u:.1} {v:.1}").expect("strings take all");
+        }
+        let part = (level - range[0]) / (range[1] - range[0]);
+        let colour = format!("hsl({:.0} 80% 40%)", 240.0 * (1.0 - part));
+        write(format!("<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\"/>\n"));
+        if let Some([a, b]) = pieces.get(pieces.len() / 2) {
+            let [x, y] = at([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]);
+            write(format!(
+                "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"{colour}\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\">{}</text>\n",
+                y + 4.0,
+                quantity(level)
+            ));
+        }
+    }
+    high * scale + 2.0 * MARGIN
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of x + 2y on a grid, each point of a line has its value; the lines of a slope cross all columns.
+    #[test]
+    fn lines_have_their_value() {
+        let size = [6, 5];
+        let values = (0..30).map(|n| (n / 5) as f64 + 2.0 * (n % 5) as f64).collect();
+        let grid = Grid { size, step: [1.0, 1.0], values };
+        let levels = levels(grid.range());
+        assert_eq!(levels, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0]);
+        for level in levels.into_iter().skip(1) {
+            let pieces = grid.line(level);
+            assert!(!pieces.is_empty());
+            for [x, y] in pieces.into_iter().flatten() {
+                assert!((x + 2.0 * y - level).abs() < 1e-12, "{x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn levels_are_round_and_none_of_an_even_plane() {
+        assert_eq!(levels([3.0, 3.0]), [0.0; 0]);
+        assert_eq!(levels([101.0, 478.0]), [150.0, 200.0, 250.0, 300.0, 350.0, 400.0, 450.0]);
+    }
+}

@@ -1,0 +1,172 @@
+//! `planes.csv` and the figures of planes: one row per point, in the order of the scene file.
+
+use std::io::{self, Write};
+
+use radiosity::{Figure, Reading, Readings, SensorCell};
+use serde::Serialize;
+
+use crate::patches::per_channel;
+
+/// The figures of a plane, or a list, of points.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlaneSummary {
+    /// The name of the plane.
+    pub name: String,
+    /// Its points, whose rows in `planes.csv` follow those of the planes before it.
+    pub points: usize,
+    /// The mean illuminance; one for each channel.
+    pub mean: PerChannel,
+    /// The least illuminance of a point.
+    pub minimum: PerChannel,
+    /// U₀: the minimum over the mean.
+    pub uniformity: PerChannel,
+    /// What each source brings to the mean; absent where sources are not told apart.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<PlaneSource>,
+    /// The largest half-width over the estimate of a point; `null` where nothing was found for one.
+    pub relative_error: f64,
+    /// What the target asks of every point; absent where it asks nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<f64>,
+}
+
+/// The part of a source in the mean of a plane.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlaneSource {
+    /// The name of the source.
+    pub name: String,
+    /// The mean illuminance by its light alone.
+    pub mean: PerChannel,
+}
+
+/// A figure of a grey scene, or of every channel of a coloured one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum PerChannel {
+    /// Of a grey scene.
+    Grey(Interval),
+    /// Of red, green and blue.
+    Coloured(Vec<Interval>),
+}
+
+/// A figure with its interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Interval {
+    /// The estimate; `null` where there is none.
+    pub value: Option<f64>,
+    /// The lower end of its interval.
+    pub low: f64,
+    /// The upper end of its interval.
+    pub high: f64,
+}
+
+impl PerChannel {
+    fn of(figures: Vec<Figure>) -> Self {
+        let mut each: Vec<Interval> =
+            figures.into_iter().map(|Figure { value, low, high }| Interval { value, low, high }).collect();
+        match each.len() {
+            1 => PerChannel::Grey(each.remove(0)),
+            _ => PerChannel::Coloured(each),
+        }
+    }
+
+    fn each(&self) -> &[Interval] {
+        match self {
+            PerChannel::Grey(figure) => std::slice::from_ref(figure),
+            PerChannel::Coloured(each) => each,
+        }
+    }
+
+    /// The figures with their intervals, in words.
+    pub fn words(&self) -> String {
+        let one = |figure: &Interval| {
+            let Interval { value, low, high } = *figure;
+            let decimals = decimals(figure);
+            let value = value.map_or("unknown".into(), |value| format!("{value:.decimals$}"));
+            format!("{value} ({low:.decimals$} … {high:.decimals$})")
+        };
+        self.each().iter().map(one).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// Decimals that show two digits of half of an interval, or four of a number without one.
+fn decimals(&Interval { value, low, high }: &Interval) -> usize {
+    let shown = match 0.5 * (high - low) {
+        half if half > 0.0 => 0.1 * half,
+        _ => 1e-3 * value.unwrap_or(1.0).abs(),
+    };
+    (-shown.max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize
+}
+
+/// The figures of every plane, where the `names` are those of sources that are told apart; `asked` is what the target asks of a sensor.
+pub fn plane_summaries(
+    readings: &Readings,
+    names: &[String],
+    asked: impl Fn(usize) -> Option<f64>,
+) -> Vec<PlaneSummary> {
+    let sensors = readings.sensors();
+    let of_source = |name: &String, source: usize, number: usize| {
+        let own = readings.of_source(source)?;
+        let means = (0..own.channels()).map(|c| own.plane(number, c).mean).collect();
+        Some(PlaneSource { name: name.clone(), mean: PerChannel::of(means) })
+    };
+    let summary = |(number, sensor): (usize, usize)| {
+        let figures: Vec<_> = (0..readings.channels()).map(|c| readings.plane(number, c)).collect();
+        let per = |of: &dyn Fn(&radiosity::PlaneFigures) -> Figure| {
+            PerChannel::of(figures.iter().map(of).collect())
+        };
+        PlaneSummary {
+            name: sensors.specs()[sensor].name.clone(),
+            points: sensors.cells_of(sensor).len(),
+            mean: per(&|figures| figures.mean),
+            minimum: per(&|figures| figures.minimum),
+            uniformity: per(&|figures| figures.uniformity),
+            sources: names
+                .iter()
+                .zip(0..)
+                .filter_map(|(name, source)| of_source(name, source, number))
+                .collect(),
+            relative_error: readings.worst_error(sensor, false),
+            target: asked(sensor),
+        }
+    };
+    sensors.planes().enumerate().map(summary).collect()
+}
+
+/// Writes what the points of planes read, in the order of Radiance: place, direction, light.
+///
+/// # Errors
+/// Those of `writer`.
+pub fn write_planes(writer: impl Write, readings: &Readings) -> io::Result<()> {
+    let mut table = csv::Writer::from_writer(writer);
+    let channels = readings.channels();
+    let place = ["x", "y", "z", "dx", "dy", "dz"].map(String::from);
+    let light = ["illuminance", "std_error", "ci_low", "ci_high"];
+    table.write_record(place.into_iter().chain(light.iter().flat_map(|name| per_channel(name, channels))))?;
+    let columns: [fn(&Reading) -> Option<f64>; 4] =
+        [|r| r.irradiance, |r| r.std_error, |r| Some(r.ci_low), |r| Some(r.ci_high)];
+    let sensors = readings.sensors();
+    for number in sensors.planes().flat_map(|plane| sensors.cells_of(plane)) {
+        let SensorCell { middle, normal, .. } = sensors.cell(number);
+        let known = readings.cell(number);
+        let light: Vec<Option<f64>> = columns.iter().flat_map(|of| known.iter().map(of)).collect();
+        table.serialize((middle.to_array(), normal.to_array(), light))?;
+    }
+    table.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_show_two_digits_of_their_intervals() {
+        let words = |value: f64, half: f64| {
+            let figure = Interval { value: Some(value), low: value - half, high: value + half };
+            PerChannel::Grey(figure).words()
+        };
+        assert_eq!(words(389.652, 0.1208), "389.65 (389.53 … 389.77)");
+        assert_eq!(words(1272.4, 34.0), "1272 (1238 … 1306)");
+        assert_eq!(words(0.74244, 0.0), "0.7424 (0.7424 … 0.7424)");
+    }
+}

@@ -1,0 +1,171 @@
+"""Pictures by radwalk and by Mitsuba 3 of the same rooms: how far both are from many samples a pixel, and what time both take.
+
+    pictures.py RADWALK FOLDER PAGE NAME=SCENE... [--samples N]
+
+Writes PAGE, and beside it a detail of each room of configs/. FOLDER keeps what is measured: rooms that are there are told as they are.
+"""
+
+import argparse
+import json
+import resource
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
+BLOCK = 5
+SAMPLES_OF_TRIAL = 8
+SAMPLES_AT_ONCE = 32
+DARK = 0.01
+DETAIL = (400, 250)
+
+HEAD = """# Pictures against a path tracer
+
+`scripts/pictures.sh` writes this page ({version}, Mitsuba 3 on Embree and LLVM with AVX-512, Intel Open Image Denoise). Both draw what is in `summary.json`'s
+`picture`: the same surfaces, materials and camera. Rooms from archives are fetched by whoever measures, and none is part of this project.
+
+Relative squared errors are of means over 5 × 5 pixels, of those without a lamp or a black surface in them, each divided by the reference but by no less than
+1 % of the mean. What the reference's own noise adds, which its two halves tell, is taken off. Seconds are of processors, on a machine that others used at the same
+time; radwalk's are those of the whole run, with its picture. *Equal time* is the path tracer with as many samples as it takes in that time; since its error falls
+as 1/time, the ratio of errors is that of the times to equal error. *Denoised* is that picture after the denoiser with reflectances and normals, whose time is not counted.
+
+| room | seconds | of these `radwalk report` | error | path tracer at equal time | denoised | times faster | reference |
+|---|---|---|---|---|---|---|---|
+"""
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("radwalk")
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("page", type=Path)
+    parser.add_argument("rooms", nargs="+", metavar="NAME=SCENE")
+    parser.add_argument("--samples", type=int, default=1024)
+    args = parser.parse_args()
+    version = subprocess.run([args.radwalk, "--version"], capture_output=True, text=True).stdout.split("+")[0].strip()
+    rows, details = "", ""
+    for name, scene in (room.split("=") for room in args.rooms):
+        folder = args.folder / name
+        folder.mkdir(parents=True, exist_ok=True)
+        kept = folder / "figures.json"
+        if not kept.exists():
+            kept.write_text(json.dumps(compare(args, scene, folder), indent=1))
+        found = json.loads(kept.read_text())
+        print(name, found, flush=True)
+        rows += row(name, found)
+        if "configs/" in scene:
+            (folder / "detail.png").rename(args.page.parent / f"pictures-{name}.png")
+        if (args.page.parent / f"pictures-{name}.png").exists():
+            samples = found["equal_samples"]
+            details += f"\n## {name}\n\n![The same detail three times](pictures-{name}.png)\n\nradwalk; the path tracer at equal time ({samples} samples a pixel); the same, denoised.\n"
+    args.page.write_text(HEAD.format(version=version) + rows + details)
+
+
+def row(name, found):
+    return (
+        f"| {name} | {found['seconds']:.1f} | {found['drawing']:.1f} | {found['error']:.5f} | {found['equal_error']:.4f}, {found['equal_samples']} samples | "
+        f"{found['denoised_error']:.5f} | {found['equal_error'] / found['error']:.1f} | {found['samples']} samples, noise {found['noise']:.4f} |\n"
+    )
+
+
+def compare(args, scene, folder):
+    """The figures of one room."""
+    import mitsuba as mi
+    from path_tracer import PathTracer
+
+    out, geometry = folder / "out", folder / "geometry"
+    before = children_seconds()
+    radwalk(args, "run", scene, "--out", out, "--force", "--set", 'output.files=["summary", "picture", "exr"]')
+    run = children_seconds() - before
+    radwalk(args, "report", out)
+    drawing = children_seconds() - before - run
+    radwalk(args, "run", scene, "--out", geometry, "--force", "--paths", 1, "--set", "scene.patches=given", "--set", 'output.files=["vtu"]')
+    camera = json.loads((out / "summary.json").read_text())["picture"]
+    tracer = PathTracer(geometry / "patches.vtu", camera, folder)
+    lamps = tracer.draw(16, 1, depth=1)[0].max(axis=2) > 0.0
+    a_sample = tracer.draw(SAMPLES_OF_TRIAL, 99)[1] / SAMPLES_OF_TRIAL
+    reference = reference_of(tracer, args.samples, folder / "reference.npy")
+    judge = Judge(reference, lamps)
+    ours = np.array(mi.Bitmap(str(out / "radiosity.exr")).convert(mi.Bitmap.PixelFormat.RGB))
+    equal_samples = max(1, round(run / a_sample))
+    equal, _ = tracer.draw(equal_samples, 98)
+    clean = denoised(tracer, equal)
+    show([ours, equal, clean], camera["exposure"], folder / "detail.png")
+    np.savez(folder / "judged.npz", ours=ours, lamps=lamps)
+    return {
+        "seconds": run, "drawing": drawing, "error": judge.error(ours), "equal_samples": equal_samples,
+        "equal_error": judge.error(equal), "denoised_error": judge.error(clean), "samples": args.samples, "noise": judge.noise,
+    }
+
+
+def radwalk(args, *words):
+    done = subprocess.run([args.radwalk, *map(str, words), "--quiet"])
+    if done.returncode > 1:
+        raise SystemExit(done.returncode)
+
+
+def children_seconds():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def reference_of(tracer, samples, path):
+    """Two halves of many samples, kept for another run."""
+    if path.exists():
+        return np.load(path)
+    passes = max(2, samples // SAMPLES_AT_ONCE)
+    halves = [[], []]
+    for number in range(passes):
+        halves[number % 2].append(tracer.draw(samples // passes, 1000 + number)[0])
+    reference = np.array([np.mean(half, axis=0) for half in halves])
+    np.save(path, reference)
+    return reference
+
+
+class Judge:
+    """Tells how far a picture is from a reference."""
+
+    def __init__(self, reference, lamps):
+        a, b = blocks(reference[0]), blocks(reference[1])
+        self.truth = (a + b) / 2
+        self.counted = (blocks(lamps[:, :, None]) == 0.0) & (blocks(reference.max(axis=(0, 3))[:, :, None] == 0.0) == 0.0)
+        self.least = np.maximum(self.truth, DARK * self.truth[self.counted].mean())
+        self.noise = self.relative((a - b) / 2)
+
+    def relative(self, difference):
+        return float(np.mean((difference / self.least)[self.counted] ** 2))
+
+    def error(self, image):
+        return self.relative(blocks(image) - self.truth) - self.noise
+
+
+def blocks(image):
+    """Means of all channels over blocks of pixels."""
+    height, width = (side // BLOCK * BLOCK for side in image.shape[:2])
+    grey = image[:height, :width].astype(float).mean(axis=2)
+    return grey.reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK).mean(axis=(1, 3))
+
+
+def denoised(tracer, image):
+    import pyoidn
+
+    albedo, normal = tracer.guides()
+    return pyoidn.denoise(np.ascontiguousarray(image), albedo=albedo, normal=normal, hdr=True)
+
+
+def show(images, exposure, path):
+    """The middle of some pictures, side by side, with the exposure of radwalk's."""
+    from PIL import Image
+
+    top, left = ((side - detail) // 2 for side, detail in zip(images[0].shape, DETAIL[::-1]))
+    parts = [image[top : top + DETAIL[1], left : left + DETAIL[0]] for image in images]
+    light = np.concatenate(parts, axis=1) * np.pi * np.array(exposure)
+    above = np.maximum(light - 0.5, 0.0)
+    light = np.minimum(light, 0.5) + 0.5 * above / (above + 0.5)
+    shades = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1 / 2.4) - 0.055)
+    image = Image.fromarray((np.clip(shades, 0.0, 1.0) * 255 + 0.5).astype(np.uint8))
+    image.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,170 @@
+//! Tests of luminaires and work planes as users meet them: files, figures, words and refusals.
+
+use std::path::PathBuf;
+
+use crate::support::{columns, path, run, run_job};
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+/// A room of 4 × 4 × 3 m of one reflectance, with these tables after its surfaces.
+fn room(folder: &TempDir, reflectance: f64, tables: &str) -> PathBuf {
+    let quads = [
+        "[[0,0,0], [4,0,0], [0,4,0]]",
+        "[[0,0,3], [0,4,3], [4,0,3]]",
+        "[[0,0,0], [0,4,0], [0,0,3]]",
+        "[[4,0,0], [4,0,3], [4,4,0]]",
+        "[[0,0,0], [0,0,3], [4,0,0]]",
+        "[[0,4,0], [4,4,0], [0,4,3]]",
+    ];
+    let surface =
+        |quad: &&str| format!("[[surface]]\nmaterial = \"wall\"\nquad = {quad}\npatches = [4, 4]\n");
+    let surfaces: String = quads.iter().map(surface).collect();
+    let scene = format!("[material.wall]\nreflectance = {reflectance}\n{surfaces}{tables}");
+    std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    // Cosine-like, by one plane of five angles; 1,000 cd down.
+    let lamp =
+        "IESNA:LM-63-2002\nTILT=NONE\n1 -1 10 5 1 1 2 0 0 0\n1 1 10\n0 30 45 60 90\n0\n100 90 70 40 0\n";
+    std::fs::write(folder.path().join("down.ies"), lamp).unwrap();
+    std::fs::write(folder.path().join("desk.pts"), "# two points\n2 2 0.5 0 0 1\n1 1 1 0 0 2\n\n").unwrap();
+    let job = "scene = \"scene.toml\"\nseed = 1\n[method]\nwalk = \"shooting\"\n[budget]\npaths = 200_000\nstream_paths = 5000\n";
+    let file = folder.path().join("job.toml");
+    std::fs::write(&file, job).unwrap();
+    file
+}
+
+const LAMP: &str = "[[lamp]]\nfile = \"down.ies\"\nposition = [2, 2, 3]\nfactor = 0.5\n";
+const PLANE: &str = "[[plane]]\nname = \"desk\"\norigin = [0, 0, 0]\nu = [0, 4, 0]\nv = [4, 0, 0]\nspacing = 1.0\nheight = 0.8\n";
+const POINTS: &str = "[[points]]\nname = \"eyes\"\nfile = \"desk.pts\"\n";
+
+/// In a black room the lux of every point are I cos θ / d², from the file's table, without an error.
+#[test]
+fn a_black_room_has_the_lux_of_the_formula() {
+    let folder = tempdir().unwrap();
+    let job = room(&folder, 0.0, &[LAMP, PLANE, POINTS].concat());
+    let out = path(&folder, "out");
+    let summary = run_job(job.to_str().unwrap(), &out, &[]);
+    assert_eq!(summary["units"]["irradiance"], "lx");
+    let columns = columns(&out.join("planes.csv"));
+    let column = |name: &str| columns[name].iter().map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
+    let [x, y, z, dz] = ["x", "y", "z", "dz"].map(column);
+    let [light, error, low, high] = ["illuminance", "std_error", "ci_low", "ci_high"].map(column);
+    assert_eq!(light.len(), 16 + 2);
+    for i in 0..18 {
+        let (d2, drop) = ((x[i] - 2.0).powi(2) + (y[i] - 2.0).powi(2) + (3.0 - z[i]).powi(2), 3.0 - z[i]);
+        let gamma = (drop / d2.sqrt()).acos().to_degrees();
+        let nodes = [(0.0, 100.0), (30.0, 90.0), (45.0, 70.0), (60.0, 40.0), (90.0, 0.0)];
+        let at = nodes.windows(2).find(|pair| gamma <= pair[1].0).unwrap();
+        let part = (gamma - at[0].0) / (at[1].0 - at[0].0);
+        let candela = 0.5 * 10.0 * (at[0].1 + part * (at[1].1 - at[0].1));
+        let expected = candela * drop / d2.powf(1.5);
+        assert!((light[i] - expected).abs() < 1e-9 * expected, "{} for {expected}", light[i]);
+        assert_eq!((error[i], low[i], high[i], dz[i]), (0.0, light[i], light[i], 1.0));
+    }
+    // The sides of the plane are written so that u × v looks down; it looks up all the same.
+    assert!((x[0] - 0.5).abs() < 1e-12 && (z[0] - 0.8).abs() < 1e-12);
+    let mean: f64 = light[..16].iter().sum::<f64>() / 16.0;
+    let plane = &summary["planes"][0];
+    assert_eq!((plane["name"].as_str(), plane["points"].as_u64()), (Some("desk"), Some(16)));
+    assert!((plane["mean"]["value"].as_f64().unwrap() / mean - 1.0).abs() < 1e-12);
+    let least = light[..16].iter().copied().fold(f64::INFINITY, f64::min);
+    let figures = [&plane["minimum"], &plane["uniformity"]].map(|figure| figure["value"].as_f64().unwrap());
+    assert!((figures[0] - least).abs() < 1e-12 && (figures[1] - least / mean).abs() < 1e-12);
+    assert_eq!(summary["planes"][1]["name"], "eyes");
+}
+
+/// Workers that come and go leave no trace in planes, and `audit` accepts them.
+#[test]
+fn workers_leave_no_trace_in_planes() {
+    let folder = tempdir().unwrap();
+    let job = room(&folder, 0.6, &[LAMP, PLANE].concat());
+    let [one, many] = ["one", "many"].map(|name| path(&folder, name));
+    let summary = run_job(job.to_str().unwrap(), &one, &["--workers", "1"]);
+    run_job(job.to_str().unwrap(), &many, &["--workers", "3"]);
+    let table = |out: &PathBuf| std::fs::read(out.join("planes.csv")).unwrap();
+    assert_eq!(table(&one), table(&many));
+    let plane = &summary["planes"][0];
+    for figure in ["mean", "minimum", "uniformity"] {
+        let [low, value, high] = ["low", "value", "high"].map(|key| plane[figure][key].as_f64().unwrap());
+        assert!(0.0 < low && low < value && value < high, "{plane}");
+    }
+    let (code, stdout, stderr) = run(&["audit", many.to_str().unwrap()]);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    let (_, stdout, _) =
+        run(&["run", job.to_str().unwrap(), "--out", path(&folder, "told").to_str().unwrap()]);
+    assert!(
+        stdout.contains("plane \"desk\" (16 points): mean ") && stdout.contains(" lx, U₀ 0."),
+        "{stdout}"
+    );
+}
+
+/// Lamps by name are sources, `rest` the others: their parts add up to the light of the plane, and `combine` dims them without a ray, to what a
+/// run with weaker lamps finds within 5 standard errors of both, which are at most half widths over 1.9.
+#[test]
+fn lamps_are_dimmed_on_planes() {
+    let folder = tempdir().unwrap();
+    let lamps = "[[lamp]]\nname = \"window\"\nfile = \"down.ies\"\nposition = [1, 2, 3]\n[[lamp]]\nname = \"door\"\nintensity = 50.0\nposition = [3, 2, 2.5]\n";
+    let job = room(&folder, 0.5, &[lamps, PLANE].concat());
+    let text = std::fs::read_to_string(&job).unwrap();
+    std::fs::write(&job, format!("{text}[[source]]\nname = \"day\"\nlamps = [\"win*\"]\n")).unwrap();
+    let out = path(&folder, "out");
+    let summary = run_job(job.to_str().unwrap(), &out, &[]);
+    let plane = |summary: &Value| summary["planes"][0].clone();
+    let mean = |value: &Value| value["mean"]["value"].as_f64().unwrap();
+    let sources = plane(&summary)["sources"].as_array().unwrap().clone();
+    assert_eq!((sources[0]["name"].as_str(), sources[1]["name"].as_str()), (Some("day"), Some("rest")));
+    let parts: f64 = sources.iter().map(mean).sum();
+    assert!((parts / mean(&plane(&summary)) - 1.0).abs() < 1e-6, "{summary}");
+    let mixed = path(&folder, "mixed");
+    let set = ["combine", out.to_str().unwrap(), "--set", "day=0.25", "--out", mixed.to_str().unwrap()];
+    let (code, _, stderr) = run(&set);
+    assert_eq!(code, 0, "{stderr}");
+    let read = |out: &PathBuf| -> Value {
+        serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
+    };
+    let dimmed = plane(&read(&mixed));
+    let expected = 0.25 * mean(&sources[0]) + mean(&sources[1]);
+    assert!((mean(&dimmed) / expected - 1.0).abs() < 1e-9, "{dimmed}");
+    let weaker = lamps.replace("position = [1, 2, 3]", "position = [1, 2, 3]\nfactor = 0.25");
+    let job = room(&folder, 0.5, &[&weaker, PLANE].concat());
+    let direct = plane(&run_job(job.to_str().unwrap(), &path(&folder, "direct"), &["--set", "seed=9"]));
+    for figure in ["mean", "minimum"] {
+        let [a, b] = [&dimmed, &direct]
+            .map(|plane| ["value", "low", "high"].map(|key| plane[figure][key].as_f64().unwrap()));
+        let error = (a[2] - a[1]).hypot(b[2] - b[1]) / 3.8;
+        assert!((a[0] - b[0]).abs() < 5.0 * error, "{figure}: {a:?} {b:?}");
+    }
+    let (code, stdout, stderr) = run(&["audit", mixed.to_str().unwrap()]);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    assert!(std::fs::read_to_string(out.join("planes.svg")).unwrap().contains("desk: "));
+}
+
+#[test]
+fn what_cannot_be_is_refused_in_words() {
+    let folder = tempdir().unwrap();
+    for (tables, words) in [
+        ("[[lamp]]\nposition = [1, 1, 1]\n", "a lamp gives light"),
+        ("[[lamp]]\nfile = \"no.ies\"\nposition = [1, 1, 1]\n", "there is no file"),
+        ("[[lamp]]\nintensity = 5.0\n", "a lamp hangs somewhere"),
+        ("[[lamp]]\nintensity = 5.0\nfile = \"down.ies\"\nposition = [1, 1, 1]\n", "from another key"),
+        ("[[lamp]]\nintensity = -5.0\nposition = [1, 1, 1]\n", "below 0"),
+        ("[[lamp]]\nilluminance = 5.0\n", "comes from some direction"),
+        ("[[lamp]]\nintensity = 5.0\ncone = [30, 20]\nposition = [1, 1, 1]\n", "no cone"),
+    ] {
+        let job = room(&folder, 0.5, tables);
+        let (code, _, stderr) = run(&["check", job.to_str().unwrap()]);
+        assert_eq!(code, 2, "{tables}: {stderr}");
+        assert!(stderr.contains(words), "{tables}: {stderr}");
+    }
+    let plane = PLANE.replace("spacing = 1.0", "spacing = 0.0001");
+    let job = room(&folder, 0.5, &[LAMP, &plane].concat());
+    let (code, _, stderr) = run(&["check", job.to_str().unwrap()]);
+    assert!(code == 2 && stderr.contains("4096 points"), "{stderr}");
+    let job = room(&folder, 0.5, LAMP);
+    for method in ["gathering", "jacobi"] {
+        let set = format!("method.walk={method}");
+        let (code, _, stderr) = run(&["run", job.to_str().unwrap(), "--set", &set]);
+        assert!(code == 2 && stderr.contains("[[lamp]]"), "{method}: {stderr}");
+    }
+    let (code, _, stderr) = run(&["exact", job.to_str().unwrap()]);
+    assert!(code == 2 && stderr.contains("lamps without area"), "{stderr}");
+}
