@@ -5,7 +5,7 @@ use radiosity::{Experiment, Tally};
 use report::OutputFolder;
 use results::factors::{
     Answer, Asked, FILES, FactorsFault, Hands as RowHands, Question, Round, SparseAnswer, SparseAsked,
-    SparseFile, UNLIT, Walked, count, count_rows, sparse_files,
+    SparseFile, Walked, count, count_rows, sparse_files, unlit,
 };
 use results::{Identity, Settings};
 use tracing::{info, warn};
@@ -64,7 +64,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
 
 /// What is asked, by the words of the command.
 fn question(args: &FactorsArgs, sparse: Option<SparseAsked>) -> Result<Question, Fault> {
-    let unlit = sparse.map(|_| UNLIT.to_owned());
+    let unlit = sparse.and_then(|_| unlit(&args.job.job));
     let overrides: Vec<String> = unlit.into_iter().chain(args.job.overrides()).collect();
     let job = load_given(&args.job.job, &overrides, "factors")?;
     let asked = Asked {

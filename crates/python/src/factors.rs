@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use report::OutputFolder;
 use results::factors::{
-    Asked, Hands, Question, SparseAnswer, SparseAsked, SparseFile, UNLIT, count_rows, sparse_files,
+    Asked, Hands, Question, SparseAnswer, SparseAsked, SparseFile, count_rows, sparse_files, unlit,
 };
 
 use crate::refusal::refuse;
@@ -45,7 +45,8 @@ pub(crate) fn factors(
         sparse: Some(sparse),
         ..Asked::default()
     };
-    let overrides = [vec![UNLIT.to_owned()], overrides].concat();
+    let dark = source.file().and_then(unlit);
+    let overrides: Vec<String> = dark.into_iter().chain(overrides).collect();
     let job = source.as_written(&overrides)?;
     let mut trouble = None;
     let mut ask = |part: f64| {

@@ -1,6 +1,6 @@
 //! Jobs, walked and solved.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
@@ -31,6 +31,14 @@ pub(crate) enum Source<'py> {
 }
 
 impl Source<'_> {
+    /// The file, where it is one.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        match self {
+            Source::Mesh(_) => None,
+            Source::File(path) => Some(path),
+        }
+    }
+
     /// The job with the patches that the scene has.
     pub(crate) fn as_written(&self, overrides: &[String]) -> PyResult<Job> {
         match self {

@@ -29,7 +29,8 @@ fn point(z: f64, normal: DVec3) -> SensorSpec {
 }
 
 fn coefficients(surfaces: Vec<SurfaceSpec>, sensors: &[SensorSpec]) -> Coefficients {
-    let scene = Scene::build(&SceneSpec::new(surfaces), IndexChoice::Auto).unwrap();
+    let spec = SceneSpec::new(surfaces);
+    let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
     Coefficients::new(scene, sensors, SkyPatches::new(145).unwrap()).unwrap()
 }
 

@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use super::unfit::Unfit;
+use crate::geometry::frame::Frames;
 use crate::geometry::sensor::{SensorSpec, Sensors};
 use crate::geometry::sky::SkyPatches;
 use crate::random::rng::Sequence;
@@ -27,6 +28,8 @@ const WALKS_OF_A_CELL: u64 = 1 << 40;
 pub struct Coefficients {
     scene: Scene,
     sensors: Sensors,
+    /// Frames of the scene's surfaces, and of the sensors behind them.
+    frames: Frames,
     sky: SkyPatches,
 }
 
@@ -71,7 +74,9 @@ impl Coefficients {
             return Err(Unfit::DaylightInColour);
         }
         let sensors = Sensors::new(&scene, specs)?.ok_or(Unfit::NoSensors)?;
-        Ok(Coefficients { scene, sensors, sky })
+        let of_sensors = (0..specs.len()).flat_map(|sensor| sensors.frames_of(sensor).iter().copied());
+        let frames = Frames::new(scene.surfaces().iter().map(|surface| surface.frame()).chain(of_sensors));
+        Ok(Coefficients { scene, sensors, frames, sky })
     }
 
     /// The sensors.
@@ -90,7 +95,7 @@ impl Coefficients {
     /// Where there is no such cell, or more walks than a cell has.
     pub fn walk(&self, sequence: &Sequence, cell: usize, walks: Range<u64>, tally: &mut SkyTally) {
         assert!(walks.end <= WALKS_OF_A_CELL && cell < self.sensors.cell_count(), "there are such walks");
-        let births = SensorBirths::new(&self.sensors, cell);
+        let births = SensorBirths::new(&self.sensors, &self.frames, self.scene.surfaces().len() as u32, cell);
         let mut score = SkyCounts::new(&self.sky, (&mut tally.straight, &mut tally.reflected));
         let first = cell as u64 * WALKS_OF_A_CELL;
         let walks = first + walks.start..first + walks.end;

@@ -2,12 +2,14 @@
 
 use super::lamps::Lamps;
 use crate::geometry::face::Faces;
+use crate::geometry::frame::Frames;
 use crate::geometry::sensor::{SensorCell, Sensors};
 use crate::geometry::spec::Side;
 use crate::geometry::surface::Surface;
-use crate::random::sampling::{AliasTable, cosine_direction};
+use crate::random::rng::unit_32;
+use crate::random::sampling::AliasTable;
 use crate::scene::Scene;
-use crate::trace::ray::Ray;
+use crate::trace::ray::{Ray, Rays};
 
 /// One side of consecutive cells of a surface, where walks begin with the same probability.
 #[derive(Clone, Copy, Debug)]
@@ -31,42 +33,95 @@ pub(crate) struct Origin {
 pub(crate) enum Birthplace {
     /// On one side of a cell.
     Cell(Origin),
-    /// On no surface, where rays are known: at a lamp without area, or at a sensor, by number.
-    Free(usize),
+    /// At a lamp without area, by number.
+    Lamp(usize),
+}
+
+/// A place on a plane where a walk begins.
+pub(crate) struct Birth {
+    /// The number of the frame that it leaves: a surface, or what [`Nursery::frames`] has behind them.
+    pub surface: u32,
+    pub cell: u32,
+    /// 1 where it is the front that the walk leaves, −1 where it is the back.
+    pub facing: f64,
+    pub uv: [f64; 2],
+    /// What the walk is born on: a face, or a cell of a sensor.
+    pub face: u32,
+}
+
+/// How a walk is born.
+pub(crate) enum Born {
+    /// On a plane, which it leaves in a direction about the normal.
+    OnPlane(Birth),
+    /// At a lamp without area, by number.
+    AtLamp(usize),
 }
 
 /// What bears walks.
-pub(crate) trait Nursery {
-    /// The birthplace that twice 64 random bits choose, and the weights of the channels there.
-    fn choose<const C: usize>(&self, bits: [u64; 2]) -> (Birthplace, [f64; C]);
-    /// The number that scores know a free birthplace by, and the ray from it that random bits choose: for the point, and for the direction.
-    fn free(&self, scene: &Scene, place: usize, bits: [u64; 2]) -> (u32, Ray);
+pub(crate) trait Nursery<const C: usize> {
+    /// The birth that four times 64 random bits choose, and the weights of the channels; the last bits are those of the direction.
+    fn bear(&self, scene: &Scene, draws: [u64; 4]) -> (Born, [f64; C]);
+    /// The frames that walks leave.
+    #[inline(always)]
+    fn frames<'a>(&'a self, scene: &'a Scene) -> &'a Frames {
+        &scene.parts.frames
+    }
+    /// Says of rays that have left a frame which of them leave no surface.
+    #[inline(always)]
+    fn leave(_scene: &Scene, _rays: &mut Rays) {}
+}
+
+impl<const C: usize> Nursery<C> for Births {
+    #[inline(always)]
+    fn bear(&self, scene: &Scene, [cradle, cell, point, _]: [u64; 4]) -> (Born, [f64; C]) {
+        let (birthplace, weights) = self.choose([cradle, cell]);
+        let Origin { surface: number, cell, side } = match birthplace {
+            Birthplace::Cell(origin) => origin,
+            Birthplace::Lamp(lamp) => return (Born::AtLamp(lamp), weights),
+        };
+        let uv = scene.surfaces()[number as usize]
+            .point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
+        let face = scene.face_at(number, cell, side);
+        (Born::OnPlane(Birth { surface: number, cell, facing: side.sign(), uv, face }), weights)
+    }
 }
 
 /// Births in one cell of a sensor, uniformly.
 pub(crate) struct SensorBirths<'a> {
     sensors: &'a Sensors,
+    /// The frames of surfaces, and those of sensors behind them.
+    frames: &'a Frames,
+    /// The number of the sensor's frame there.
+    frame: u32,
+    number: u32,
     cell: SensorCell,
 }
 
 impl<'a> SensorBirths<'a> {
-    pub(crate) fn new(sensors: &'a Sensors, cell: usize) -> Self {
-        SensorBirths { sensors, cell: sensors.cell(cell) }
+    pub(crate) fn new(sensors: &'a Sensors, frames: &'a Frames, surfaces: u32, cell: usize) -> Self {
+        let number = cell as u32;
+        let cell = sensors.cell(cell);
+        SensorBirths { sensors, frames, frame: surfaces + cell.frame(), number, cell }
     }
 }
 
-impl Nursery for SensorBirths<'_> {
+impl Nursery<1> for SensorBirths<'_> {
     #[inline(always)]
-    fn choose<const C: usize>(&self, _: [u64; 2]) -> (Birthplace, [f64; C]) {
-        (Birthplace::Free(0), [1.0; C])
+    fn bear(&self, _: &Scene, [_, _, point, _]: [u64; 4]) -> (Born, [f64; 1]) {
+        let uv = self.sensors.place(&self.cell, [(point >> 32) as u32, point as u32]);
+        let birth = Birth { surface: self.frame, cell: 0, facing: 1.0, uv, face: self.number };
+        (Born::OnPlane(birth), [1.0])
     }
 
     #[inline(always)]
-    fn free(&self, _: &Scene, _: usize, [point, direction]: [u64; 2]) -> (u32, Ray) {
-        let frame = self.sensors.frame(&self.cell);
-        let place = self.sensors.place(&self.cell, [(point >> 32) as u32, point as u32]);
-        let direction = frame.direction(1.0, cosine_direction(direction)).into();
-        (0, Ray { origin: frame.point(place).into(), direction, from: Ray::FREE })
+    fn frames<'a>(&'a self, _: &'a Scene) -> &'a Frames {
+        self.frames
+    }
+
+    #[inline(always)]
+    fn leave(scene: &Scene, rays: &mut Rays) {
+        let surfaces = scene.surfaces().len() as u32;
+        rays.from.iter_mut().filter(|from| **from >= surfaces).for_each(|from| *from = Ray::FREE);
     }
 }
 
@@ -182,31 +237,24 @@ impl Births {
         Some(births)
     }
 
-    /// The largest weight that a walk sets out with, channel by channel; 1 where a channel has no light at all.
-    pub(crate) fn largest_weights(&self) -> [f64; 3] {
-        self.largest_weights
-    }
-}
-
-impl Nursery for Births {
+    /// The birthplace that twice 64 random bits choose, and the weights of the channels there.
     #[inline(always)]
-    fn choose<const C: usize>(&self, bits: [u64; 2]) -> (Birthplace, [f64; C]) {
+    pub(crate) fn choose<const C: usize>(&self, bits: [u64; 2]) -> (Birthplace, [f64; C]) {
         let choice = self.choice.choose(bits[0]);
         let weights = match self.weights.get(choice) {
             Some(weights) if C > 1 => std::array::from_fn(|c| weights[c]),
             _ => [1.0; C],
         };
         let Some(&Cradle { surface, side, first_cell, cells }) = self.cradles.get(choice) else {
-            return (Birthplace::Free(choice - self.cradles.len()), weights);
+            return (Birthplace::Lamp(choice - self.cradles.len()), weights);
         };
         let cell = first_cell + ((u128::from(bits[1]) * u128::from(cells)) >> 64) as u32;
         (Birthplace::Cell(Origin { surface, cell, side }), weights)
     }
 
-    #[inline(always)]
-    fn free(&self, scene: &Scene, lamp: usize, [point, direction]: [u64; 2]) -> (u32, Ray) {
-        // Lamps are numbered behind faces.
-        ((scene.faces().len() + lamp) as u32, scene.parts.lamps.birth(lamp, point, direction))
+    /// The largest weight that a walk sets out with, channel by channel; 1 where a channel has no light at all.
+    pub(crate) fn largest_weights(&self) -> [f64; 3] {
+        self.largest_weights
     }
 }
 

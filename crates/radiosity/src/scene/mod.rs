@@ -34,7 +34,7 @@ use crate::trace::Index;
 use crate::trace::facet::Facets;
 use crate::trace::ray::Ray;
 use crate::trace::stack::Stack;
-use births::{Birthplace, Births, Nursery, Origin};
+use births::{Birthplace, Births, Origin};
 use lamps::Lamps;
 use scatter::Scatter;
 use sealed::Sealed;
@@ -299,7 +299,7 @@ impl Scene {
     /// The ray of a birth that four times 64 random bits choose.
     pub(crate) fn birth(&self, [choice, place, point, direction]: [u64; 4]) -> Ray {
         match self.emitters().choose::<1>([choice, place]).0 {
-            Birthplace::Free(lamp) => self.parts.lamps.birth(lamp, point, direction),
+            Birthplace::Lamp(lamp) => self.parts.lamps.birth(lamp, point, direction),
             Birthplace::Cell(Origin { surface: from, cell, side }) => {
                 let surface = &self.surfaces()[from as usize];
                 let point = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));

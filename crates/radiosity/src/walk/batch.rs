@@ -6,13 +6,13 @@
 
 use std::ops::Range;
 
-use crate::random::rng::{Generators, Numbers, Sequence, unit_32};
+use crate::random::rng::{Generators, Numbers, Sequence};
 use crate::scene::Scene;
-use crate::scene::births::{Birthplace, Nursery, Origin};
+use crate::scene::births::{Birth, Born, Nursery};
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::Isa;
 use crate::tally::Counts;
-use crate::trace::ray::{Hits, Ray, Rays};
+use crate::trace::ray::{Hits, Rays};
 use crate::trace::tree::Scratch;
 use crate::walk::Space;
 use crate::walk::arrive::Arrivals;
@@ -36,7 +36,7 @@ pub enum WalkEnd {
 /// Walks number `walks.start` … `walks.end` − 1 of a sequence; returns how they ended.
 pub(crate) fn walk_all<const C: usize>(
     scene: &Scene,
-    births: &impl Nursery,
+    births: &impl Nursery<C>,
     space: Space,
     sequence: &Sequence,
     walks: Range<u64>,
@@ -50,7 +50,7 @@ pub(crate) fn walk_all<const C: usize>(
 /// Walks that begin at these places of the numbers; returns how they ended.
 pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
     scene: &Scene,
-    births: &impl Nursery,
+    births: &impl Nursery<C>,
     space: Space,
     numbers: &N,
     starts: impl Iterator<Item = N::Place>,
@@ -89,7 +89,7 @@ struct Newborns<'a, B, N, I> {
     len: usize,
 }
 
-impl<'a, B: Nursery, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
+impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
     fn new(isa: Isa, births: &'a B, generators: N, starts: I) -> Self {
         Newborns { isa, births, starts, generators, draws: [[0; WIDTH]; 4], next: 0, len: 0 }
     }
@@ -114,12 +114,6 @@ impl<'a, B: Nursery, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N
         }
         self.generators.births(self.isa, &mut self.draws);
     }
-
-    /// Where it is born and the weights it sets out with.
-    #[inline(always)]
-    fn birth<const C: usize>(&self, newborn: usize) -> (Birthplace, [f64; C]) {
-        self.births.choose([self.draws[0][newborn], self.draws[1][newborn]])
-    }
 }
 
 /// A batch of walks between two rays.
@@ -141,7 +135,7 @@ struct Walker<'a, N, E, F, const C: usize> {
 }
 
 impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C> {
-    fn run(&mut self, newborns: &mut Newborns<impl Nursery, N, impl Iterator<Item = N::Place>>) {
+    fn run<B: Nursery<C>>(&mut self, newborns: &mut Newborns<B, N, impl Iterator<Item = N::Place>>) {
         let (mut rays, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
         let mut scratch = Box::<Scratch>::default();
         let (mut arrivals, mut draws) = (Arrivals::default(), [[0; WIDTH]; 3]);
@@ -150,7 +144,8 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         }
         while self.len > 0 {
             let parts = &*self.scene.parts;
-            self.departures.leave(self.isa, &parts.frames, self.len, &mut rays);
+            self.departures.leave(self.isa, newborns.births.frames(self.scene), self.len, &mut rays);
+            B::leave(self.scene, &mut rays);
             self.counts.rays += self.len as u64;
             parts.index.closest_hits(&parts.facets, &rays, &mut scratch, &mut hits);
             let met = &hits.surface[..self.len];
@@ -176,43 +171,42 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
     /// A walk sets out. No score and no survival test at its origin: the estimate is of b, and E is added
     /// (source-term suppression). False where all have set out.
     #[inline(always)]
-    fn begin(
+    fn begin<B: Nursery<C>>(
         &mut self,
         lane: usize,
-        newborns: &mut Newborns<impl Nursery, N, impl Iterator<Item = N::Place>>,
+        newborns: &mut Newborns<B, N, impl Iterator<Item = N::Place>>,
     ) -> bool {
         let Some(newborn) = newborns.pop() else { return false };
         self.counts.walks += 1;
-        let (birthplace, weights) = newborns.birth(newborn);
-        let [_, _, point, direction] = newborns.draws.each_ref().map(|row| row[newborn]);
+        let draws = newborns.draws.each_ref().map(|row| row[newborn]);
+        let (born, weights) = newborns.births.bear(self.scene, draws);
         self.generators.set(lane, &newborns.generators.get(newborn));
         if !F::CHANCE {
             self.fates[lane] = self.fate;
             self.fates[lane].set_out(weights);
         }
-        let Origin { surface: number, cell, side } = match birthplace {
-            Birthplace::Cell(origin) => origin,
-            Birthplace::Free(lamp) => {
-                self.begin_freely(lane, newborns.births.free(self.scene, lamp, [point, direction]));
+        let Birth { surface, cell, facing, uv, face } = match born {
+            Born::OnPlane(birth) => birth,
+            Born::AtLamp(lamp) => {
+                self.begin_at_lamp((lane, lamp), [draws[2], draws[3]]);
                 return true;
             }
         };
-        let surface = &self.scene.surfaces()[number as usize];
-        self.estimator.begin(lane, self.scene.face_at(number, cell, side));
-        let uv = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
-        self.estimator.born_at(lane, self.scene, [number, cell], uv);
-        self.departures.surface[lane] = number;
-        self.departures.facing[lane] = side.sign();
+        self.estimator.begin(lane, face);
+        self.estimator.born_at(lane, self.scene, [surface, cell], uv);
+        self.departures.surface[lane] = surface;
+        self.departures.facing[lane] = facing;
         self.departures.uv.iter_mut().zip(uv).for_each(|(row, uv)| row[lane] = uv);
-        self.departures.direction[lane] = direction;
+        self.departures.direction[lane] = draws[3];
         true
     }
 
-    /// A walk sets out along a known ray, from a birthplace with a number.
+    /// A walk sets out from a lamp without area: lamps are numbered behind faces.
     #[inline(always)]
-    fn begin_freely(&mut self, lane: usize, (birth, ray): (u32, Ray)) {
-        self.estimator.begin(lane, birth);
-        self.departures.set_free(lane, &ray);
+    fn begin_at_lamp(&mut self, (lane, lamp): (usize, usize), [point, direction]: [u64; 2]) {
+        let scene = self.scene;
+        self.estimator.begin(lane, (scene.faces().len() + lamp) as u32);
+        self.departures.set_free(lane, &scene.parts.lamps.birth(lamp, point, direction));
     }
 
     /// What becomes of the walks where they have arrived, and which of them have ended.
@@ -263,10 +257,10 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
 
     /// Walks set out in the places of those that have ended. Where none is left, the last ones move there.
     #[inline(always)]
-    fn replace(
+    fn replace<B: Nursery<C>>(
         &mut self,
         ended: Lanes,
-        newborns: &mut Newborns<impl Nursery, N, impl Iterator<Item = N::Place>>,
+        newborns: &mut Newborns<B, N, impl Iterator<Item = N::Place>>,
     ) {
         let mut vacant = Lanes::default();
         ended.each(|lane| {

@@ -19,5 +19,5 @@ pub use fault::FactorsFault;
 pub use kept::{Kept, is_counted, merge};
 pub use question::{Asked, Question};
 pub use sparse::{
-    Hands, SparseAnswer, SparseAsked, SparseCounted, SparseFile, UNLIT, count_rows, sparse_files,
+    Hands, SparseAnswer, SparseAsked, SparseCounted, SparseFile, count_rows, sparse_files, unlit,
 };

@@ -5,11 +5,16 @@ mod count;
 mod journal;
 mod matrix;
 
+use std::path::Path;
+
 pub use answer::{SparseAnswer, SparseFile, sparse_files};
 pub use count::{Hands, SparseCounted, count_rows};
 
-/// The change of a job by which a mesh without light is given no lamps: it has a sky, and sparse factors leave skies out.
-pub const UNLIT: &str = "import.sky=1";
+/// The change of a job by which a mesh in its place is given no lamps where it has no light: it has a sky, and sparse factors leave skies out.
+pub fn unlit(job: &Path) -> Option<String> {
+    let is_toml = job.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    (!is_toml).then(|| "import.sky=1".to_owned())
+}
 
 /// What is asked of sparse factors, beside what is asked of all.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,226 @@
+#!/usr/bin/env python3
+"""Sparse factors of made cities: times, memory, entries, errors, row sums, kills; and View3D beside them. Writes docs/results/factors.md.
+
+    scripts/factors.py RADWALK [--view3d VIEW3D] [--blocks 4,8,16,34] [--out FOLDER]
+
+numpy and scipy read the matrices. View3D is compared where it is given, on cities of up to 2,000 facets: built from
+https://github.com/jasondegraw/View3D by a C compiler.
+"""
+
+import argparse
+import hashlib
+import json
+import os
+import struct
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+
+RAYS = 10_000
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "results" / "factors.md"
+
+
+def height(i, j):
+    """The height of a building [m], from 6 to 60, most of them low: a hash of its place."""
+    h = (i * 73856093 ^ j * 19349663) & 0xFFFFFFFF
+    h = ((h ^ (h >> 15)) * 0x2C1B3C6D) & 0xFFFFFFFF
+    h = ((h ^ (h >> 12)) * 0x297A2D39) & 0xFFFFFFFF
+    return 6.0 + 54.0 * ((h ^ (h >> 15)) / 2**32) ** 3
+
+
+def city(side):
+    """Blocks of 30 m × 30 m, side × side of them, with a building of 15 m × 15 m on each: 88 triangles a block."""
+    triangles = []
+
+    def quad(corner, u, v, nu, nv):
+        corner, u, v = map(np.array, (corner, u, v))
+        for a in range(nu):
+            for b in range(nv):
+                at = lambda s, t: corner + u * (s / nu) + v * (t / nv)
+                p, q, r, s = at(a, b), at(a + 1, b), at(a + 1, b + 1), at(a, b + 1)
+                triangles.extend([(p, q, r), (p, r, s)])
+
+    for i in range(side):
+        for j in range(side):
+            x, y, h = 30.0 * i, 30.0 * j, height(i, j)
+            strips = [(0.0, 7.5), (7.5, 15.0), (22.5, 7.5)]
+            for a, (x0, w) in enumerate(strips):
+                for b, (y0, d) in enumerate(strips):
+                    if (a, b) != (1, 1):
+                        quad((x + x0, y + y0, 0.0), (w, 0, 0), (0, d, 0), 1, 1)
+            x, y = x + 7.5, y + 7.5
+            quad((x, y, 0.0), (15, 0, 0), (0, 0, h), 2, 4)
+            quad((x + 15, y, 0.0), (0, 15, 0), (0, 0, h), 2, 4)
+            quad((x + 15, y + 15, 0.0), (-15, 0, 0), (0, 0, h), 2, 4)
+            quad((x, y + 15, 0.0), (0, -15, 0), (0, 0, h), 2, 4)
+            quad((x, y, h), (15, 0, 0), (0, 15, 0), 2, 2)
+    return np.array(triangles, dtype="<f4")
+
+
+def write_stl(path, triangles):
+    records = np.zeros(len(triangles), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+    records["corners"] = triangles
+    path.write_bytes(b"a made city".ljust(80) + struct.pack("<I", len(triangles)) + records.tobytes())
+
+
+def write_vs3(path, triangles):
+    vertices, of_corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    with open(path, "w") as file:
+        file.write("T a made city\nC eps=1.0e-4 encl=0 list=0 out=0\nF 3\n")
+        for number, point in enumerate(vertices, 1):
+            file.write("V {} {:.9g} {:.9g} {:.9g}\n".format(number, *point))
+        for number, corners in enumerate(of_corner.reshape(-1, 3) + 1, 1):
+            file.write("S {} {} {} {} 0 0 0 0.9 f{}\n".format(number, *corners, number))
+        file.write("End of data\n")
+
+
+def timed(command):
+    """Runs a command; seconds by the clock and of the processor, and the most memory [MB], looked up twenty times a second."""
+    began, most = time.monotonic(), 0
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while True:
+        pid, status, usage = os.wait4(process.pid, os.WNOHANG)
+        if pid != 0:
+            break
+        # What wait4 tells of memory is that of this process where it was more.
+        lines = Path(f"/proc/{process.pid}/status").read_text().splitlines()
+        most = max([most, *(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))])
+        time.sleep(0.05)
+    assert os.waitstatus_to_exitcode(status) == 0, command
+    return time.monotonic() - began, usage.ru_utime + usage.ru_stime, most / 1024
+
+
+def arguments(binary, stl, out, *more):
+    # The mesh's fronts look out of the buildings; its unit is the metre.
+    return [binary, "factors", stl, "--sparse", "--rays", str(RAYS), "--set", "import.sides=1", "--out", out, "--quiet", *more]
+
+
+def measured(binary, side, folder):
+    """A row of the table of cities, and the matrix."""
+    stl, out = folder / f"city{side}.stl", folder / f"out{side}"
+    triangles = city(side)
+    write_stl(stl, triangles)
+    wall, processor, memory = timed(arguments(binary, stl, out, "--export", "npz", "--force"))
+    summary = json.loads((out / "factors.json").read_text())
+    matrix = sparse.load_npz(out / "factors.npz")
+    off = np.abs(matrix.sum(axis=1) - 1.0).max()
+    row = {
+        "facets": len(triangles),
+        "walks": summary["walks"],
+        "wall": wall,
+        "processor": processor,
+        "memory": memory,
+        "entries": summary["entries"],
+        "error": summary["error"],
+        "off": off,
+        "size": (out / "factors.npz").stat().st_size / 1e6,
+    }
+    return row, triangles, matrix
+
+
+def view3d_row(view3d, triangles, matrix, folder):
+    """View3D on the same facets: its times, and the counted factors held against its own."""
+    vs3, vf = folder / "city.vs3", folder / "city.vf"
+    write_vs3(vs3, triangles)
+    wall, processor, memory = timed([view3d, vs3, vf])
+    numbers = np.array(vf.read_text().split("\n", 1)[1].split(), dtype=float)
+    n = len(triangles)
+    areas, exact = numbers[:n], numbers[n : n + n * n].reshape(n, n)
+    counted = matrix[:, :n].toarray()[:n]
+    told = exact * RAYS > 5.0
+    z = (counted - exact)[told] / np.sqrt(exact[told] * (1.0 - exact[told]) / RAYS)
+    by_area = lambda squares: np.sqrt((areas * squares.sum(axis=1)).sum() / areas.sum())
+    rms, error = by_area((counted - exact) ** 2), by_area(counted * (1.0 - counted) / RAYS)
+    return {"error": error, "processor": processor, "memory": memory, "pairs": int(told.sum()), "z": np.sqrt(np.mean(z**2)), "mean": z.mean(), "rms": rms}
+
+
+def killed(binary, side, folder, kills):
+    """Whether a count that is killed so often comes to the same bytes, and how often it was killed while it counted."""
+    stl, whole, broken = folder / f"city{side}.stl", folder / "whole", folder / "broken"
+    began = time.monotonic()
+    subprocess.run(arguments(binary, stl, whole, "--force"), check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    step, times = (time.monotonic() - began) / 12, 0
+    for kill in range(kills):
+        rows = broken / "factors.rows"
+        more = ["--resume"] if rows.exists() else []
+        process = subprocess.Popen(arguments(binary, stl, broken, *more), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(step * (0.5 + (kill * 7 % 10) / 10))
+        times += process.poll() is None
+        process.kill()
+        process.wait()
+    subprocess.run(arguments(binary, stl, broken, "--resume"), check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    digest = lambda out, name: hashlib.sha256((out / name).read_bytes()).hexdigest()
+    same = all(digest(whole, name) == digest(broken, name) for name in ("factors.rows", "factors.mtx", "groups.csv"))
+    return times, same
+
+
+def page(version, rows, peer, kills, processor):
+    lines = [
+        "# Sparse factors of cities",
+        "",
+        "<!-- Written by scripts/factors.py; do not edit. -->",
+        "",
+        f"`scripts/factors.py RADWALK --view3d VIEW3D`, {version}, {processor}. A made city: blocks of 30 m with a building of 15 m × 15 m and 6 m to 60 m on each, 88",
+        f"triangles a block, each a surface of one side. {RAYS:,} walks a row, form factors, two threads. The clock's time depends on what else the machine does; that of the processor hardly.",
+        "",
+        "| facets | walks | clock [s] | processor [s] | walks per processor second | memory [MB] | factors that are not 0 | a row | error of a row | rows off 1 by | `factors.npz` [MB] |",
+        "|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for row in rows:
+        lines.append(
+            "| {facets:,} | {walks:,} | {wall:.0f} | {processor:.1f} | {rate:.2g} million | {memory:.0f} | {entries:,} | {each:.0f} | {error:.2e} | {off:.0e} | {size:.0f} |".format(
+                **row, rate=row["walks"] / row["processor"] / 1e6, each=row["entries"] / row["facets"]
+            )
+        )
+    lines += ["", "The error of a row is the root of the sum of variances of its factors, in the mean square over rows by area.", ""]
+    if peer:
+        lines += [
+            f"## Beside View3D, {peer['facets']:,} facets",
+            "",
+            f"View3D (adaptive integration, `eps=1.0e-4`) takes {peer['processor']:.1f} s of processor time on one thread, the count {peer['ours']:.1f} s on two. Of {peer['pairs']:,} factors that expect more than five walks, the count",
+            f"differs by z with a mean square of {peer['z'] ** 2:.3f} (1 where both agree but for the noise that is told) and a mean of {peer['mean']:.4f}. The columns of facets of a row differ by {peer['rms']:.2e} (root of the sum of squares) where {peer['error']:.2e} is told.",
+            "The time of View3D grows faster than the square of the number of facets, that of a count about as their number.",
+            "",
+        ]
+    times, same = kills
+    lines += [
+        "## Killed and resumed",
+        "",
+        f"A count of {rows[0]['facets']:,} facets was killed {times} times while it counted or wrote, and resumed: the bytes of `factors.rows`, `factors.mtx` and `groups.csv` are {'those' if same else 'NOT those'} of a count that was not.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("radwalk")
+    parser.add_argument("--view3d")
+    parser.add_argument("--blocks", default="4,16,34")
+    parser.add_argument("--out", type=Path)
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = given.out or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        rows, peer = [], None
+        for side in map(int, given.blocks.split(",")):
+            row, triangles, matrix = measured(given.radwalk, side, folder)
+            rows.append(row)
+            print(row, flush=True)
+            if given.view3d and len(triangles) <= 2000:
+                peer = view3d_row(given.view3d, triangles, matrix, folder)
+                peer |= {"facets": row["facets"], "ours": row["processor"]}
+                print(peer, flush=True)
+        kills = killed(given.radwalk, int(given.blocks.split(",")[0]), folder, 20)
+        version = subprocess.run([given.radwalk, "--version"], capture_output=True, text=True, check=True).stdout.split("\n")[0]
+        models = [line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")]
+        processor = f"{len(models)} cores of {models[0]}"
+        PAGE.write_text(page(version, rows, peer, kills, processor))
+
+
+if __name__ == "__main__":
+    main()
