@@ -146,7 +146,7 @@ fn what_cannot_be_is_refused_in_words() {
         let (code, _, stderr) = daylight(&folder, "out", words);
         assert!(code == 2 && stderr.contains(said), "{words}: {code}, {stderr}");
     };
-    refused("--sky-patches 146", "145, 577 and 2305");
+    refused("--sky-patches 146", "145, 577 or 2305");
     refused("--paths 1000", "give more --paths");
     let broken = path(&folder, "broken.epw");
     let text = fs::read_to_string(WEATHER).unwrap().replacen("2001,2,10,13", "2001,2,31,13", 1);

@@ -201,7 +201,8 @@ fn load_mesh_for(
 ) -> Result<Job, Error> {
     let source = Source::of_scene(name, "").with_overrides(overrides)?;
     read((name, Origin::Arrays), &source, (partition, Unsaid::Chosen), |named, _, options| match named {
-        None => SceneFile::of_mesh(name, mesh, options),
+        // Arrays are what a program means: nothing of them has to be guessed.
+        None => SceneFile::of_mesh(name, mesh, &Options { strict: true, ..options.clone() }),
         Some(value) => Err(value.refuse(
             "the scene is given already".into(),
             "a job solves one scene",

@@ -78,6 +78,7 @@ fn every_file_is_tested_here() {
         "cornell.toml",
         "cube54.toml",
         "cube6-r90.toml",
+        "daylit.toml",
         "furnace.toml",
         "lamps.toml",
         "oven.toml",
@@ -96,6 +97,16 @@ fn room() {
     assert!(lit.clone().count() >= 3 && surfaces.len() > 500);
     let (counts, _) = shot(&job, &scene, 300_000);
     assert_eq!((counts.escaped, counts.absorbed_back), (0, 0));
+}
+
+/// A room of 4 m × 6 m × 3 m with an opening of 3 m × 1.8 m in its south wall, and the black sky around it, which no walk leaves.
+#[test]
+fn daylit() {
+    let (job, scene) = loaded("daylit");
+    assert_near(area_of(&job, "south-"), 4.0 * 3.0 - 3.0 * 1.8);
+    assert_near(area_of(&job, "floor") + area_of(&job, "ceiling"), 2.0 * 4.0 * 6.0);
+    let (counts, _) = shot(&job, &scene, 100_000);
+    assert!(counts.escaped == 0 && counts.absorbed_back > 0, "{counts:?}");
 }
 
 /// A box with two lamps inside, whose sides all live; its groups are those of its emitters.

@@ -46,7 +46,7 @@ def test_arrays_are_read_only(result):
 
 
 def test_a_result_says_what_it_is(result):
-    assert repr(result).startswith("<radwalk.Result of 'cube54': 54 rows from 100,000 paths, half of the area within ")
+    assert repr(result).startswith("<radwalk.Result of 'cube54': 54 rows from 100,000 paths, median relative half-width ")
     assert repr(result.table).startswith("<radwalk.Table of 54 rows: patch, surface, u, v, x,")
     assert result.sensors is None and result.side is None
     with pytest.raises(KeyError):

@@ -194,7 +194,7 @@ def test_errors_have_the_words_of_the_program(tmp_path, binary):
 
 
 def test_doubts_are_warnings():
-    with pytest.warns(radwalk.Doubt, match="error: .* a standard error above 10 %"):
+    with pytest.warns(radwalk.Doubt, match="error: .* a standard error of the irradiance above 10 %"):
         radwalk.run(CONFIGS / "cube54.toml", paths=1_000)
 
 
