@@ -57,7 +57,8 @@ const IN_ITS_FACE: f64 = 0.3;
 /// An eye is the worse the more it is nearer to a wall than this part of that distance.
 const CLEARANCE: f64 = 0.25;
 
-/// An eye that touches a surface, nearer than this part of the scene's height, is in no room.
+/// An eye that touches a surface, nearer than this part of the scene's height, is in no room: in a corner all around it may be at distance
+/// 0, and what it looks at would be where it stands.
 const TOUCHING: f64 = 1e-6;
 
 /// Surfaces in sight count by this power of their number, beside the area: a view of a bare wall shows no room.
