@@ -15,7 +15,7 @@ use tempfile::{TempDir, tempdir};
 use crate::support::{columns, finish, numbers, path, radwalk, run, run_job, wait_for};
 
 /// Two unit squares at a right angle, in the open: F = 0.20004 between their fronts.
-const CORNER: &str = r#"
+pub const CORNER: &str = r#"
 [material.floor]
 reflectance = 0.5
 [material.wall]

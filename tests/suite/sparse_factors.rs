@@ -9,32 +9,13 @@ use std::time::Duration;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
+use crate::factors::CORNER;
 use crate::support::{columns, numbers, path, radwalk, run};
 
-/// Two unit squares at a right angle, in the open, in cells.
-const CORNER: &str = r#"
-[material.floor]
-reflectance = 0.5
-[material.wall]
-reflectance = 0.8
-
-[[surface]]
-name     = "floor"
-material = "floor"
-quad     = [[0,0,0], [1,0,0], [0,1,0]]
-patches  = [4, 4]
-
-[[surface]]
-name     = "wall"
-material = "wall"
-quad     = [[0,0,0], [0,1,0], [0,0,1]]
-patches  = [2, 3]
-"#;
-
-/// A folder with the corner, in so many cells where that matters.
+/// A folder with the corner: a floor of `cells` × `cells` cells, and a wall of 2 × 3.
 fn folder(cells: u32) -> TempDir {
     let folder = tempdir().unwrap();
-    let scene = CORNER.replace("[4, 4]", &format!("[{cells}, {cells}]"));
+    let scene = CORNER.replace("[2, 1]", &format!("[{cells}, {cells}]")) + "patches  = [2, 3]\n";
     fs::write(path(&folder, "corner.toml"), scene).unwrap();
     folder
 }
@@ -199,7 +180,7 @@ fn rows_end_at_an_error() {
 #[test]
 fn the_sky_is_told_apart() {
     let folder = folder(1);
-    let scene = CORNER.replace("patches  = [4, 4]", "") + "[sky]\nemittance = 1.0\n";
+    let scene = CORNER.replace("patches  = [2, 1]", "") + "patches  = [2, 3]\n[sky]\nemittance = 1.0\n";
     fs::write(path(&folder, "corner.toml"), scene).unwrap();
     assert_eq!(count(&folder, "out", "--rays 200000 --sky-patches 145").0, 0);
     let (entries, [rows, columns, _]) = matrix(&path(&folder, "out"));

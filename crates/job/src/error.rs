@@ -75,14 +75,6 @@ pub enum Error {
         /// The line, and what is wrong there.
         source: ::sky::Malformed,
     },
-    /// A matrix of skies that cannot be used.
-    #[error("{}: {source}", file.display())]
-    Matrix {
-        /// The path as asked for.
-        file: PathBuf,
-        /// What is wrong.
-        source: ::sky::MatrixError,
-    },
     /// The text is not TOML.
     #[error("{place}: not valid TOML: {problem}; correct the line")]
     Syntax {

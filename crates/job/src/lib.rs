@@ -8,6 +8,7 @@
 #![warn(unreachable_pub, unnameable_types)]
 
 mod budget;
+mod bytes;
 mod cut;
 mod document;
 mod emit;
@@ -70,5 +71,5 @@ pub use sensors::SensorTarget;
 pub use target::{Target, TotalTarget};
 pub use thermal::{Enclosure, load_enclosure};
 pub use vocabulary::{Light, OutputFile, Unhit, Vantage};
-pub use weather::{load_matrix, load_weather};
+pub use weather::load_weather;
 pub use word::Word;

@@ -10,7 +10,7 @@ const SITE: Site = Site { latitude: 48.0, longitude: 11.0, time_zone: 1.0, eleva
 
 fn main() {
     let Site { latitude, longitude, time_zone, elevation } = SITE;
-    println!("LOCATION,Madeup,-,XXX,made_weather.rs,0,{latitude},{longitude},{time_zone},{elevation}");
+    println!("LOCATION,Madeup,-,UNK,made_weather.rs,0,{latitude},{longitude},{time_zone},{elevation}");
     println!("DESIGN CONDITIONS,0\nTYPICAL/EXTREME PERIODS,0\nGROUND TEMPERATURES,0");
     println!("HOLIDAYS/DAYLIGHT SAVINGS,No,0,0,0");
     println!("COMMENTS 1,Not measured: the sun and a rule\nCOMMENTS 2,Two days of each month");

@@ -88,7 +88,7 @@ impl Row {
     }
 }
 
-/// The moments of scores, each of so many walks, of others that score nothing.
+/// The moments of the scores of walks: each score with the number of walks that have it; all other walks score 0.
 fn sample(walks: u64, scores: impl Iterator<Item = (f64, u64)>) -> Sample {
     Sample::weighted(walks, scores.map(|(x, n)| (x, u128::from(n), u128::from(n))))
 }

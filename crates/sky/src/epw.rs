@@ -208,7 +208,7 @@ mod tests {
     use super::*;
 
     fn file(rows: &[&str]) -> String {
-        let header = "LOCATION,Nowhere,-,XXX,made,0,51.5,-0.1,0.0,30.0\nDESIGN CONDITIONS,0\nTYPICAL/EXTREME PERIODS,0\nGROUND TEMPERATURES,0\nHOLIDAYS/DAYLIGHT SAVINGS,No,0,0,0\nCOMMENTS 1,\nCOMMENTS 2,\nDATA PERIODS,1,1,Data,Sunday, 1/ 1,12/31\n";
+        let header = "LOCATION,Nowhere,-,UNK,made,0,51.5,-0.1,0.0,30.0\nDESIGN CONDITIONS,0\nTYPICAL/EXTREME PERIODS,0\nGROUND TEMPERATURES,0\nHOLIDAYS/DAYLIGHT SAVINGS,No,0,0,0\nCOMMENTS 1,\nCOMMENTS 2,\nDATA PERIODS,1,1,Data,Sunday, 1/ 1,12/31\n";
         format!("{header}{}\r\n", rows.join("\r\n"))
     }
 

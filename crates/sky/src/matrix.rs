@@ -7,7 +7,7 @@ use std::io::{self, Write};
 
 use thiserror::Error;
 
-/// The luminous efficacy by which Radiance turns light as eyes see it into radiance [lm/W]: luminance is so many times the brightness of its matrices.
+/// The luminous efficacy by which Radiance turns light as eyes see it into radiance [lm/W]: luminance is the brightness in its matrices times this number.
 pub const EFFICACY: f64 = 179.0;
 
 /// How numbers are written.

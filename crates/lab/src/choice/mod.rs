@@ -1,7 +1,7 @@
 //! What the program chooses without words against jobs that are tuned by hand: processor time to the same error.
 //!
 //! `radwalk-lab choice FOLDER MILLIONS ROOM…` writes `choice.md` into the folder. Rooms are meshes, or scenes in TOML
-//! of which no cells are written. Light is measured at points of all faces against two references of so many million walks on small cells.
+//! of which no cells are written. Light is measured at points of all faces against two long runs on small cells, each of the number of walks that the command names.
 
 mod page;
 mod runs;

@@ -126,7 +126,7 @@ pub fn write(sites: &[Site], rows: &[Row], folder: &Path) -> Result<(), Failure>
     let cells = rows.iter().filter(|row| row.refused.is_none()).count();
     writeln!(
         head,
-        "## Outside of their bands\n\n{} figures of {cells} rows, and why. A figure without a reason would be a fault of the program that nobody has found.\n",
+        "## Outside of their bands\n\n{} figures of {cells} rows, and why. A figure without a reason may be a fault of the program.\n",
         outside.len()
     )?;
     for figure @ Outside { site, method, what, text, .. } in &outside {

@@ -49,7 +49,7 @@ pub struct SkyTally {
 }
 
 impl SkyTally {
-    /// No walk yet, under a sky of so many patches.
+    /// The tally before the first walk, under a sky with this number of patches.
     pub fn new(patches: usize) -> Self {
         let none = vec![0; patches + 1];
         SkyTally { straight: none.clone(), reflected: none, walks: 0, rays: 0, backs: 0 }

@@ -27,7 +27,7 @@ impl SkyPatches {
     /// The numbers of patches that a division may have: 144·m² + 1 for m = 1, 2, 4.
     pub const SIZES: [u32; 3] = [145, 577, 2305];
 
-    /// The division in so many patches; `None` where there is none among [`SkyPatches::SIZES`].
+    /// The division of the sky into `patches` patches; `None` where [`SkyPatches::SIZES`] lacks the number.
     pub fn new(patches: u32) -> Option<Self> {
         let m = [1, 2, 4][SkyPatches::SIZES.iter().position(|&size| size == patches)?];
         let bands = TREGENZA.iter().flat_map(|&count| std::iter::repeat_n(m * count, m as usize));

@@ -62,7 +62,7 @@ impl Departures {
     /// A departure that leaves no surface: its ray is this one.
     pub(crate) fn set_free(&mut self, lane: usize, ray: &Ray) {
         self.free.insert(lane);
-        // A frame is looked up all the same.
+        // The departure reads the frame of this surface, and does not use it.
         self.surface[lane] = 0;
         let coordinates = ray.origin.to_array().into_iter().chain(ray.direction.to_array());
         self.known.iter_mut().zip(coordinates).for_each(|(row, x)| row[lane] = x);

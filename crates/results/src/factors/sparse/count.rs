@@ -120,7 +120,7 @@ impl Count<'_> {
         })
     }
 
-    /// One thread's work: rows, until there are no more or nobody takes them.
+    /// One thread's work: it counts rows until none is left or the receiver is gone.
     fn work(&self, sender: &SyncSender<(usize, Vec<u8>)>) {
         let mut board = self.rows.board();
         let mut intervals = Intervals::new(self.tolerance.map_or(0.5, |(_, level)| level));
