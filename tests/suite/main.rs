@@ -38,6 +38,7 @@ mod normals;
 mod operators;
 mod output;
 mod partition;
+mod pilot;
 mod plan;
 mod planes;
 mod refusals;
