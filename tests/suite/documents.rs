@@ -221,9 +221,10 @@ fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
     let words = |block: &String| block.split_whitespace().collect::<Vec<_>>().join(" ");
     let (new, old): (Vec<String>, Vec<String>) =
         blocks.into_iter().partition(|block| told.insert(words(block)));
-    let mut text = format!("{head}\nOptions:\n{}", trimmed(&new.join("\n")));
-    let names: Vec<&str> =
-        old.iter().filter_map(|block| block.split_whitespace().find(|word| word.starts_with("--"))).collect();
+    let mut text = trimmed(&format!("{head}\nOptions:\n{}", new.join("\n")));
+    let name =
+        |block: &String| block.split_whitespace().find(|word| word.starts_with("--")).map(str::to_owned);
+    let names: Vec<String> = old.iter().filter_map(name).filter(|name| name != "--help").collect();
     if !names.is_empty() {
         text += &format!("\n  as above: {}", names.join(" "));
     }
