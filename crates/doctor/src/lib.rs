@@ -26,7 +26,7 @@ mod votes;
 
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 
-pub use around::{Around, Lightless, Room, Shine};
+pub use around::{Around, ClosedRoom, Lightless, Shine};
 pub use finding::{Finding, Kind};
 pub use repair::{Repair, repair, turn_flipped};
 pub use told::{lines, warnings};

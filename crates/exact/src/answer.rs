@@ -9,7 +9,7 @@ use crate::box_scene::{BoxScene, NotABox};
 use crate::exchange::ExchangeMatrix;
 use crate::found::FormFactors;
 use crate::general;
-use crate::system::{RadiositySystem, Singular, Solution};
+use crate::system::{RadiositySystem, Singular, SystemSolution};
 
 /// The most patches that are solved for: two dense matrices of them take 1.6 GB.
 pub const MAX_PATCHES: u64 = 10_000;
@@ -67,7 +67,7 @@ pub struct Exact {
     form_factors: FormFactors,
     system: RadiositySystem,
     emittance: Vec<f64>,
-    solution: Solution,
+    solution: SystemSolution,
     total_power: f64,
     xi: Vec<f64>,
     squared: OnceLock<Squared>,
@@ -77,7 +77,7 @@ pub struct Exact {
 #[derive(Clone, Debug)]
 pub(crate) struct Squared {
     pub system: RadiositySystem,
-    pub solution: Solution,
+    pub solution: SystemSolution,
 }
 
 impl Exact {
@@ -194,7 +194,7 @@ impl Exact {
     }
 
     /// B, b, H, φ and the residual.
-    pub fn solution(&self) -> &Solution {
+    pub fn solution(&self) -> &SystemSolution {
         &self.solution
     }
 
@@ -205,7 +205,7 @@ impl Exact {
 
     /// The solution of the scene whose every reflectance is replaced by its square (SInf §3): its incoming powers
     /// are ψ_i [W], its reflected radiosities β_i [W/m²].
-    pub fn squared_solution(&self) -> &Solution {
+    pub fn squared_solution(&self) -> &SystemSolution {
         &self.squared().solution
     }
 
@@ -214,7 +214,7 @@ impl Exact {
     ///
     /// # Panics
     /// If there is no such face.
-    pub fn solution_of_source(&self, source: usize) -> Solution {
+    pub fn solution_of_source(&self, source: usize) -> SystemSolution {
         self.system.solve(&self.alone(source))
     }
 
@@ -222,7 +222,7 @@ impl Exact {
     ///
     /// # Panics
     /// If there is no such face.
-    pub fn squared_solution_of_source(&self, source: usize) -> Solution {
+    pub fn squared_solution_of_source(&self, source: usize) -> SystemSolution {
         self.squared().system.solve(&self.alone(source))
     }
 

@@ -2,7 +2,7 @@
 //! exact variance of the walks.
 //!
 //! Data flows one way: geometry → [`ExchangeMatrix`] (form factors) → [`RadiositySystem`] (one set of
-//! reflectances) → [`Solution`] (one set of emittances); [`Exact`] holds one of each for a scene, and [`Accuracy`]
+//! reflectances) → [`SystemSolution`] (one set of emittances); [`Exact`] holds one of each for a scene, and [`Accuracy`]
 //! says how far it may be off. Predictions about walks ([`Exact::shooting_variances`], [`Exact::gathering_variances`], [`WeightedWalk`],
 //! [`Bounds`]) read an [`Exact`].
 //!
@@ -62,7 +62,7 @@ pub use exchange::ExchangeMatrix;
 pub use form_factor::{exchange_area, form_factor};
 pub use found::FormFactors;
 pub use rectangle::{Facing, Rectangle};
-pub use system::{RadiositySystem, Singular, Solution};
+pub use system::{RadiositySystem, Singular, SystemSolution};
 pub use variance::{
     ESTIMATORS, best_gathering_weights, best_shooting_weights, gathering_covariance, jacobi_variances,
     shooting_covariance, systematic_jacobi_variances,

@@ -35,7 +35,7 @@ pub struct RadiositySystem {
 
 /// The solution of the radiosity system for one set of emittances, face by face.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Solution {
+pub struct SystemSolution {
     /// B_i: the radiosity of each face [W/m²].
     pub radiosity: Vec<f64>,
     /// b_i = B_i − E_i: reflected radiosity [W/m²].
@@ -93,7 +93,7 @@ impl RadiositySystem {
     ///
     /// # Panics
     /// Unless there is one emittance per face.
-    pub fn solve(&self, emittance: &[f64]) -> Solution {
+    pub fn solve(&self, emittance: &[f64]) -> SystemSolution {
         let direct = self.exchange.incoming(emittance);
         let mut whitened = Matrix::from_fn(direct.len(), 1, |i, _| self.scale[i] * direct[i]);
         self.factor.solve_lower(&mut whitened);
@@ -104,14 +104,14 @@ impl RadiositySystem {
     }
 
     /// One more bounce of a radiosity that already solves the system: gives φ where R = 0, too.
-    fn gather(&self, emittance: &[f64], shot: &[f64]) -> Solution {
+    fn gather(&self, emittance: &[f64], shot: &[f64]) -> SystemSolution {
         let incoming = self.exchange.incoming(shot);
         let irradiance: Vec<f64> =
             incoming.iter().zip(self.exchange.areas()).map(|(phi, a)| phi / a).collect();
         let reflected: Vec<f64> = irradiance.iter().zip(&self.reflectance).map(|(h, r)| r * h).collect();
         let radiosity: Vec<f64> = emittance.iter().zip(&reflected).map(|(e, b)| e + b).collect();
         let residual = self.residual(emittance, &radiosity);
-        Solution { radiosity, reflected, irradiance, incoming, residual }
+        SystemSolution { radiosity, reflected, irradiance, incoming, residual }
     }
 
     fn residual(&self, emittance: &[f64], radiosity: &[f64]) -> f64 {

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use import::matches;
 use radiosity::{Faces, Scene, Side};
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::scene::SceneFile;
-use crate::source::Source;
+use crate::source::SourceText;
 
 /// How faces are put in groups.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,7 +54,7 @@ impl Groups {
                 let of = finishes.of_surfaces();
                 Ok(Groups::by_name(scene, |surface| finishes.names()[of[surface as usize] as usize].clone()))
             }
-            Grouping::File(path) => Reader::new(file, scene).read(path),
+            Grouping::File(path) => GroupReader::new(file, scene).read(path),
         }
     }
 
@@ -90,7 +90,7 @@ impl Groups {
 }
 
 /// Reads a file of groups.
-struct Reader<'a> {
+struct GroupReader<'a> {
     file: &'a SceneFile,
     scene: &'a Scene,
     /// The material of each surface.
@@ -99,16 +99,16 @@ struct Reader<'a> {
     of_face: Vec<Option<u32>>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> GroupReader<'a> {
     fn new(file: &'a SceneFile, scene: &'a Scene) -> Self {
         let of_face = vec![None; scene.faces().len()];
-        Reader { file, scene, materials: file.finishes().of_surfaces(), names: Vec::new(), of_face }
+        GroupReader { file, scene, materials: file.finishes().of_surfaces(), names: Vec::new(), of_face }
     }
 
     fn read(mut self, path: &Path) -> Result<Groups, Error> {
         let source =
-            Source::read(path, "[[group]] tables, each with a name and surfaces, materials or patches")?;
-        let mut file = Table::root(&source, FILE_KEYS)?;
+            SourceText::read(path, "[[group]] tables, each with a name and surfaces, materials or patches")?;
+        let mut file = KeyTable::root(&source, FILE_KEYS)?;
         let list = file.require("group", "a file of groups holds them", "[[group]] with name = \"walls\"")?;
         for (number, value) in list.tables("group")?.into_iter().enumerate() {
             self.group(value.table_called(format!("group {number}: "), GROUP_KEYS)?)?;
@@ -123,7 +123,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    fn group(&mut self, mut table: Table<'_>) -> Result<(), Error> {
+    fn group(&mut self, mut table: KeyTable<'_>) -> Result<(), Error> {
         let value = table.require("name", "tables of factors tell groups by it", "name = \"walls\"")?;
         let name = value.string()?.to_owned();
         if name.trim().is_empty()

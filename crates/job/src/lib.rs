@@ -50,7 +50,7 @@ mod word;
 pub use budget::{Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_STREAM_PATHS};
 pub use cut::Cut;
 pub use document::whole_number;
-pub use error::{Error, Place, Spot};
+pub use error::{Error, SourceLocation, SourceSpot};
 pub use finishes::Finishes;
 pub use groups::{Grouping, Groups};
 pub use import::{Options as ImportOptions, setting};

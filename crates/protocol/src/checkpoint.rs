@@ -378,7 +378,7 @@ fn parse(tally: impl Read, length: u64) -> Result<Checkpoint, CheckpointFault> {
 const READ_BYTES: usize = 1 << 18;
 
 /// The header of a tally file.
-struct Header {
+struct TallyHeader {
     version: u32,
     layout: Layout,
     patches: usize,
@@ -418,7 +418,7 @@ impl<R: Read> Incoming<R> {
         Ok(field)
     }
 
-    fn header(&mut self) -> Result<Header, CheckpointFault> {
+    fn header(&mut self) -> Result<TallyHeader, CheckpointFault> {
         if self.found < MAGIC.len() as u64 || self.take()? != MAGIC {
             return Err(CheckpointFault::Magic);
         }
@@ -449,7 +449,7 @@ impl<R: Read> Incoming<R> {
         }
         // They fit into a `usize`: the file is no shorter.
         let (patches, sums, book_bytes) = (patches as usize, sums as usize, book_bytes as usize);
-        Ok(Header { version, layout, patches, sums, book_bytes, scene_hash, counts })
+        Ok(TallyHeader { version, layout, patches, sums, book_bytes, scene_hash, counts })
     }
 
     /// Checks the length before anything of that size is allocated: a damaged header may ask for more than there is
@@ -466,7 +466,7 @@ impl<R: Read> Incoming<R> {
     }
 
     /// The book of the file, if the checksum of the whole file is right.
-    fn book(mut self, header: &Header) -> Result<Book, CheckpointFault> {
+    fn book(mut self, header: &TallyHeader) -> Result<Book, CheckpointFault> {
         let mut bytes = vec![0; header.book_bytes];
         self.fill(&mut bytes)?;
         self.hasher.update(&bytes);

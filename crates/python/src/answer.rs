@@ -25,7 +25,7 @@ pub(crate) struct Answer {
 }
 
 /// Corners, and how many of them each row has.
-type Corners<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>, Bound<'py, PyBytes>);
+type RowCorners<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
 #[pymethods]
 impl Answer {
@@ -102,7 +102,7 @@ impl Answer {
 
     /// The corners of the outlines that rows are drawn by [m] (f64, three a corner), how many of them each outline has (i64), and
     /// the row of each outline (i64).
-    fn corners<'py>(&self, py: Python<'py>) -> Corners<'py> {
+    fn corners<'py>(&self, py: Python<'py>) -> RowCorners<'py> {
         let (mut points, mut counts, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         for (row, corners) in report::corners(&self.kept.estimates()) {
             rows.extend((row as i64).to_le_bytes());

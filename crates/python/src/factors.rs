@@ -9,11 +9,11 @@ use results::factors::{
 };
 
 use crate::refusal::refuse;
-use crate::run::Source;
+use crate::run::JobSource;
 
 /// What of the factors is asked for, as Python has it.
 #[derive(FromPyObject)]
-pub(crate) struct Wanted {
+pub(crate) struct FactorRequest {
     rays: u32,
     drop: f64,
     sky: Option<u32>,
@@ -29,10 +29,10 @@ pub(crate) struct Wanted {
 #[pyo3(signature = (source, overrides, folder, wanted, threads, watch=None))]
 pub(crate) fn factors(
     py: Python<'_>,
-    source: Source<'_>,
+    source: JobSource<'_>,
     overrides: Vec<String>,
     folder: PathBuf,
-    wanted: Wanted,
+    wanted: FactorRequest,
     threads: usize,
     watch: Option<Py<PyAny>>,
 ) -> PyResult<Vec<String>> {

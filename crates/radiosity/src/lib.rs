@@ -45,7 +45,7 @@ pub use experiment::influence::{Derivative, Influences, Property};
 pub use experiment::planes::{Figure, PlaneFigures};
 pub use experiment::precision::{Apart, FLOOR, Headline, Judged, Precision, QUANTILES, Quantity, TINY};
 pub use experiment::readings::{Reading, Readings};
-pub use experiment::replay::{Replay, Step};
+pub use experiment::replay::{Replay, ReplayedHit};
 pub use experiment::slopes::{Accuracy, Answer, AnswerError, Fit, Slopes};
 pub use experiment::solution::{Channels, Estimate, Estimates, Mix, Solution};
 pub use experiment::{

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use job::{Budget, Job};
 use judge::{MOMENTS, limits};
 use protocol::{
-    Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, Judge, Part, Past, Plan, Session,
+    Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, JobPlan, Judge, Part, Past, Session,
 };
 use radiosity::Experiment;
 use report::OutputFolder;
@@ -73,13 +73,13 @@ impl Identity {
         experiment: &Experiment,
         (looks, judge): (Vec<u64>, Judge),
         lots: u64,
-    ) -> Plan {
+    ) -> JobPlan {
         // A batch is leased as a walk is, whole and alone.
         let (stream_paths, leases_per_thread) = match experiment.unit().batch() {
             Some(_) => (1, 1),
             None => (budget.stream_paths, 2),
         };
-        Plan {
+        JobPlan {
             job: self.job.clone().into(),
             scene_hash: self.scene_hash,
             job_hash: self.job_hash,

@@ -41,7 +41,7 @@ const EXACT: [&str; 4] = ["exact", "exact_r", "exact_g", "exact_b"];
 
 /// One radiosity of a result.
 #[derive(Clone, Debug, PartialEq)]
-struct Row {
+struct PatchRadiosity {
     /// Patch, surface, cell and side, as the table has them.
     place: Vec<String>,
     /// The column of the radiosity.
@@ -52,7 +52,7 @@ struct Row {
 
 /// A result as its table has it.
 struct Side {
-    rows: Vec<Row>,
+    rows: Vec<PatchRadiosity>,
     /// `None` of a deterministic solution.
     tally: Option<Checkpoint>,
     job: JobFacts,
@@ -157,7 +157,7 @@ fn read_exact(tables: &[PathBuf], summary: &Path) -> Result<Side, Error> {
         let name = table.file_stem().and_then(|stem| EXACT.into_iter().position(|name| stem == name));
         COLUMNS[name.unwrap_or(0)][0]
     };
-    let channels: Result<Vec<Vec<Row>>, Error> =
+    let channels: Result<Vec<Vec<PatchRadiosity>>, Error> =
         tables.iter().map(|table| read_table(table, Some(channel(table)))).collect();
     let mut channels: Vec<_> = channels?.into_iter().map(Vec::into_iter).collect();
     let mut rows = Vec::new();
@@ -169,7 +169,7 @@ fn read_exact(tables: &[PathBuf], summary: &Path) -> Result<Side, Error> {
 }
 
 /// Reads a table; `of` is the channel of one that has a single channel's numbers, and not what a run leaves.
-fn read_table(path: &Path, of: Option<&'static str>) -> Result<Vec<Row>, Error> {
+fn read_table(path: &Path, of: Option<&'static str>) -> Result<Vec<PatchRadiosity>, Error> {
     let fault = |reason: String| Error::NoTable { path: path.into(), reason };
     let bytes = fs::read(path).map_err(|error| fault(error.to_string()))?;
     let mut reader = csv::Reader::from_reader(&bytes[..]);
@@ -196,7 +196,7 @@ fn read_table(path: &Path, of: Option<&'static str>) -> Result<Vec<Row>, Error> 
         let place: Vec<String> = places.iter().map(|&i| record[i].to_owned()).collect();
         for &(channel, value, error) in &channels {
             let value = value_of(&record, value, error, hits).map_err(&fault)?;
-            rows.push(Row { place: place.clone(), channel, value });
+            rows.push(PatchRadiosity { place: place.clone(), channel, value });
         }
     }
     Ok(rows)
@@ -227,7 +227,7 @@ fn check_places([first, second]: &[Side; 2]) -> Result<(), String> {
     if first.rows.len() != second.rows.len() {
         return Err(format!("one has {} radiosities, the other {}", first.rows.len(), second.rows.len()));
     }
-    let same = |(a, b): (&Row, &Row)| (&a.place, a.channel) == (&b.place, b.channel);
+    let same = |(a, b): (&PatchRadiosity, &PatchRadiosity)| (&a.place, a.channel) == (&b.place, b.channel);
     match first.rows.iter().zip(&second.rows).position(|rows| !same(rows)) {
         None => Ok(()),
         Some(row) => Err(format!("row {} is of other patches, sides or channels", row + 1)),
@@ -251,7 +251,8 @@ fn freedom(side: &Side) -> Option<u64> {
 }
 
 fn compare_rows([first, second]: &[Side; 2], same_tally: bool) -> Comparison {
-    let of_row = |(i, (a, b)): (usize, (&Row, &Row))| Some((z([a.value?, b.value?]), i));
+    let of_row =
+        |(i, (a, b)): (usize, (&PatchRadiosity, &PatchRadiosity))| Some((z([a.value?, b.value?]), i));
     let mut ranks: Vec<(f64, usize)> =
         first.rows.iter().zip(&second.rows).enumerate().filter_map(of_row).collect();
     ranks.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()).then(a.1.cmp(&b.1)));
@@ -267,7 +268,7 @@ fn compare_rows([first, second]: &[Side; 2], same_tally: bool) -> Comparison {
         Some(freedom) => student_quantile(p, freedom),
     };
     let difference = |&(z, i): &(f64, usize)| {
-        let Row { place, channel, value } = &first.rows[i];
+        let PatchRadiosity { place, channel, value } = &first.rows[i];
         let values = [(*value)?, second.rows[i].value?];
         Some(Difference { place: place.clone(), channel, z, values })
     };
@@ -299,7 +300,7 @@ mod tests {
     use super::*;
 
     fn side(values: &[Option<(f64, f64)>]) -> Side {
-        let row = |(i, &value): (usize, &Option<(f64, f64)>)| Row {
+        let row = |(i, &value): (usize, &Option<(f64, f64)>)| PatchRadiosity {
             place: vec![i.to_string()],
             channel: "radiosity",
             value,

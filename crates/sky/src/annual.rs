@@ -16,7 +16,7 @@ use crate::perez::Quantity;
 
 /// What became of the walks of one sensor, by the numbers of a sky vector: the ground, then patches.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct SkyPatchCounts {
     /// All walks.
     pub walks: u64,
     /// Those that left without a reflection.
@@ -36,7 +36,7 @@ pub struct Known {
     pub high: f64,
 }
 
-impl Row {
+impl SkyPatchCounts {
     /// The coefficients ∂E/∂L_j of numbers of the sky vector [sr]: π·p_j.
     pub fn coefficients(&self) -> impl Iterator<Item = f64> + '_ {
         let each = self.straight.iter().zip(&self.reflected);
@@ -169,7 +169,7 @@ pub(crate) mod tests {
     use stats::Coverage;
 
     /// Counts of walks of known probabilities, the last of which is that of ending.
-    pub(crate) fn counted(probabilities: &[f64], walks: u64, seed: u64) -> Row {
+    pub(crate) fn counted(probabilities: &[f64], walks: u64, seed: u64) -> SkyPatchCounts {
         let numbers = (probabilities.len() - 1) / 2;
         let mut counts = vec![0; probabilities.len()];
         let mut rng = Sequence::new(seed).walk(0);
@@ -184,7 +184,11 @@ pub(crate) mod tests {
             let x = rng.pair()[0];
             counts[ends.partition_point(|&end| end <= x).min(probabilities.len() - 1)] += 1;
         }
-        Row { walks, straight: counts[..numbers].to_vec(), reflected: counts[numbers..2 * numbers].to_vec() }
+        SkyPatchCounts {
+            walks,
+            straight: counts[..numbers].to_vec(),
+            reflected: counts[numbers..2 * numbers].to_vec(),
+        }
     }
 
     /// Probabilities of a sensor that sees a part of the sky through a window, and less of it by reflections.
@@ -242,7 +246,7 @@ pub(crate) mod tests {
         let vector = dome.vector(&crate::Sky::uniform(1000.0));
         let mut straight = vec![1; dome.size()];
         straight[0] = 0;
-        let row = |walks, reflected: u64| Row {
+        let row = |walks, reflected: u64| SkyPatchCounts {
             walks,
             straight: straight.clone(),
             reflected: straight.iter().map(|n| reflected * n).collect(),

@@ -2,7 +2,7 @@
 
 use stats::{normal_cdf, normal_quantile};
 
-use crate::annual::{Hour, Known, Row, Year};
+use crate::annual::{Hour, Known, SkyPatchCounts, Year};
 use crate::replicates::{Moved, REPLICATES, interval};
 
 /// Standard errors beyond which a replicate does not carry an hour over a border: one in 10⁹ would.
@@ -165,7 +165,7 @@ impl<'a> Calendar<'a> {
 
 impl Year {
     /// The light of each hour as a row says it, the sun that shines on the sensor straight given; and its standard error.
-    pub fn light(&self, row: &Row, beam: &[f64]) -> Vec<[f64; 2]> {
+    pub fn light(&self, row: &SkyPatchCounts, beam: &[f64]) -> Vec<[f64; 2]> {
         let (moved, found) = self.moved(row);
         let mut light: Vec<[f64; 2]> = beam.iter().map(|&beam| [beam, 0.0]).collect();
         for (i, &(hour, mean)) in found.iter().enumerate() {
@@ -175,7 +175,7 @@ impl Year {
     }
 
     /// Hours with light by number, with what comes from walks, and how they move.
-    fn moved(&self, row: &Row) -> (Moved, Vec<(usize, f64)>) {
+    fn moved(&self, row: &SkyPatchCounts) -> (Moved, Vec<(usize, f64)>) {
         let lit = self.hours.iter().enumerate().filter(|(_, hour)| !hour.is_dark());
         let found: Vec<(usize, f64)> = lit.map(|(i, hour)| (i, row.mean_light(hour))).collect();
         (Moved::new(row, found.iter().map(|&(i, mean)| (&self.hours[i], mean))), found)
@@ -188,7 +188,7 @@ impl Year {
     /// them are: replicates begin at the estimate, and do not tell on which side these were. So each of them counts besides, as if its error were its own.
     pub fn metrics(
         &self,
-        row: &Row,
+        row: &SkyPatchCounts,
         beam: &[f64],
         mean: (&[f64], &[(usize, f64)]),
         wanted: &Wanted,

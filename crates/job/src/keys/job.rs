@@ -247,7 +247,7 @@ pub(crate) const SOLVE_KEYS: &[&str] = &names(&SOLVE);
 pub(crate) const IMPORT: [Key; 14] = [
     Key::new(
         "up",
-        word::<import::Axis>,
+        word::<import::UpAxis>,
         "The file's up axis, which becomes z. Default: y for glTF and OBJ, no turn for others.",
     ),
     Key::new("unit", positive, "Metres of a unit of the file. Default: 1."),

@@ -6,13 +6,13 @@ use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
 use crate::arithmetic::counted;
-use crate::claim::{Bound, Claim};
+use crate::claim::{Claim, ClaimBound};
 use crate::lab::Lab;
 use crate::papers::Chapter;
 use crate::papers::findings::{Figure, Findings};
 use crate::papers::walkers::{DIRECTIONS, experiment, mean_by_area, method, name, predicted};
 use crate::series::point;
-use crate::walking::Reader;
+use crate::walking::TallyReader;
 
 /// The chapter of S97 table 4.
 pub(crate) const CHAPTER: Chapter = Chapter {
@@ -48,7 +48,7 @@ fn run(lab: &Lab) -> Findings {
             let (measured, theory) = errors(lab, spec, &exact, direction, estimator, [seed, runs]);
             let bound = bound_on_error(&bounds, direction, estimator);
             let what = format!("{scene}: E(MSE), {}", name(direction, estimator));
-            rows.push(Claim::of(what, measured, Bound::Is(theory)).published(bound));
+            rows.push(Claim::of(what, measured, ClaimBound::Is(theory)).published(bound));
             factors.push(bound / measured.value);
             if measured.value / bound > tightest.value {
                 tightest = scaled(measured, 1.0 / bound);
@@ -57,7 +57,7 @@ fn run(lab: &Lab) -> Findings {
         rows.push(Claim::of(
             format!("{scene}: the largest of these over its bound"),
             tightest,
-            Bound::AtMost(1.0),
+            ClaimBound::AtMost(1.0),
         ));
         loose.push(Looseness { scene, factors });
         rows.extend(largest_variances(scene, spec, &exact, &bounds));
@@ -93,7 +93,7 @@ fn errors(
 ) -> (Measured, f64) {
     let method = method(direction.clone(), estimator);
     let experiment = experiment(spec, method.clone());
-    let (reader, truth) = (Reader::new(&experiment), &exact.solution().reflected);
+    let (reader, truth) = (TallyReader::new(&experiment), &exact.solution().reflected);
     let squares = lab.runs(&experiment, seed, runs as usize, WALKS, |tally| {
         let squares = reader.reflected(tally).into_iter().zip(truth).map(|(b, t)| (b - t).powi(2));
         WALKS as f64 * mean_by_area(exact, squares)
@@ -122,7 +122,7 @@ fn largest_variances(name: &str, spec: &SceneSpec, exact: &Exact, bounds: &Bound
     };
     let row = |direction: &str, value: f64, bound: f64| {
         let label = format!("{name}: largest variance, {direction}, absorption (closed form)");
-        Claim::of(label, counted(value), Bound::AtMost(bound))
+        Claim::of(label, counted(value), ClaimBound::AtMost(bound))
     };
     [
         row("shooting", largest(Direction::Shooting), bounds.shooting_variance()),

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::jacobi::final_gather::Gathered;
+use crate::jacobi::final_gather::GatheredLight;
 use crate::jacobi::{ChainBoard, UNITS};
 use crate::tally::{ColouredBoard, Layout, LinearBoard, Overflow, Scoreboard, Tally};
 use crate::walk::marks::MarkBoard;
@@ -228,7 +228,7 @@ impl<const M: usize> Sensing<M> {
     }
 
     /// Scores what one sample of every cell has gathered: H over `largest`.
-    pub(super) fn add(&mut self, largest: &[f64; 3], gathered: &[Gathered]) {
+    pub(super) fn add(&mut self, largest: &[f64; 3], gathered: &[GatheredLight]) {
         let Layout { moments, events, .. } = self.layout;
         let last = self.layout.columns() - 1;
         let Some(sums) = &mut self.sums else { return };
@@ -241,7 +241,7 @@ impl<const M: usize> Sensing<M> {
         let count = rows.next().expect("the row of samples");
         add(&mut count[0], Some(1));
         add(&mut count[1], Some(gathered.iter().map(|cell| u128::from(cell.rays)).sum()));
-        for (row, Gathered { irradiance, landed, .. }) in rows.zip(gathered) {
+        for (row, GatheredLight { irradiance, landed, .. }) in rows.zip(gathered) {
             for (c, h) in irradiance.iter().enumerate() {
                 let x = (h / largest[c] * units(M) + 0.5) as u128;
                 let mut power = Some(1_u128);

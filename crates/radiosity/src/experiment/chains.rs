@@ -44,7 +44,7 @@ impl Student {
     /// Links: one more of them in one of the chains would add its square u² to the square of s/√n. [`MORE`]·u is added beforehand.
     /// Hits: the interval is that of a count ([`stats::batches_interval`]). Where nothing has come in, what could have come has stayed out
     /// with probability ½(1 − confidence) at least.
-    pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64, by: By) -> Told {
+    pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64, by: By) -> ChainEstimate {
         let mean = per_unit * moments.mean().unwrap_or(0.0);
         let quantile = self.quantile.filter(|_| moments.standard_error().is_some());
         let sample_error = moments.standard_error().map_or(0.0, |error| per_unit * error);
@@ -69,7 +69,7 @@ impl Student {
             _ => (0.0, most.max(mean)),
         };
         let error = Some(error).filter(|_| sample_error > 0.0).zip(self.deviation);
-        Told { mean, error: error.map(|(error, deviation)| deviation * error), low, high }
+        ChainEstimate { mean, error: error.map(|(error, deviation)| deviation * error), low, high }
     }
 }
 
@@ -85,7 +85,7 @@ pub(super) enum By {
 }
 
 /// A mean, its standard error, and its interval.
-pub(super) struct Told {
+pub(super) struct ChainEstimate {
     pub(super) mean: f64,
     pub(super) error: Option<f64>,
     pub(super) low: f64,

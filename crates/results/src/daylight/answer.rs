@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use parallel::on_threads;
 use report::words::{counted, percent};
 use report::{DaylightRow, DaylightSummary, LevelSummary, OutputFolder};
-use sky::{Encoding, Known, Level, Matrix, Metrics, Row, STANDARD_SKIES, Sky, TARGETS};
+use sky::{Encoding, Known, Level, Matrix, Metrics, STANDARD_SKIES, Sky, SkyPatchCounts, TARGETS};
 
 use super::count::{Counted, row};
 use super::question::Question;
@@ -24,11 +24,11 @@ pub const FILES: [&str; 5] = [TABLE, COEFFICIENTS, HOURS, ERRORS, SUMMARY];
 pub struct Answer<'a> {
     question: &'a Question,
     counted: Counted,
-    places: Vec<Place>,
+    places: Vec<SensorFigures>,
 }
 
 /// The figures of a cell of a sensor.
-struct Place {
+struct SensorFigures {
     /// The daylight factor under the traditional overcast sky [%].
     factor: Known,
     metrics: Metrics,
@@ -69,7 +69,7 @@ impl<'a> Answer<'a> {
     fn row(&self, cell: usize) -> DaylightRow<'_> {
         let sensors = self.question.coefficients.sensors();
         let at = sensors.cell(cell);
-        let Place { factor, metrics, .. } = &self.places[cell];
+        let SensorFigures { factor, metrics, .. } = &self.places[cell];
         DaylightRow {
             sensor: &sensors.specs()[at.sensor].name,
             cell: at.cell,
@@ -144,7 +144,7 @@ impl<'a> Answer<'a> {
     /// A few lines for people.
     pub fn lines(&self) -> Vec<String> {
         let summary = self.summary();
-        let range = |of: &dyn Fn(&Place) -> f64| {
+        let range = |of: &dyn Fn(&SensorFigures) -> f64| {
             let values = self.places.iter().map(of);
             let (low, high) =
                 values.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
@@ -205,7 +205,7 @@ impl<'a> Answer<'a> {
 }
 
 /// The figures of a cell, of which the walks are counted.
-fn place(question: &Question, cell: usize, row: &Row, overcast: &[f64]) -> Place {
+fn place(question: &Question, cell: usize, row: &SkyPatchCounts, overcast: &[f64]) -> SensorFigures {
     let Question { coefficients, year, mean, wanted, .. } = question;
     let straight = |hour: &sky::Hour| match hour.beam > 0.0 {
         true => hour.beam * coefficients.sees(cell, hour.direction),
@@ -213,7 +213,7 @@ fn place(question: &Question, cell: usize, row: &Row, overcast: &[f64]) -> Place
     };
     let beam: Vec<f64> = year.hours.iter().map(straight).collect();
     let metrics = year.metrics(row, &beam, (&mean.0, &mean.1), wanted);
-    Place {
+    SensorFigures {
         factor: row.light(overcast, &[], wanted.confidence),
         smear: smear(question, row) / metrics.mean.value.max(f64::MIN_POSITIVE),
         metrics,
@@ -222,7 +222,7 @@ fn place(question: &Question, cell: usize, row: &Row, overcast: &[f64]) -> Place
 }
 
 /// By how much the yearly mean of reflected sun changes where it comes from the patch that holds the sun alone [lx].
-fn smear(question: &Question, row: &Row) -> f64 {
+fn smear(question: &Question, row: &SkyPatchCounts) -> f64 {
     let angles = question.dome.patches().solid_angles();
     let reflected =
         |patch: usize, radiance: f64| PI * radiance * row.reflected[patch] as f64 / row.walks as f64;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use parallel::on_threads;
 use radiosity::{Sequence, SkyTally};
-use sky::Row;
+use sky::SkyPatchCounts;
 
 use super::question::Question;
 
@@ -52,8 +52,12 @@ pub fn count(question: &Question, threads: usize, watch: &(dyn Fn(f64) -> bool +
 }
 
 /// The counts of a cell, as figures take them.
-pub(super) fn row(tally: &SkyTally) -> Row {
-    Row { walks: tally.walks, straight: tally.straight.clone(), reflected: tally.reflected.clone() }
+pub(super) fn row(tally: &SkyTally) -> SkyPatchCounts {
+    SkyPatchCounts {
+        walks: tally.walks,
+        straight: tally.straight.clone(),
+        reflected: tally.reflected.clone(),
+    }
 }
 
 /// By what factor the relative half-width of the yearly mean is above what is asked.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use exchange::{Counts, Plan};
+use exchange::{ExchangeCounts, WalkPlan};
 use job::Budget;
 use radiosity::{ExchangeSpec, Experiment, Segment, Tally, exchange_counts};
 use report::OutputFolder;
@@ -52,7 +52,7 @@ pub fn count<E: From<Error>>(
     let groups = question.groups.count();
     let budget = question.job.budget.paths;
     let seeds = vec![question.job.seed];
-    let (mut counts, mut cost) = (Counts::none(groups), Cost::default());
+    let (mut counts, mut cost) = (ExchangeCounts::none(groups), Cost::default());
     let path = folder.file(COUNTS);
     if resume && path.exists() {
         let kept = Kept::of_question(&path, question).map_err(Error::from)?;
@@ -61,8 +61,8 @@ pub fn count<E: From<Error>>(
     }
     loop {
         let plan = match counts.total() {
-            0 => Plan::pilot(groups, budget),
-            _ => Plan::next(&counts, budget, question.tolerance.as_ref()),
+            0 => WalkPlan::pilot(groups, budget),
+            _ => WalkPlan::next(&counts, budget, question.tolerance.as_ref()),
         };
         let Some(plan) = plan else { break };
         let spec = beyond(question, &plan, &counts);
@@ -84,7 +84,7 @@ pub fn count<E: From<Error>>(
 }
 
 /// The walks that a plan has beyond what is counted.
-fn beyond(question: &Question, plan: &Plan, counts: &Counts) -> ExchangeSpec {
+fn beyond(question: &Question, plan: &WalkPlan, counts: &ExchangeCounts) -> ExchangeSpec {
     let Question { groups, kind, .. } = question;
     let segment = |(group, &walks): (usize, &u64)| {
         let first = counts.walks(group);

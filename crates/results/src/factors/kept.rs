@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use exchange::Counts;
+use exchange::ExchangeCounts;
 use report::OutputFolder;
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +34,7 @@ pub struct Kept {
 
 impl Kept {
     /// The counts of a question.
-    pub(super) fn new(question: &Question, counts: &Counts, cost: Cost) -> Self {
+    pub(super) fn new(question: &Question, counts: &ExchangeCounts, cost: Cost) -> Self {
         Kept {
             question: digest(question),
             kin: kin(question),
@@ -93,7 +93,7 @@ impl Kept {
     /// Where they say nothing of heat.
     pub fn answer(&self) -> Result<Answer, Error> {
         let subject = self.subject.clone().expect("a merge has checked it");
-        let mut counts = Counts::none(self.rows.len());
+        let mut counts = ExchangeCounts::none(self.rows.len());
         counts.add(&self.rows);
         let counted = Counted { seeds: self.seeds.clone(), counts, cost: self.cost, interrupted: false };
         Ok(Answer::new(subject, counted, None)?)

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use exchange::{Plan, Tolerance};
+use exchange::{Tolerance, WalkPlan};
 use job::{Enclosure, Grouping, Groups, Job, MethodTable, load_enclosure};
 use radiosity::{FactorKind, Scene};
 use report::{BACK, ESCAPE};
@@ -83,7 +83,7 @@ impl Question {
         (job.sources, job.sensitivity) = (Vec::new(), Vec::new());
         let mut scene = job.build_scene()?;
         let groups = groups_of(asked, &job, &scene)?;
-        if asked.sparse.is_none() && Plan::pilot(groups.count(), job.budget.paths).is_none() {
+        if asked.sparse.is_none() && WalkPlan::pilot(groups.count(), job.budget.paths).is_none() {
             return Err(FactorsFault::FewWalks { paths: job.budget.paths, groups: groups.count() }.into());
         }
         let names = enclosed_names(asked, &groups, &scene);
@@ -98,7 +98,7 @@ impl Question {
             true => (1.0 - (1.0 - job.confidence) / factors).min(1.0_f64.next_down()),
             false => job.confidence,
         };
-        let chosen: Vec<Pair> =
+        let chosen: Vec<GroupPair> =
             asked.pairs.iter().map(|typed| pair(typed, &groups)).collect::<Result<_, _>>()?;
         let pairs = (!chosen.is_empty()).then(|| chosen.iter().map(|(_, names)| names.clone()).collect());
         let numbers = (!chosen.is_empty()).then(|| chosen.iter().map(|(numbers, _)| *numbers).collect());
@@ -215,9 +215,9 @@ fn reflectances(
 }
 
 /// A pair of groups: numbers and names. The second may be backs or what escapes.
-type Pair = ((usize, usize), [String; 2]);
+type GroupPair = ((usize, usize), [String; 2]);
 
-fn pair(typed: &str, groups: &Groups) -> Result<Pair, FactorsFault> {
+fn pair(typed: &str, groups: &Groups) -> Result<GroupPair, FactorsFault> {
     let from = |name: &str| groups.names.iter().position(|group| group == name);
     let to = |name: &str| {
         let others = [BACK, ESCAPE].iter().position(|other| *other == name);
