@@ -8,7 +8,7 @@ use radiosity::{Ray, Scene, SceneSpec, Shape};
 use crate::finding::{Finding, Kind};
 use crate::nearby::{NearPoint, Nearby, triangles};
 use crate::pierce::pierces;
-use crate::pilot::{Draws, Pilot, extent};
+use crate::pilot::{Draws, LightPilot, extent};
 
 /// The number of points on every edge at which neighbours are looked for; in large scenes fewer, [`MOST_POINTS`] in
 /// all.
@@ -78,7 +78,7 @@ impl Contacts {
     }
 
     /// Gaps between an edge and its neighbour that light leaves the scene through, a finding for each pair of surfaces.
-    pub(crate) fn leaks(&self, scene: &Scene, pilot: &Pilot) -> Vec<Finding> {
+    pub(crate) fn leaks(&self, scene: &Scene, pilot: &LightPilot) -> Vec<Finding> {
         let mut pairs: BTreeMap<[u32; 2], (f64, f64, DVec3)> = BTreeMap::new();
         let near_gaps = self.free.iter().filter(|free| free.nearest.is_some());
         let every = near_gaps.clone().count() / MOST_GAPS + 1;
@@ -166,7 +166,7 @@ impl ProbedEdge {
 
 /// Whether rays from the middle of a gap leave the scene, and others arrive at sides that the pilot has seen lit: beneath
 /// a floor, by the foot of a leg that goes through it, they arrive at the floor's underside, where no light is.
-fn leads_out(scene: &Scene, pilot: &Pilot, free: &Free, near: &NearPoint) -> bool {
+fn leads_out(scene: &Scene, pilot: &LightPilot, free: &Free, near: &NearPoint) -> bool {
     let middle = 0.5 * (free.point + near.point) - scene.origin();
     let mut draws = Draws::new(u64::from(free.surface) ^ middle.x.to_bits());
     let (mut out, mut inside) = (false, false);

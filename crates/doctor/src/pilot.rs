@@ -59,7 +59,7 @@ impl Draws {
 pub(crate) struct EmissionOutcome {
     /// The power that left the side [W].
     pub(crate) power: f64,
-    /// The power that met something within [`Pilot::close`] [W].
+    /// The power that met something within [`LightPilot::close`] [W].
     pub(crate) close: f64,
     /// The power that met no active side [W].
     pub(crate) lost: f64,
@@ -105,7 +105,7 @@ impl<T> EvenSample<T> {
 }
 
 /// The pilot's findings. Powers are sums over channels [W].
-pub(crate) struct Pilot {
+pub(crate) struct LightPilot {
     /// The power Φ_T of all emitters [W].
     pub(crate) power: f64,
     /// The power that left the scene [W], and the sum of the squares of what each walk took along [W²].
@@ -126,10 +126,10 @@ pub(crate) struct Pilot {
     pub(crate) close: f64,
 }
 
-impl Pilot {
+impl LightPilot {
     /// Follows enough walks to name what is wrong with a scene.
     pub(crate) fn follow(scene: &Scene) -> Self {
-        Pilot::follow_some(scene, LEAST_WALKS..=MOST_WALKS)
+        LightPilot::follow_some(scene, LEAST_WALKS..=MOST_WALKS)
     }
 
     /// Follows a number of walks in a range, the more the more emitters there are.
@@ -146,7 +146,7 @@ impl Pilot {
         let emitters: Vec<(WalkOrigin, f64)> =
             of_pieces.chain(of_lamps).filter(|&(_, power)| power > 0.0).collect();
         let surfaces = scene.surfaces().len();
-        let mut pilot = Pilot {
+        let mut pilot = LightPilot {
             power: emitters.iter().map(|(_, power)| power).sum(),
             escaped: [0.0; 2],
             walks: 0.0,
@@ -287,7 +287,7 @@ impl Pilot {
         self.escaped() / self.power
     }
 
-    /// The standard error of [`Pilot::escaped_part`], at most: births at equal steps of power only lessen it. It is that of
+    /// The standard error of [`LightPilot::escaped_part`], at most: births at equal steps of power only lessen it. It is that of
     /// one walk more, which takes all of its power along, so that it is not 0 where no walk has escaped.
     pub(crate) fn escaped_error(&self) -> f64 {
         let squares = self.escaped[1] * (self.walks / self.power).powi(2);

@@ -3,7 +3,7 @@
 use radiosity::{Ray, Scene, Side, Sides, Surface};
 
 use crate::losses::Losses;
-use crate::pilot::{Draws, Pilot};
+use crate::pilot::{Draws, LightPilot};
 
 /// The number of rays from each side of a one-sided surface, and the most of all together; in large scenes each side
 /// has fewer.
@@ -39,7 +39,7 @@ pub(crate) struct Votes {
 }
 
 impl Votes {
-    pub(crate) fn take(scene: &Scene, pilot: &Pilot) -> Self {
+    pub(crate) fn take(scene: &Scene, pilot: &LightPilot) -> Self {
         let is_asked = |surface: &Surface| surface.sides() == Sides::Front;
         let asked = scene.surfaces().iter().filter(|surface| is_asked(surface)).count();
         let rays = (MOST_RAYS / (2 * asked).max(1)).clamp(LEAST_RAYS, RAYS) as u32;
@@ -72,7 +72,7 @@ impl Votes {
     /// holds: the front sees nothing that reflects and the back does; the front looks out of the scene and the back
     /// into it; or the front sees darkness, as within a body that is inside out, and the back sees light. If most faces
     /// are flipped, no light arrives at any back, since all of it leaves the scene at once.
-    pub(crate) fn flipped(&self, pilot: &Pilot) -> Vec<u32> {
+    pub(crate) fn flipped(&self, pilot: &LightPilot) -> Vec<u32> {
         let is_wrong = |surface: u32| {
             let [front, back] = self.views[surface as usize];
             let turned = front.lost() >= MOST && back.lost() <= 0.5;
@@ -87,7 +87,14 @@ impl Votes {
     }
 }
 
-fn view(scene: &Scene, pilot: &Pilot, number: u32, surface: &Surface, side: Side, rays: u32) -> SideVotes {
+fn view(
+    scene: &Scene,
+    pilot: &LightPilot,
+    number: u32,
+    surface: &Surface,
+    side: Side,
+    rays: u32,
+) -> SideVotes {
     let mut draws = Draws::new(0x51DE ^ (u64::from(number) << 1) ^ (side == Side::Back) as u64);
     let mut view = SideVotes::default();
     for _ in 0..rays {

@@ -82,7 +82,7 @@ pub(crate) struct Squared {
 
 impl Exact {
     /// Solves a scene: closed boxes of axis-aligned rectangles in closed form, to about 10⁻¹²; any other, open
-    /// or closed, with shadows, to what [`crate::Accuracy::of`] then says. Every machine finds the same, however many
+    /// or closed, with shadows, to what [`crate::SystemAccuracy::of`] then says. Every machine finds the same, however many
     /// threads it has, but for the last digits of its mathematical functions.
     ///
     /// # Errors

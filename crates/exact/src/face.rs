@@ -10,7 +10,7 @@ use crate::rectangle::{Facing, Rectangle};
 
 /// One side of a patch that exchanges light.
 #[derive(Clone, Debug)]
-pub(crate) struct Face {
+pub(crate) struct ExchangeFace {
     pub surface: u32,
     pub side: Side,
     /// The whole of it.
@@ -42,7 +42,7 @@ pub(crate) const FAR: [(f64, Rule); 3] = [(8.0, GAUSS_3), (4.0, GAUSS_4), (2.0, 
 
 /// The faces of a scene around the origin, in the order of the pieces of [`radiosity::Faces`], and the outlines of its surfaces.
 pub(crate) struct FaceScene {
-    pub faces: Vec<Face>,
+    pub faces: Vec<ExchangeFace>,
     pub outlines: Vec<Polygon>,
     pub layers: PlaneLayers,
     /// Lengths below this are rounding [m].
@@ -75,7 +75,7 @@ impl FaceScene {
                     if side == Side::Back {
                         polygon.reverse();
                     }
-                    Face::new(number, side, polygon, layers, tolerance)
+                    ExchangeFace::new(number, side, polygon, layers, tolerance)
                 })
             })
         };
@@ -84,10 +84,10 @@ impl FaceScene {
     }
 }
 
-impl Face {
+impl ExchangeFace {
     fn new(surface: u32, side: Side, polygon: Polygon, layers: &PlaneLayers, tolerance: f64) -> Self {
         let exposed = layers.exposed(&SideRegion { surface, side, polygon: &polygon });
-        Face {
+        ExchangeFace {
             surface,
             side,
             area: area(&polygon),

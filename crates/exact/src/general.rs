@@ -4,7 +4,7 @@ use radiosity::{SceneSpec, Stack};
 
 use crate::contour;
 use crate::exchange::{ExchangeMatrix, Uncertain};
-use crate::face::{ConvexPiece, FAR, Face, FaceScene};
+use crate::face::{ConvexPiece, ExchangeFace, FAR, FaceScene};
 use crate::form_factor;
 use crate::occlusion::{Between, Occluders};
 use crate::penumbra::{Estimated, Penumbra};
@@ -88,7 +88,7 @@ impl PairGeometry {
 
     /// The exchange area of two faces, with an error only if it is beyond [`CLEAR_ERROR`]: through the gap between two
     /// layers, or between what no layers cover of them.
-    fn pair(&self, i: &Face, j: &Face) -> Estimated {
+    fn pair(&self, i: &ExchangeFace, j: &ExchangeFace) -> Estimated {
         if let Some(area) = self.scene.layers.exchange_area(&i.whole(), &j.whole()) {
             return Estimated::certain(area);
         }
@@ -171,7 +171,7 @@ mod tests {
 
     use super::*;
     use crate::shapes::{bumpy_ball, furnished_room, l_room, painted, turned};
-    use crate::{Accuracy, Exact};
+    use crate::{Exact, SystemAccuracy};
 
     /// The relative error aimed at where pairs are many.
     const GOAL: f64 = 2e-3;
@@ -215,7 +215,7 @@ mod tests {
             row: greatest(&mut rows.iter().copied(), &coarse.row_errors()),
             radiosity: greatest(
                 &mut pairs.map(|(coarse, fine)| (coarse - fine).abs()),
-                &Accuracy::of(&b).radiosity_error,
+                &SystemAccuracy::of(&b).radiosity_error,
             ),
         }
     }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::dense::{Cholesky, Matrix};
+use crate::dense::{Cholesky, DenseMatrix};
 use crate::exchange::ExchangeMatrix;
 
 /// Right-hand sides solved for at a time: enough to be fast, few against the matrix.
@@ -60,7 +60,7 @@ impl RadiositySystem {
         let n = exchange.face_count();
         assert_eq!(reflectance.len(), n, "one reflectance per face");
         let scale: Vec<f64> = reflectance.iter().zip(exchange.areas()).map(|(r, a)| (r / a).sqrt()).collect();
-        let matrix = Matrix::from_fn(n, n, |i, j| {
+        let matrix = DenseMatrix::from_fn(n, n, |i, j| {
             let identity = if i == j { 1.0 } else { 0.0 };
             identity - scale[i] * exchange.exchange_area(i, j) * scale[j]
         });
@@ -95,7 +95,7 @@ impl RadiositySystem {
     /// Unless there is one emittance per face.
     pub fn solve(&self, emittance: &[f64]) -> SystemSolution {
         let direct = self.exchange.incoming(emittance);
-        let mut whitened = Matrix::from_fn(direct.len(), 1, |i, _| self.scale[i] * direct[i]);
+        let mut whitened = DenseMatrix::from_fn(direct.len(), 1, |i, _| self.scale[i] * direct[i]);
         self.factor.solve_lower(&mut whitened);
         let mut y = whitened.column(0).to_vec();
         self.factor.solve_transposed(&mut y);
@@ -141,8 +141,8 @@ impl RadiositySystem {
     }
 
     /// L⁻¹k_i of some faces i, column by column.
-    fn whitened(&self, faces: &[usize]) -> Matrix {
-        let mut k = Matrix::from_fn(self.scale.len(), faces.len(), |j, c| {
+    fn whitened(&self, faces: &[usize]) -> DenseMatrix {
+        let mut k = DenseMatrix::from_fn(self.scale.len(), faces.len(), |j, c| {
             let i = faces[c];
             self.scale[j] * self.exchange.exchange_area(j, i) / self.exchange.areas()[i].sqrt()
         });

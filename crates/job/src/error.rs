@@ -73,7 +73,7 @@ pub enum Error {
         /// The path as asked for.
         file: PathBuf,
         /// The line, and what is wrong there.
-        source: ::sky::Malformed,
+        source: ::sky::MalformedWeather,
     },
     /// The text is not TOML.
     #[error("{place}: not valid TOML: {problem}; correct the line")]

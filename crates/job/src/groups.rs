@@ -25,7 +25,7 @@ pub enum Grouping {
 
 /// Groups of the faces of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Groups {
+pub struct FaceGroups {
     /// The name of each group.
     pub names: Vec<String>,
     /// The group of each face.
@@ -38,21 +38,23 @@ const REST: &str = "rest";
 const FILE_KEYS: &[&str] = &["group"];
 const GROUP_KEYS: &[&str] = &["name", "surfaces", "materials", "patches"];
 
-impl Groups {
+impl FaceGroups {
     /// The groups of a scene.
     ///
     /// # Errors
     /// Of a file: one that cannot be read, or says what is unknown, or puts a face in two groups.
     pub fn of(grouping: &Grouping, file: &SceneFile, scene: &Scene) -> Result<Self, Error> {
         match grouping {
-            Grouping::ByPatch => Ok(Groups::by_patch(scene.faces())),
+            Grouping::ByPatch => Ok(FaceGroups::by_patch(scene.faces())),
             Grouping::BySurface => {
-                Ok(Groups::by_name(scene, |surface| scene.surface_name(surface).to_owned()))
+                Ok(FaceGroups::by_name(scene, |surface| scene.surface_name(surface).to_owned()))
             }
             Grouping::ByMaterial => {
                 let finishes = file.finishes();
                 let of = finishes.of_surfaces();
-                Ok(Groups::by_name(scene, |surface| finishes.names()[of[surface as usize] as usize].clone()))
+                Ok(FaceGroups::by_name(scene, |surface| {
+                    finishes.names()[of[surface as usize] as usize].clone()
+                }))
             }
             Grouping::File(path) => GroupReader::new(file, scene).read(path),
         }
@@ -64,7 +66,7 @@ impl Groups {
             (Some(_), Side::Front) => format!("{} front", face.patch),
             (Some(_), Side::Back) => format!("{} back", face.patch),
         };
-        Groups { names: faces.iter().map(name).collect(), of_face: (0..faces.len() as u32).collect() }
+        FaceGroups { names: faces.iter().map(name).collect(), of_face: (0..faces.len() as u32).collect() }
     }
 
     /// A group for each name, in the order of the first surfaces that have it.
@@ -80,7 +82,7 @@ impl Groups {
             })
             .collect();
         let of_face = scene.faces().iter().map(|face| of_surface[face.surface as usize]).collect();
-        Groups { names, of_face }
+        FaceGroups { names, of_face }
     }
 
     /// How many there are.
@@ -105,7 +107,7 @@ impl<'a> GroupReader<'a> {
         GroupReader { file, scene, materials: file.finishes().of_surfaces(), names: Vec::new(), of_face }
     }
 
-    fn read(mut self, path: &Path) -> Result<Groups, Error> {
+    fn read(mut self, path: &Path) -> Result<FaceGroups, Error> {
         let source =
             SourceText::read(path, "[[group]] tables, each with a name and surfaces, materials or patches")?;
         let mut file = KeyTable::root(&source, FILE_KEYS)?;
@@ -117,7 +119,7 @@ impl<'a> GroupReader<'a> {
             self.names.push(REST.into());
         }
         let rest = self.names.len() as u32 - 1;
-        Ok(Groups {
+        Ok(FaceGroups {
             of_face: self.of_face.into_iter().map(|group| group.unwrap_or(rest)).collect(),
             names: self.names,
         })

@@ -13,7 +13,7 @@ use crate::imports::{read_grouping, read_options};
 use crate::keys::{
     BUDGET_KEYS, IMPORT_KEYS, JOB_KEYS, METHOD_KEYS, OUTPUT_KEYS, TARGET_KEYS, TRACING_KEYS, VIEW_KEYS,
 };
-use crate::method::{Basis, MethodTable, PatchPurpose, WalkKind, read_method};
+use crate::method::{BasisKey, MethodTable, PatchPurpose, WalkKind, read_method};
 use crate::output::{View, read_output, read_view};
 use crate::partition::{Auto, Forecast, Partition, Patches, misfit, read_scene_key};
 use crate::scene::{SceneFile, is_toml, load_scene_with};
@@ -372,7 +372,7 @@ fn left_open(
     let open = Auto {
         surfaces: scene.auto().to_vec(),
         kinds: if can_be_grouped(table, method) { open_kinds(scene) } else { Vec::new() },
-        constant: !method.says("basis", Basis::Linear.word()),
+        constant: !method.says("basis", BasisKey::Linear.word()),
         linear: can_be_linear(table, method),
     };
     let cutting = PatchPurpose {
@@ -406,7 +406,7 @@ fn can_be_linear(table: &KeyTable<'_>, method: &KeyTable<'_>) -> bool {
     !table.has_any(&["source", "sensitivity"])
         && !method.has_any(&["final_gather"])
         && !method.is_true("mix")
-        && !method.says("basis", Basis::Constant.word())
+        && !method.says("basis", BasisKey::Constant.word())
         && !method.says("walk", WalkKind::Jacobi.word())
 }
 

@@ -52,7 +52,7 @@ pub use cut::Cut;
 pub use document::whole_number;
 pub use error::{Error, SourceLocation, SourceSpot};
 pub use finishes::Finishes;
-pub use groups::{Grouping, Groups};
+pub use groups::{FaceGroups, Grouping};
 pub use import::{Options as ImportOptions, setting};
 pub use job::{
     DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, DEFAULT_TOTAL_ERROR, Job, load, load_as_written,

@@ -11,7 +11,7 @@ use crate::document::{KeyTable, Value};
 use crate::error::{Error, SourceLocation, SourceSpot};
 use crate::grouped;
 use crate::keys::SCENE_TABLE_KEYS;
-use crate::method::Basis;
+use crate::method::BasisKey;
 use crate::shape::{read_grid, read_rows};
 use crate::source::SourceText;
 use crate::vocabulary::AUTO;
@@ -140,7 +140,7 @@ impl Partition {
                 error => error,
             })?;
         let mut table = KeyTable::root(&source, PARTITION_KEYS)?;
-        let linear = table.word::<Basis>("basis")? == Basis::Linear;
+        let linear = table.word::<BasisKey>("basis")? == BasisKey::Linear;
         let space = table.word("space")?;
         let surfaces = table.require(
             "surfaces",
@@ -160,7 +160,7 @@ impl Partition {
 
     /// The text of a file that holds it.
     pub fn to_toml(&self) -> String {
-        let basis = if self.linear { Basis::Linear } else { Basis::Constant };
+        let basis = if self.linear { BasisKey::Linear } else { BasisKey::Constant };
         let mut text = String::from(
             "# How each surface is cut, in the scene's order: [nu, nv] of a quad, the rows of a triangle, or the cuts of a quad:\n\
              # u or v halves a part along that axis, and the first half follows, then the second; a point leaves it whole.\n\

@@ -54,7 +54,7 @@ pub struct Claim {
 
 /// The verdict on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum ClaimVerdict {
     /// The claim holds within its limit.
     Agrees,
     /// The claim does not hold, and not by chance.
@@ -92,9 +92,9 @@ impl ClaimJudge {
     pub const EACH: ClaimJudge = ClaimJudge { limit: 7.0, false_alarm: 1.2e-6, rounding: 1e-9 };
 
     /// The verdict on a claim.
-    pub fn verdict(self, claim: &Claim) -> Verdict {
+    pub fn verdict(self, claim: &Claim) -> ClaimVerdict {
         let (ours, bound, limit) = match claim.test {
-            Test::Sure(holds) => return if holds { Verdict::Agrees } else { Verdict::Differs },
+            Test::Sure(holds) => return if holds { ClaimVerdict::Agrees } else { ClaimVerdict::Differs },
             Test::Measured(ours, bound) => (ours, bound, self.limit),
             Test::Furthest(ours, expected, Limit(limit)) => (ours, ClaimBound::Is(expected), limit),
         };
@@ -106,14 +106,14 @@ impl ClaimJudge {
             ClaimBound::AtLeast(least) => value >= least - slack,
             ClaimBound::Between(low, high) => value >= low - slack && value <= high + slack,
             ClaimBound::ClearlyBelow(bound) => ours.z(bound) < -CLEARLY,
-            ClaimBound::About(_) | ClaimBound::Nothing => return Verdict::Shown,
+            ClaimBound::About(_) | ClaimBound::Nothing => return ClaimVerdict::Shown,
         };
-        if agrees { Verdict::Agrees } else { Verdict::Differs }
+        if agrees { ClaimVerdict::Agrees } else { ClaimVerdict::Differs }
     }
 
     /// Whether a claim agrees or is only shown.
     pub fn passes(self, claim: &Claim) -> bool {
-        self.verdict(claim) != Verdict::Differs
+        self.verdict(claim) != ClaimVerdict::Differs
     }
 
     /// The probability that a claim fails by chance alone; 0 if chance has no part, or if the measurement would have to
@@ -270,15 +270,15 @@ mod tests {
     fn verdicts_know_their_side() {
         let judge = ClaimJudge { limit: 4.0, ..ClaimJudge::EACH };
         let verdict = |bound| judge.verdict(&Claim::of("", ABOUT_ONE, bound));
-        assert_eq!(verdict(ClaimBound::Is(1.39)), Verdict::Agrees);
-        assert_eq!(verdict(ClaimBound::Is(1.41)), Verdict::Differs);
-        assert_eq!(verdict(ClaimBound::AtMost(0.59)), Verdict::Differs);
-        assert_eq!(verdict(ClaimBound::AtMost(0.61)), Verdict::Agrees);
-        assert_eq!(verdict(ClaimBound::AtLeast(1.41)), Verdict::Differs);
-        assert_eq!(verdict(ClaimBound::Between(1.41, 2.0)), Verdict::Differs);
-        assert_eq!(verdict(ClaimBound::ClearlyBelow(1.49)), Verdict::Differs);
-        assert_eq!(verdict(ClaimBound::ClearlyBelow(1.51)), Verdict::Agrees);
-        assert_eq!(verdict(ClaimBound::About(9.0)), Verdict::Shown);
+        assert_eq!(verdict(ClaimBound::Is(1.39)), ClaimVerdict::Agrees);
+        assert_eq!(verdict(ClaimBound::Is(1.41)), ClaimVerdict::Differs);
+        assert_eq!(verdict(ClaimBound::AtMost(0.59)), ClaimVerdict::Differs);
+        assert_eq!(verdict(ClaimBound::AtMost(0.61)), ClaimVerdict::Agrees);
+        assert_eq!(verdict(ClaimBound::AtLeast(1.41)), ClaimVerdict::Differs);
+        assert_eq!(verdict(ClaimBound::Between(1.41, 2.0)), ClaimVerdict::Differs);
+        assert_eq!(verdict(ClaimBound::ClearlyBelow(1.49)), ClaimVerdict::Differs);
+        assert_eq!(verdict(ClaimBound::ClearlyBelow(1.51)), ClaimVerdict::Agrees);
+        assert_eq!(verdict(ClaimBound::About(9.0)), ClaimVerdict::Shown);
         assert_eq!(Claim::of("", ABOUT_ONE, ClaimBound::About(2.0)).ratio(), Some(0.5));
     }
 

@@ -10,7 +10,7 @@ use tracing::info;
 use voice::{Phase, emit, say};
 
 use crate::args::ReproduceArgs;
-use crate::claim::Verdict;
+use crate::claim::ClaimVerdict;
 use crate::clock::today;
 use crate::edition::{PAPERS, VALIDATION};
 use crate::fault::LabFault;
@@ -46,7 +46,8 @@ pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<(), LabFault> {
     if !args.out.quiet {
         say(&format!("written to {}", folder.file(people).display()));
     }
-    let differ = done.iter().flat_map(|(_, f)| &f.rows).filter(|row| judge.verdict(row) == Verdict::Differs);
+    let differ =
+        done.iter().flat_map(|(_, f)| &f.rows).filter(|row| judge.verdict(row) == ClaimVerdict::Differs);
     match differ.map(|row| row.label.clone()).collect::<Vec<_>>() {
         rows if rows.is_empty() => Ok(()),
         rows => Err(LabFault::NotReproduced { page: folder.file(people), rows }),

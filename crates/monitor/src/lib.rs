@@ -23,7 +23,7 @@ mod watch;
 pub use address::NoPage;
 pub use gauge::Gauge;
 pub use reports::{Reports, open_metrics};
-pub use run_status::{Faults, Goal, RunStatus, Saved};
+pub use run_status::{FaultCounts, Goal, RunStatus, Saved};
 pub use scrape::TextPage;
 pub use showing::Showing;
 pub use status::{Description, Hand, JobState, NoStatus, Report, find, watched};

@@ -48,7 +48,7 @@ const HASH_BYTES: usize = 32;
 
 /// A range of consecutive walks of one job.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
-pub struct Part {
+pub struct WalkRange {
     /// The hash of the job.
     pub job_hash: [u8; 32],
     /// The seed of the job.
@@ -59,7 +59,7 @@ pub struct Part {
     pub deliveries: Deliveries,
 }
 
-impl Part {
+impl WalkRange {
     /// The number of walks in the part.
     pub fn walks(&self) -> u64 {
         u64::try_from(self.deliveries.walks()).unwrap_or(u64::MAX)
@@ -145,7 +145,7 @@ pub struct Checkpoint {
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub struct Book {
     /// The walks, by job and number.
-    pub parts: Vec<Part>,
+    pub parts: Vec<WalkRange>,
     /// The out-of-order ranges beyond gaps, in the order of walks; their first walks count from the first walk of the only part.
     /// With several parts there are none.
     pub out_of_order: Vec<OutOfOrderRange>,

@@ -37,7 +37,7 @@ mod terms;
 mod transfers;
 mod watch;
 
-pub use checkpoint::{Book, Checkpoint, CheckpointError, CheckpointFault, Look, Part, Past, Session};
+pub use checkpoint::{Book, Checkpoint, CheckpointError, CheckpointFault, Look, Past, Session, WalkRange};
 pub use coordinator::{Coordinator, Ending, JobPlan, Judge, Progress};
 pub use deliveries::{Deliveries, Delivery, Growing};
 pub use effort::Effort;

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use report::OutputFolder;
 use results::factors::{
-    Asked, Hands, Question, SparseAnswer, SparseAsked, SparseFile, count_rows, sparse_files, unlit,
+    Asked, FactorsQuestion, RowWatcher, SparseAnswer, SparseAsked, SparseFile, count_rows, sparse_files,
+    unlit,
 };
 
 use crate::refusal::refuse;
@@ -58,9 +59,9 @@ pub(crate) fn factors(
         trouble.is_none()
     };
     let count = || -> Result<Option<Vec<String>>, results::Error> {
-        let question = Question::of(job, &asked)?;
+        let question = FactorsQuestion::of(job, &asked)?;
         let folder = OutputFolder::claim(&folder, &sparse_files(), false)?;
-        let hands = Hands { threads, watch: &mut ask };
+        let hands = RowWatcher { threads, watch: &mut ask };
         let counted = count_rows(&question, &sparse, (&folder, false, &[]), hands)?;
         if counted.interrupted {
             return Ok(None);

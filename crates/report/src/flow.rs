@@ -58,7 +58,7 @@ struct PowerShare {
 
 /// A row of the table.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Row {
+pub(crate) struct FlowRow {
     words: String,
     colour: &'static str,
     share: String,
@@ -118,8 +118,8 @@ impl Flow {
     }
 
     /// The rows of the table.
-    pub(crate) fn rows(&self) -> Vec<Row> {
-        let row = |part: &PowerShare| Row {
+    pub(crate) fn rows(&self) -> Vec<FlowRow> {
+        let row = |part: &PowerShare| FlowRow {
             words: part.words.clone(),
             colour: part.colour,
             share: share(part.power / self.emitted),

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use job::{Budget, Job};
 use judge::{MOMENTS, limits};
 use protocol::{
-    Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, JobPlan, Judge, Part, Past, Session,
+    Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, JobPlan, Judge, Past, Session, WalkRange,
 };
 use radiosity::Experiment;
 use report::OutputFolder;
@@ -105,7 +105,7 @@ impl Identity {
         if let Some(session) = sessions.last_mut() {
             session.ended = unix_seconds();
         }
-        let part = Part { job_hash: self.job_hash, seed: self.seed, first: self.first, deliveries };
+        let part = WalkRange { job_hash: self.job_hash, seed: self.seed, first: self.first, deliveries };
         let (goal, job) = (self.goal, self.job.clone());
         let book = Book { parts: vec![part], out_of_order, workers, looks, goal, effort, sessions, job };
         Checkpoint { scene_hash: self.scene_hash, tally, book }

@@ -51,7 +51,7 @@ struct PatchRadiosity {
 }
 
 /// A result as its table has it.
-struct Side {
+struct ComparedResult {
     rows: Vec<PatchRadiosity>,
     /// `None` of a deterministic solution.
     tally: Option<Checkpoint>,
@@ -110,7 +110,7 @@ pub fn compare(first: &Path, second: &Path) -> Result<Comparison, Error> {
         incomparable([vec![reason], why].concat().join("; "), "compare results of one scene")
     })?;
     let same_tally = match &sides {
-        [Side { tally: Some(a), .. }, Side { tally: Some(b), .. }] => {
+        [ComparedResult { tally: Some(a), .. }, ComparedResult { tally: Some(b), .. }] => {
             let same = a.tally.hash() == b.tally.hash();
             if !same && share_walks(a, b) {
                 let reason =
@@ -130,7 +130,7 @@ pub fn compare(first: &Path, second: &Path) -> Result<Comparison, Error> {
 }
 
 /// Reads what a run left, or a deterministic solution: an output folder, or a table in one.
-fn read(path: &Path) -> Result<Side, Error> {
+fn read(path: &Path) -> Result<ComparedResult, Error> {
     let folder = if path.is_file() { path.parent().unwrap_or(path) } else { path };
     let is_named = |name: &str| path.is_file() && path.file_stem().is_some_and(|stem| stem == name);
     let table = folder.join("patches.csv");
@@ -148,11 +148,11 @@ fn read(path: &Path) -> Result<Side, Error> {
     let rows = read_table(&table, None)?;
     let tally = Checkpoint::read(&folder.join(CURRENT))?;
     let job = JobFacts::of_run(&tally).map_err(|reason| unusable(folder, &tally, reason))?;
-    Ok(Side { rows, job, tally: Some(tally) })
+    Ok(ComparedResult { rows, job, tally: Some(tally) })
 }
 
 /// Reads the tables of a deterministic solution, one for each channel.
-fn read_exact(tables: &[PathBuf], summary: &Path) -> Result<Side, Error> {
+fn read_exact(tables: &[PathBuf], summary: &Path) -> Result<ComparedResult, Error> {
     let channel = |table: &PathBuf| {
         let name = table.file_stem().and_then(|stem| EXACT.into_iter().position(|name| stem == name));
         COLUMNS[name.unwrap_or(0)][0]
@@ -165,7 +165,7 @@ fn read_exact(tables: &[PathBuf], summary: &Path) -> Result<Side, Error> {
     while channels.iter().all(|channel| channel.len() > 0) {
         rows.extend(channels.iter_mut().filter_map(Iterator::next));
     }
-    Ok(Side { rows, tally: None, job: JobFacts::of_exact(summary) })
+    Ok(ComparedResult { rows, tally: None, job: JobFacts::of_exact(summary) })
 }
 
 /// Reads a table; `of` is the channel of one that has a single channel's numbers, and not what a run leaves.
@@ -223,7 +223,7 @@ fn value_of(
 }
 
 /// Whether rows stand for the same faces.
-fn check_places([first, second]: &[Side; 2]) -> Result<(), String> {
+fn check_places([first, second]: &[ComparedResult; 2]) -> Result<(), String> {
     if first.rows.len() != second.rows.len() {
         return Err(format!("one has {} radiosities, the other {}", first.rows.len(), second.rows.len()));
     }
@@ -243,14 +243,14 @@ fn share_walks(a: &Checkpoint, b: &Checkpoint) -> bool {
 }
 
 /// The chains or batches of a result, where its intervals are Student's; its paths tell.
-fn freedom(side: &Side) -> Option<u64> {
+fn freedom(side: &ComparedResult) -> Option<u64> {
     let Checkpoint { tally, .. } = side.tally.as_ref()?;
     let ends =
         tally.counts.absorbed + tally.counts.absorbed_back + tally.counts.escaped + tally.counts.truncated;
     (ends > tally.counts.walks).then(|| tally.counts.walks.max(2) - 1)
 }
 
-fn compare_rows([first, second]: &[Side; 2], same_tally: bool) -> Comparison {
+fn compare_rows([first, second]: &[ComparedResult; 2], same_tally: bool) -> Comparison {
     let of_row =
         |(i, (a, b)): (usize, (&PatchRadiosity, &PatchRadiosity))| Some((z([a.value?, b.value?]), i));
     let mut ranks: Vec<(f64, usize)> =
@@ -299,14 +299,14 @@ fn z([(x, dx), (y, dy)]: [(f64, f64); 2]) -> f64 {
 mod tests {
     use super::*;
 
-    fn side(values: &[Option<(f64, f64)>]) -> Side {
+    fn side(values: &[Option<(f64, f64)>]) -> ComparedResult {
         let row = |(i, &value): (usize, &Option<(f64, f64)>)| PatchRadiosity {
             place: vec![i.to_string()],
             channel: "radiosity",
             value,
         };
         let job = JobFacts::of_exact(Path::new(""));
-        Side { rows: values.iter().enumerate().map(row).collect(), tally: None, job }
+        ComparedResult { rows: values.iter().enumerate().map(row).collect(), tally: None, job }
     }
 
     #[test]

@@ -20,11 +20,11 @@ mod perez;
 mod replicates;
 mod sun;
 
-pub use annual::{Hour, Known, SkyPatchCounts, Year};
+pub use annual::{BoundedValue, Hour, SkyPatchCounts, Year};
 pub use dome::{Dome, SUN_PATCHES};
-pub use epw::{Malformed, Weather, WeatherHour};
+pub use epw::{MalformedWeather, Weather, WeatherHour};
 pub use luminance::{STANDARD_SKIES, Sky};
 pub use matrix::{EFFICACY, Encoding, Matrix, MatrixError};
 pub use metrics::{Level, Metrics, TARGETS, Wanted};
-pub use perez::{Conditions, Quantity};
+pub use perez::{Conditions, SkyUnit};
 pub use sun::{SUN_ANGLE, Site, SunPosition};

@@ -80,7 +80,7 @@ fn exact(job: &Job, scene: &Scene) -> Option<ReferenceSolution> {
 }
 
 fn exact_words(exact: &Exact) -> String {
-    exact::Accuracy::of(exact).form_factors.to_string()
+    exact::SystemAccuracy::of(exact).form_factors.to_string()
 }
 
 /// The solution by one run of the first method that the scene takes; `shoot` runs it.

@@ -61,12 +61,12 @@ pub(super) struct LightJson {
     pub(super) kind: String,
     pub(super) color: Option<[f64; 3]>,
     pub(super) intensity: Option<f64>,
-    pub(super) spot: FileSpot,
+    pub(super) spot: SpotCone,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(super) struct FileSpot {
+pub(super) struct SpotCone {
     pub(super) outer_cone_angle: Option<f64>,
 }
 

@@ -4,7 +4,7 @@ use radiosity::{Sampler, Solve, Space};
 
 use super::batches::{ChainKeys, read_batch, read_sampler, settle_batches, settle_jacobi};
 use super::chains::{read_final_gather, read_solve};
-use super::table::{Basis, Beside, MethodTable, WalkKind};
+use super::table::{BasisKey, Beside, MethodTable, WalkKind};
 use super::walks::{read_birth, read_infinite};
 use crate::budget::Budget;
 use crate::document::{KeyTable, Value};
@@ -75,13 +75,13 @@ fn read_beside(mix: Option<Value<'_>>, basis: Option<Value<'_>>) -> Result<Besid
     let mix = mix.map(|value| value.boolean()).transpose()?.unwrap_or_default();
     let Some(basis) = basis else { return Ok(if mix { Beside::Mix } else { Beside::Nothing }) };
     match (mix, basis.word()?) {
-        (true, Basis::Linear) => Err(basis.refuse(
+        (true, BasisKey::Linear) => Err(basis.refuse(
             "mix = true has no linear basis".into(),
             "the best mix is one of the means of patches",
             "remove one of the two",
         )),
-        (true, Basis::Constant) => Ok(Beside::Mix),
-        (false, Basis::Linear) => Ok(Beside::Slopes),
-        (false, Basis::Constant) => Ok(Beside::Nothing),
+        (true, BasisKey::Constant) => Ok(Beside::Mix),
+        (false, BasisKey::Linear) => Ok(Beside::Slopes),
+        (false, BasisKey::Constant) => Ok(Beside::Nothing),
     }
 }

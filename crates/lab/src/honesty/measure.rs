@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use radiosity::Scene;
-use report::Cells;
+use report::ColumnCells;
 use results::Kept;
 use serde_json::Value;
 use stats::Measured;
@@ -333,9 +333,9 @@ fn read(kept: &Kept) -> Result<HonestyRun, Failure> {
     let columns = report::columns(&estimates)?;
     let cells = |name: String| {
         columns.iter().find(|column| column.name == name).map(|column| match &column.cells {
-            Cells::Number(cells) => cells.clone(),
-            Cells::Whole(cells) => cells.iter().map(|cell| cell.map(|cell| cell as f64)).collect(),
-            Cells::Words(_) => Vec::new(),
+            ColumnCells::Number(cells) => cells.clone(),
+            ColumnCells::Whole(cells) => cells.iter().map(|cell| cell.map(|cell| cell as f64)).collect(),
+            ColumnCells::Words(_) => Vec::new(),
         })
     };
     let hits = cells("hits".into()).ok_or("a table has hits")?;

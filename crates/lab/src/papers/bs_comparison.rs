@@ -13,7 +13,7 @@ use crate::arithmetic::{counted, quotient};
 use crate::claim::{Claim, ClaimBound};
 use crate::lab::Lab;
 use crate::papers::Chapter;
-use crate::papers::findings::{Figure, Findings};
+use crate::papers::findings::{Drawing, Findings};
 use crate::papers::walkers::{coarsened, experiment, mean_by_area, method, refined};
 use crate::series::point;
 use crate::walking::TallyReader;
@@ -224,7 +224,7 @@ fn discretisation(name: &str, spec: &SceneSpec) -> [Claim; 2] {
 }
 
 /// The chart of walks over iterations, against ζ.
-fn figure(cubes: &[Cube; 6]) -> Figure {
+fn figure(cubes: &[Cube; 6]) -> Drawing {
     let line = |which: usize| cubes.iter().map(move |c| point(c.zeta[which], counted(c.theory[which])));
     let marks = |which: usize| cubes.iter().map(move |c| point(c.zeta[which], c.measured[which]));
     let series = |name: &str, style: Style, points| Series { name: name.into(), style, points };
@@ -239,5 +239,5 @@ fn figure(cubes: &[Cube; 6]) -> Figure {
             series("measured, continuous", Style::Marks, marks(1).collect()),
         ],
     };
-    Figure::chart("bs-comparison.svg", "Walks over iterations against recurrent potential", &chart)
+    Drawing::chart("bs-comparison.svg", "Walks over iterations against recurrent potential", &chart)
 }

@@ -12,7 +12,7 @@ use crate::arithmetic::quotient;
 use crate::claim::{Claim, ClaimBound};
 use crate::lab::Lab;
 use crate::papers::Chapter;
-use crate::papers::findings::{Figure, Findings};
+use crate::papers::findings::{Drawing, Findings};
 use crate::papers::walkers::{DIRECTIONS, experiment, mean_by_area, method, name, predicted};
 use crate::series::point;
 use crate::walking::TallyReader;
@@ -299,7 +299,7 @@ fn winners(contests: &[Contest], rays: u64) -> String {
 }
 
 /// The chart of error against rays in one scene, where biased ways level off.
-fn figure(lab: &Lab, spec: &SceneSpec) -> Figure {
+fn figure(lab: &Lab, spec: &SceneSpec) -> Drawing {
     let exact = Exact::of_scene(spec).expect("a closed box");
     let powers: &[u32] = lab.pick(&[10, 12, 14, 16], &[10, 12, 14, 16, 18, 20]);
     let wanted = [
@@ -327,7 +327,7 @@ fn figure(lab: &Lab, spec: &SceneSpec) -> Figure {
         y: Axis::log("rms error of B [W/m²]"),
         series: series.into(),
     };
-    Figure::chart("efficiency.svg", "Error against rays: what is cut off levels off", &chart)
+    Drawing::chart("efficiency.svg", "Error against rays: what is cut off levels off", &chart)
 }
 
 #[cfg(test)]

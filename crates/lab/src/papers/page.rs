@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::findings::Findings;
-use crate::claim::{Claim, ClaimBound, ClaimJudge, Verdict};
+use crate::claim::{Claim, ClaimBound, ClaimJudge, ClaimVerdict};
 use report::Markdown;
 use report::words::{measured, number, printed};
 
@@ -25,7 +25,7 @@ pub fn judge<'a>(chapters: impl IntoIterator<Item = &'a Findings>) -> ClaimJudge
 /// Writes the page with a title; `how` says which command made it, when and where.
 pub fn write((title, how): (&str, &str), chapters: &[ChapterFindings<'_>], judge: ClaimJudge) -> String {
     let verdicts = || chapters.iter().flat_map(|(.., f)| &f.rows).map(|row| judge.verdict(row));
-    let count = |verdict: Verdict| verdicts().filter(|&v| v == verdict).count();
+    let count = |verdict: ClaimVerdict| verdicts().filter(|&v| v == verdict).count();
     let mut page = Markdown::default();
     page.heading(1, title);
     page.paragraph(how);
@@ -34,10 +34,10 @@ pub fn write((title, how): (&str, &str), chapters: &[ChapterFindings<'_>], judge
          followed by its standard error. A row agrees if it lies within {:.2} standard errors of its claim: with \
          that limit chance alone makes *any* of the rows differ once in {:.0} such pages (Šidák's bound; Student's \
          t of 99 degrees of freedom). Seeds are fixed, so that the page is the same whenever it is made.",
-        count(Verdict::Agrees) + count(Verdict::Differs),
-        count(Verdict::Agrees),
-        count(Verdict::Differs),
-        count(Verdict::Shown),
+        count(ClaimVerdict::Agrees) + count(ClaimVerdict::Differs),
+        count(ClaimVerdict::Agrees),
+        count(ClaimVerdict::Differs),
+        count(ClaimVerdict::Shown),
         judge.limit,
         1.0 / FALSE_ALARM
     ));
@@ -91,7 +91,7 @@ fn cells(row: &Claim, judge: ClaimJudge) -> [String; 6] {
         _ => "–".into(),
     };
     let verdict = match judge.verdict(row) {
-        Verdict::Differs => "**differs**",
+        ClaimVerdict::Differs => "**differs**",
         verdict => word(verdict),
     };
     let published = row.published.map_or("–".into(), printed);
@@ -99,11 +99,11 @@ fn cells(row: &Claim, judge: ClaimJudge) -> [String; 6] {
     [row.label.clone(), ours, published, theory, comparison, verdict.into()]
 }
 
-fn word(verdict: Verdict) -> &'static str {
+fn word(verdict: ClaimVerdict) -> &'static str {
     match verdict {
-        Verdict::Agrees => "agrees",
-        Verdict::Differs => "differs",
-        Verdict::Shown => "shown",
+        ClaimVerdict::Agrees => "agrees",
+        ClaimVerdict::Differs => "differs",
+        ClaimVerdict::Shown => "shown",
     }
 }
 

@@ -10,7 +10,7 @@ use crate::clock::thread_seconds;
 use crate::lab::Lab;
 use crate::papers::Chapter;
 use crate::papers::counted::{CountedScene, TraceWork};
-use crate::papers::findings::{Figure, Findings};
+use crate::papers::findings::{Drawing, Findings};
 use crate::papers::walkers::{DIRECTIONS, method, predicted, refined};
 use crate::series::point;
 
@@ -223,7 +223,7 @@ fn line(sizes: &[SceneSize], direction: &Direction, case: Case) -> Series {
     Series { name: format!("{direction}, {structure}"), style: Style::Joined, points: points.collect() }
 }
 
-fn figure(scenario: Scenario, series: Vec<Series>) -> Figure {
+fn figure(scenario: Scenario, series: Vec<Series>) -> Drawing {
     let number = if scenario == Scenario::Surfaces { 1 } else { 2 };
     let what = if number == 1 { "more surfaces" } else { "finer patches" };
     let chart = Chart {
@@ -233,7 +233,7 @@ fn figure(scenario: Scenario, series: Vec<Series>) -> Figure {
         series,
     };
     let caption = format!("S97 tables 1, 2: scenario {number}");
-    Figure::chart(&format!("s97-scenario{number}.svg"), caption, &chart)
+    Drawing::chart(&format!("s97-scenario{number}.svg"), caption, &chart)
 }
 
 #[cfg(test)]

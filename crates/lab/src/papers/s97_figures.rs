@@ -9,7 +9,7 @@ use crate::arithmetic::{counted, quotient};
 use crate::claim::{Claim, ClaimBound};
 use crate::lab::Lab;
 use crate::papers::Chapter;
-use crate::papers::findings::{Figure, Findings};
+use crate::papers::findings::{Drawing, Findings};
 use crate::papers::walkers::{DIRECTIONS, experiment, method, name, predicted};
 use crate::series::point;
 use crate::walking::TallyReader;
@@ -200,7 +200,7 @@ impl PanelCurves {
 }
 
 /// The panels: theory with twice the scatter of 100 runs, and the measurement.
-fn figures(comparisons: &[PanelCurves]) -> Vec<Figure> {
+fn figures(comparisons: &[PanelCurves]) -> Vec<Drawing> {
     let panels = comparisons.iter().map(|comparison| {
         let PanelCurves { direction, estimator, theory, simplified, measured, .. } = comparison;
         // The mean of n squares of normal deviates scatters by √(2/n).
@@ -231,7 +231,7 @@ fn figures(comparisons: &[PanelCurves]) -> Vec<Figure> {
 }
 
 /// A chart over the patches.
-fn panel(title: &str, series: Vec<Series>) -> Figure {
+fn panel(title: &str, series: Vec<Series>) -> Drawing {
     let chart = Chart {
         title: title.into(),
         x: Axis::linear("patch"),
@@ -239,7 +239,7 @@ fn panel(title: &str, series: Vec<Series>) -> Figure {
         series,
     };
     let place = title.split([',', ':']).next().unwrap_or(title);
-    Figure::chart(&format!("{}.svg", place.to_lowercase().replace(' ', "-")), title, &chart)
+    Drawing::chart(&format!("{}.svg", place.to_lowercase().replace(' ', "-")), title, &chart)
 }
 
 fn series(name: &str, values: impl Iterator<Item = Measured>) -> Series {

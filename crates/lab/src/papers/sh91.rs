@@ -9,7 +9,7 @@ use crate::arithmetic::{counted, quotient};
 use crate::claim::{Claim, ClaimBound};
 use crate::lab::Lab;
 use crate::papers::Chapter;
-use crate::papers::findings::{Figure, Findings};
+use crate::papers::findings::{Drawing, Findings};
 use crate::papers::walkers::{experiment, method};
 use crate::series::point;
 use crate::walking::TallyReader;
@@ -115,7 +115,7 @@ fn constancy(cells: &[CubeResult]) -> Claim {
     Claim::of(label, spread, ClaimBound::AtMost(1.02)).published(1.02)
 }
 
-fn figure(cells: &[CubeResult]) -> Figure {
+fn figure(cells: &[CubeResult]) -> Drawing {
     let mut ratios: Vec<u64> = cells.iter().map(|cell| cell.per_zone).collect();
     ratios.sort_unstable();
     ratios.dedup();
@@ -142,11 +142,11 @@ fn figure(cells: &[CubeResult]) -> Figure {
         y: Axis::linear("variance × r/N"),
         series: levels.into_iter().chain(ratios.iter().map(of)).collect(),
     };
-    Figure::chart("sh91-cube.svg", "Sh91 §4: the variance is constant", &chart)
+    Drawing::chart("sh91-cube.svg", "Sh91 §4: the variance is constant", &chart)
 }
 
 /// The pictures of Sh91 fig 1: rows of zones, columns of rays per zone; and the noise of each picture.
-fn rooms(lab: &Lab) -> (Vec<Claim>, Figure) {
+fn rooms(lab: &Lab) -> (Vec<Claim>, Drawing) {
     let (rows, columns) = ([4_u32, 8, 16], [4_u64, 16, 64, 256]);
     let mut noise = Vec::new();
     let mut pictures = Vec::new();
@@ -178,7 +178,7 @@ fn rooms(lab: &Lab) -> (Vec<Claim>, Figure) {
             Claim::of(label, counted(variance / coarse(per_zone)), ClaimBound::About(1.0))
         });
     let rows_of_table = compared.collect();
-    let figure = Figure {
+    let figure = Drawing {
         file: "sh91-rooms.png".into(),
         caption: "Sh91 fig 1: 256, 1,024, 4,096 zones downwards; 4, 16, 64, 256 rays a zone to the right"
             .into(),

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use job::Cut;
 use judge::partition::{Grid, doublings};
-use radiosity::{Fit, Leaf, SceneSpec, Shape, Side};
+use radiosity::{CutCell, Fit, SceneSpec, Shape, Side};
 
 use super::runs::{Failure, experiment, fits, walk};
 
@@ -137,7 +137,7 @@ impl Sheet {
     }
 
     /// The energies of one rectangle; of one smaller than the points of the reference are apart, none.
-    fn leaf(&self, leaf: Leaf) -> CellEnergies {
+    fn leaf(&self, leaf: CutCell) -> CellEnergies {
         let mut levels = self.levels.borrow_mut();
         let grid = levels.entry(leaf.levels).or_insert_with(|| self.energies(leaf.grid()));
         grid[(leaf.at[0] * leaf.grid()[1] + leaf.at[1]) as usize]

@@ -16,7 +16,7 @@ pub struct Board<const M: usize> {
     /// The scores of sensors, where there are any.
     pub(super) sensing: Option<Sensing<M>>,
     /// The scores of groups, where there are any; with sensors, groups are sources alone.
-    pub(super) apart: Option<Apart>,
+    pub(super) apart: Option<GroupSums>,
 }
 
 /// A board that can be emptied: as walking, this is compiled with this crate, once for each number of power sums that is in use.
@@ -55,7 +55,7 @@ impl Emptied for Board<2> {
 
 /// What a board keeps for groups of patches.
 #[derive(Clone, Debug)]
-pub(super) struct Apart {
+pub(super) struct GroupSums {
     /// The number of faces of the scene.
     pub(super) faces: usize,
     /// What materials do, where that is asked for.
@@ -128,7 +128,7 @@ impl<const M: usize> Board<M> {
     }
 }
 
-impl Apart {
+impl GroupSums {
     /// Hands over what faces have scored: all classes together, then each but the first, then what materials do.
     fn take<const M: usize>(&mut self, scores: &mut Scores<M>) -> Result<Tally, Overflow> {
         scores.total_first(self.faces);

@@ -95,7 +95,7 @@ pub(super) struct ChainEstimate {
 /// What single links or hits bring.
 #[derive(Clone, Debug)]
 pub(super) enum Contributions {
-    Links(Vec<Links>),
+    Links(Vec<ExtraLink>),
     Hits(Estimator, u64),
 }
 
@@ -105,7 +105,7 @@ impl Contributions {
         match experiment.method() {
             Method::Chains(Chains { solve: Solve::Links, .. }) => {
                 let channels = 0..experiment.scene().channels();
-                Some(Contributions::Links(channels.map(|c| Links::new(experiment, tally, c)).collect()))
+                Some(Contributions::Links(channels.map(|c| ExtraLink::new(experiment, tally, c)).collect()))
             }
             Method::Batches(batches) => Some(Contributions::Hits(batches.score.of_walks().0, batches.walks)),
             Method::Chains(_) | Method::Walks(_) => None,
@@ -140,11 +140,11 @@ impl Contributions {
 /// A ray from j that meets i brings (B_j − B_i)/(A_i(d_i + d_j)), d being rays per area. Means are by what comes along the links: with
 /// A_j|B_j − B_i| for weights, the difference is D = ΣA(B − B_i)²/ΣA|B − B_i|, and D/d_j is P = ΣA(B − B_i)²/d / ΣA|B − B_i|.
 #[derive(Clone, Debug)]
-pub(super) struct Links {
+pub(super) struct ExtraLink {
     one: Vec<f64>,
 }
 
-impl Links {
+impl ExtraLink {
     fn new(experiment: &Experiment, tally: &Tally, channel: usize) -> Self {
         let faces = experiment.scene().faces();
         let areas: Vec<f64> = faces.iter().map(|face| face.area).collect();
@@ -164,11 +164,11 @@ impl Links {
         let aim = jacobi::aim::density(&areas, std::slice::from_ref(&radiosity));
         let density: Vec<f64> =
             aim.iter().zip(&areas).map(|(part, area)| part * ends as f64 / area).collect();
-        Links { one: one_more(&areas, &radiosity, &density) }
+        ExtraLink { one: one_more(&areas, &radiosity, &density) }
     }
 }
 
-/// [`Links`] of radiosities \[W/m²\] and rays per area \[1/m²\].
+/// [`ExtraLink`] of radiosities \[W/m²\] and rays per area \[1/m²\].
 fn one_more(areas: &[f64], radiosity: &[f64], density: &[f64]) -> Vec<f64> {
     let area: f64 = areas.iter().sum();
     // About their mean, so that nothing cancels where all are nearly alike.

@@ -3,7 +3,7 @@
 use super::faces::FaceTable;
 use super::lamps::kernel;
 use super::numbers::RayNumbers;
-use super::place::Place;
+use super::place::LocalPoint;
 use crate::geometry::face::Face;
 use crate::random::rng::WalkRng;
 use crate::random::sobol::Points;
@@ -51,7 +51,7 @@ pub(crate) struct Meeting<'a> {
 
 impl Meeting<'_> {
     /// Where it leaves, and where it meets a surface.
-    pub(super) fn ends(&self) -> [Place; 2] {
+    pub(super) fn ends(&self) -> [LocalPoint; 2] {
         let LinkBatch { departures, hits, .. } = self.batch;
         let at = |uv: &[[f64; WIDTH]; 2]| [uv[0][self.ray], uv[1][self.ray]];
         [(departures.surface[self.ray], at(&departures.uv)), (hits.surface[self.ray], at(&hits.uv))]

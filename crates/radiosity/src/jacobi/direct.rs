@@ -10,7 +10,7 @@ use super::aim::density;
 use super::cast::systematic;
 use super::faces::FaceTable;
 use super::halves::LinkRays;
-use super::lamps::{Lamps, emitted_shares};
+use super::lamps::{EmittingPieces, emitted_shares};
 use super::near::NearThresholds;
 use super::numbers::SobolNumbers;
 use super::place::psi;
@@ -39,7 +39,7 @@ const PILOT_SEED: u64 = 0;
 /// Direct light of one chain.
 pub(super) struct Direct<'a> {
     faces: &'a FaceTable<'a>,
-    lamps: Lamps,
+    lamps: EmittingPieces,
     /// The shadow rays of each face.
     rays: Vec<u32>,
     bounds: NearThresholds,
@@ -71,7 +71,7 @@ impl<'a> Direct<'a> {
         let bounds = NearThresholds::new(faces, &of_links, &shadows, &emitted_shares(faces));
         let direct = Direct {
             faces,
-            lamps: Lamps::new(faces),
+            lamps: EmittingPieces::new(faces),
             rays: shadows,
             bounds,
             far: Vec::new(),

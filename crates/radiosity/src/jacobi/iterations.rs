@@ -23,7 +23,7 @@ use crate::scene::Scene;
 
 /// What an iteration propagates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum IterationPhase {
     /// Power that has not been shot yet: results add up.
     Incremental,
     /// All power: results are averaged.
@@ -34,7 +34,7 @@ pub enum Phase {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iteration {
     /// The power that the iteration propagated.
-    pub phase: Phase,
+    pub phase: IterationPhase,
     /// The number of rays of the iteration.
     pub rays: u64,
     /// H that its rays brought [W/m²], face-major, channel-minor. Of one regular iteration b = R·H.
@@ -50,7 +50,7 @@ pub(crate) fn chain(
     rng: WalkRng,
     rays: u64,
     plan: Iterations,
-    observe: &mut dyn FnMut(Phase, u64, &FacePowers),
+    observe: &mut dyn FnMut(IterationPhase, u64, &FacePowers),
     go_on: &dyn Fn() -> bool,
 ) -> Option<ChainOutcome> {
     match plan.sampler {
@@ -110,7 +110,7 @@ impl<'a, N: RayNumbers> Shooter<'a, N> {
     fn run(
         mut self,
         rays: u64,
-        observe: &mut dyn FnMut(Phase, u64, &FacePowers),
+        observe: &mut dyn FnMut(IterationPhase, u64, &FacePowers),
         go_on: &dyn Fn() -> bool,
     ) -> Option<ChainOutcome> {
         let emitted = self.emitted();
@@ -121,7 +121,7 @@ impl<'a, N: RayNumbers> Shooter<'a, N> {
             let power = sum(&emitted, &self.reflected(&incoming));
             let rays = left * (k + 1) / count - left * k / count;
             let landed = self.regular(&power, rays, go_on)?;
-            observe(Phase::Regular, rays, &landed);
+            observe(IterationPhase::Regular, rays, &landed);
             let weight = 1.0 / (k + 1) as f64;
             incoming = zip(&incoming, &landed, |mean, new| mean + weight * (new - mean));
         }
@@ -134,7 +134,7 @@ impl<'a, N: RayNumbers> Shooter<'a, N> {
     fn incremental(
         &mut self,
         rays: u64,
-        observe: &mut dyn FnMut(Phase, u64, &FacePowers),
+        observe: &mut dyn FnMut(IterationPhase, u64, &FacePowers),
         go_on: &dyn Fn() -> bool,
     ) -> Option<FacePowers> {
         let mut unshot = self.emitted();
@@ -154,7 +154,7 @@ impl<'a, N: RayNumbers> Shooter<'a, N> {
                 return Some(incoming);
             }
             let landed = self.propagate(&unshot, &shares, count, per_ray, go_on)?;
-            observe(Phase::Incremental, count, &landed);
+            observe(IterationPhase::Incremental, count, &landed);
             incoming = sum(&incoming, &landed);
             unshot = self.reflected(&landed);
         }
@@ -351,7 +351,8 @@ mod tests {
                 let plan = Iterations { births, ..Iterations::default() };
                 let iterations = observed(&scene, Sequence::new(1).walk(0), rays, plan);
                 assert_eq!(iterations.iter().map(|iteration| iteration.rays).sum::<u64>(), rays);
-                let regular = iterations.iter().filter(|iteration| iteration.phase == Phase::Regular);
+                let regular =
+                    iterations.iter().filter(|iteration| iteration.phase == IterationPhase::Regular);
                 assert_eq!(regular.count(), 8);
             }
         }

@@ -38,7 +38,7 @@ pub use board::ChainBoard;
 pub(crate) use board::{UNITS, largest_radiosity};
 use faces::FaceTable;
 pub(crate) use iterations::observed;
-pub use iterations::{Iteration, Phase, stochastic_iteration};
+pub use iterations::{Iteration, IterationPhase, stochastic_iteration};
 pub(crate) use outcome::ChainOutcome;
 use plan::Solve;
 pub use reciprocity::Reciprocity;

@@ -1,9 +1,9 @@
 //! Shadow rays: from uniform points of faces to points of emitters, chosen in proportion to their power.
 
 use super::faces::FaceTable;
-use super::lamps::{Lamp, Lamps, kernel};
+use super::lamps::{EmittingPiece, EmittingPieces, kernel};
 use super::numbers::{RayNumbers, SobolNumbers};
-use super::place::Place;
+use super::place::LocalPoint;
 use crate::random::rng::unit_32;
 use crate::random::sobol::Points;
 use crate::simd::batch::WIDTH;
@@ -14,7 +14,7 @@ use crate::trace::tree::Scratch;
 /// place on the face, two for the lamp and the place on it.
 pub(super) struct ShadowCaster<'a> {
     faces: &'a FaceTable<'a>,
-    lamps: &'a Lamps,
+    lamps: &'a EmittingPieces,
     numbers: SobolNumbers,
     batch: Box<ShadowBatch>,
 }
@@ -24,8 +24,8 @@ pub(super) struct LitShadowRay<'a> {
     /// The face that it leaves.
     pub(super) face: u32,
     /// Where it leaves.
-    pub(super) place: Place,
-    pub(super) lamp: &'a Lamp,
+    pub(super) place: LocalPoint,
+    pub(super) lamp: &'a EmittingPiece,
     /// k of its ends [1/m²].
     pub(super) kernel: f64,
 }
@@ -39,7 +39,7 @@ struct ShadowBatch {
     from: [u32; WIDTH],
     lamp: [u32; WIDTH],
     kernel: [f64; WIDTH],
-    place: [Place; WIDTH],
+    place: [LocalPoint; WIDTH],
     rays: Rays,
     hits: Hits,
     scratch: Scratch,
@@ -62,7 +62,7 @@ impl Default for ShadowBatch {
 }
 
 impl<'a> ShadowCaster<'a> {
-    pub(super) fn new(faces: &'a FaceTable, lamps: &'a Lamps, numbers: SobolNumbers) -> Self {
+    pub(super) fn new(faces: &'a FaceTable, lamps: &'a EmittingPieces, numbers: SobolNumbers) -> Self {
         ShadowCaster { faces, lamps, numbers, batch: Box::default() }
     }
 
@@ -112,7 +112,7 @@ impl<'a> ShadowCaster<'a> {
 
 impl ShadowBatch {
     /// Turns all points that are drawn into rays, but for those whose ends lie behind each other, which no light joins.
-    fn aim(&mut self, faces: &FaceTable, lamps: &Lamps, points: &Points) {
+    fn aim(&mut self, faces: &FaceTable, lamps: &EmittingPieces, points: &Points) {
         let (scene, [across, along, choice, depth]) = (faces.scene, points);
         self.rays.len = 0;
         for i in 0..std::mem::take(&mut self.drawn) {

@@ -11,7 +11,7 @@ use super::cast::{Caster, Meeting};
 use super::direct::Direct;
 use super::faces::FaceTable;
 use super::numbers::SobolNumbers;
-use super::place::{Place, psi};
+use super::place::{LocalPoint, psi};
 use super::shared::shoot_again;
 use crate::hands::Hands;
 
@@ -107,7 +107,7 @@ impl<'a> SlopeSums<'a> {
     }
 
     /// Adds what an exchange area brings to a place of a face; `light` tells it by channel and number of the sum.
-    fn add(&self, face: u32, place: Place, exchange: f64, light: impl Fn(usize, usize) -> f64) {
+    fn add(&self, face: u32, place: LocalPoint, exchange: f64, light: impl Fn(usize, usize) -> f64) {
         let psi = psi(self.faces.scene, place);
         let part = exchange * self.per_area[face as usize];
         for c in 0..self.channels {

@@ -192,7 +192,7 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
 }
 
 /// The arrivals of a batch.
-struct Step<'a, 'b, T, const C: usize> {
+struct BatchArrivals<'a, 'b, T, const C: usize> {
     marks: &'a mut Marks<'b, T, C>,
     faces: &'a [u32; WIDTH],
     decided: &'a Decisions,
@@ -200,10 +200,10 @@ struct Step<'a, 'b, T, const C: usize> {
     earlier: [u32; WIDTH],
 }
 
-impl<T: Amount, const C: usize> Kernel for Step<'_, '_, T, C> {
+impl<T: Amount, const C: usize> Kernel for BatchArrivals<'_, '_, T, C> {
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Step { marks, faces, decided, weights, earlier } = self;
+        let BatchArrivals { marks, faces, decided, weights, earlier } = self;
         let (scoring, scale) = (marks.event.scoring(decided), marks.board.scale);
         decided.arrived.each(
             #[inline(always)]
@@ -231,7 +231,7 @@ impl<T: Amount, const C: usize> Scorer<C> for Marks<'_, T, C> {
             Event::Arrival | Event::Survival => self.visits.earlier(self.isa, faces).visits,
         };
         let isa = self.isa;
-        isa.run(Step { marks: self, faces, decided, weights, earlier });
+        isa.run(BatchArrivals { marks: self, faces, decided, weights, earlier });
         self.inner.score(faces, decided, weights);
     }
 

@@ -2,7 +2,7 @@
 //! count twice.
 
 use exact::Exact;
-use protocol::{Book, Checkpoint, Contributor, Delivery, Effort, Part};
+use protocol::{Book, Checkpoint, Contributor, Delivery, Effort, WalkRange};
 use radiosity::{Estimate, EstimatorKind, Experiment, Method, Solution};
 use rand_pcg::Pcg64Dxsm;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -265,7 +265,8 @@ fn seed(lab: &Lab) -> Result<StudyFinding, Failure> {
 
 /// The checkpoint that `radwalk merge` reads, with walks `first` … of a job.
 fn checkpoint(experiment: &Experiment, first: u64, walks: u64) -> Checkpoint {
-    let part = Part { job_hash: [1; 32], seed: 1, first, deliveries: Delivery::lease(walks, 0, 0).into() };
+    let part =
+        WalkRange { job_hash: [1; 32], seed: 1, first, deliveries: Delivery::lease(walks, 0, 0).into() };
     let book = Book {
         parts: vec![part],
         out_of_order: vec![],

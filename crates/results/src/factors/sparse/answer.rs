@@ -11,7 +11,7 @@ use report::{
 };
 
 use super::super::answer::{GROUPS, MATRIX, NUMPY, SUMMARY, THERMAL, named};
-use super::super::question::Question;
+use super::super::question::FactorsQuestion;
 use super::super::subject::Subject;
 use super::SparseAsked;
 use super::count::SparseCounted;
@@ -101,7 +101,7 @@ impl SparseAnswer {
     /// # Errors
     /// Where the rows cannot be read, or say nothing of heat.
     pub fn of(
-        question: &Question,
+        question: &FactorsQuestion,
         asked: &SparseAsked,
         counted: SparseCounted,
         folder: &OutputFolder,

@@ -14,7 +14,7 @@ use report::OutputFolder;
 use serde::{Deserialize, Serialize};
 
 use super::super::fault::FactorsFault;
-use super::super::question::Question;
+use super::super::question::FactorsQuestion;
 use super::SparseAsked;
 use crate::error::Error;
 
@@ -42,8 +42,8 @@ pub(super) struct Heading {
 }
 
 impl Heading {
-    pub(super) fn of(question: &Question, asked: &SparseAsked, columns: usize) -> Self {
-        let Question { job, scene, groups, kind, tolerance, level, .. } = question;
+    pub(super) fn of(question: &FactorsQuestion, asked: &SparseAsked, columns: usize) -> Self {
+        let FactorsQuestion { job, scene, groups, kind, tolerance, level, .. } = question;
         let tolerance = tolerance.as_ref().map(|tolerance| tolerance.relative);
         let SparseAsked { rays, sky, .. } = *asked;
         let all = (scene.hash(), job.seed, kind, job.method.space, &groups.of_face);
