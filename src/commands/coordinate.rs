@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use job::{Job, OutputFile};
 use judge::target::looks;
-use monitor::{Description, Gauge, Page, Reports, Showing, Watch};
-use protocol::{Checkpoint, Coordinator, Ending, Look, Notice, Past, Plan};
+use monitor::{Description, Gauge, Reports, Showing, TextPage, Watch};
+use protocol::{Checkpoint, Coordinator, Ending, JobPlan, Look, Notice, Past};
 use radiosity::{Experiment, Tally};
 use report::view_troubles;
 use results::{Identity, Keeper, Latest, RunOutput, Settings};
@@ -17,7 +17,7 @@ use crate::args::{CoordinateArgs, CourseArgs, LeadArgs, OutArgs, RunArgs};
 use crate::build::{BUILD, GIT};
 use crate::choose;
 use crate::fault::{Fault, Outcome};
-use crate::lead::{Executor, Left, Remote, Station, plan};
+use crate::lead::{Executor, Left, Remote, WorkerEntry, plan};
 use crate::pilot::{Crew, Host};
 use crate::progress::{Display, tell_notice};
 use crate::{signals, summary};
@@ -182,7 +182,7 @@ impl Prepared {
         Ok(())
     }
 
-    fn plan(&self) -> Result<Plan, Fault> {
+    fn plan(&self) -> Result<JobPlan, Fault> {
         let mut observer = self.settings.observer(&self.experiment).going_on_from(&self.past.tally);
         let walks = self.job.budget.paths / self.experiment.unit().paths();
         let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
@@ -221,7 +221,7 @@ impl Prepared {
     /// Serves the job to its end and writes what came of it.
     fn serve(
         mut self,
-        station: Station,
+        station: WorkerEntry,
         out: &OutArgs,
         (reports, showing): (Reports, Option<Showing>),
     ) -> Result<Outcome, Fault> {
@@ -300,7 +300,7 @@ impl Prepared {
 }
 
 /// Opens a page of metrics, and prints its address.
-fn open_page(address: &str) -> Result<Page, Fault> {
+fn open_page(address: &str) -> Result<TextPage, Fault> {
     let (page, bound) = monitor::open_metrics(address)?;
     info!(event = "metrics", "metrics are at http://{bound}/metrics");
     Ok(page)

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use job::{Budget, Job};
 use judge::{MOMENTS, limits};
 use protocol::{
-    Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, Judge, Part, Past, Plan, Session,
+    Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, JobPlan, Judge, Past, Session, WalkRange,
 };
 use radiosity::{Experiment, SceneSpec};
 use report::OutputFolder;
@@ -85,13 +85,13 @@ impl Identity {
         experiment: &Experiment,
         (looks, judge): (Vec<u64>, Judge),
         lots: u64,
-    ) -> Plan {
+    ) -> JobPlan {
         // A batch is leased as a walk is, whole and alone.
         let (stream_paths, leases_per_thread) = match experiment.unit().batch() {
             Some(_) => (1, 1),
             None => (budget.stream_paths, 2),
         };
-        Plan {
+        JobPlan {
             job: self.job.clone().into(),
             scene_hash: self.scene_hash,
             job_hash: self.job_hash,
@@ -117,7 +117,7 @@ impl Identity {
         if let Some(session) = sessions.last_mut() {
             session.ended = unix_seconds();
         }
-        let part = Part { job_hash: self.job_hash, seed: self.seed, first: self.first, deliveries };
+        let part = WalkRange { job_hash: self.job_hash, seed: self.seed, first: self.first, deliveries };
         let (goal, job) = (self.goal, self.job.clone());
         let book = Book { parts: vec![part], out_of_order, workers, looks, goal, effort, sessions, job };
         Checkpoint { scene_hash: self.scene_hash, tally, book }

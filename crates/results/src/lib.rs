@@ -55,5 +55,5 @@ pub use pilot::{Chosen, Groups, PILOT, PilotBooks, Stage as PilotStage, Walked, 
 pub use replica::Replica;
 pub use resume::{Resumed, resume};
 pub use settings::Settings;
-pub use solo::{Ending, Stage, walk_here};
+pub use solo::{Stage, WalkEnding, walk_here};
 pub use told::summary_lines;

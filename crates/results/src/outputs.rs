@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use job::{Beside, Forecast, Light, OutputFile, WalkKind, Word};
 use judge::{Control, bounces, checks_of_result, is_discretised, target};
-use protocol::{Book, Checkpoint, Contributor, Look, Part, Session};
+use protocol::{Book, Checkpoint, Contributor, Look, Session, WalkRange};
 use radiosity::{Estimates, Experiment, Influences, Precision, Quantity, Readings};
 use report::words::{counted, percent, quantity};
 use report::{
@@ -463,7 +463,7 @@ fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
         paths: worker.walks.saturating_mul(paths_per_walk),
         leases: worker.leases,
     };
-    let part = |part: &Part| PartSummary {
+    let part = |part: &WalkRange| PartSummary {
         seed: part.seed,
         first_path: part.first.saturating_mul(paths_per_walk),
         paths: part.walks().saturating_mul(paths_per_walk),

@@ -9,7 +9,7 @@ use radiosity::{
     Coefficients, IndexChoice, PaneSpec, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides,
     SkyPatches, SkyTally, SurfaceSpec,
 };
-use sky::{Dome, Row, STANDARD_SKIES, Sky, SunPosition};
+use sky::{Dome, STANDARD_SKIES, Sky, SkyPatchCounts, SunPosition};
 
 const WALKS: u64 = 1 << 17;
 
@@ -150,9 +150,9 @@ fn check((surfaces, opening): (Vec<SurfaceSpec>, Opening), ground: f64, is_glaze
     let walked = |cell: usize| {
         let mut tally = SkyTally::new(patches.count());
         coefficients.walk(&Sequence::new(171), cell, 0..WALKS, &mut tally);
-        Row { walks: WALKS, straight: tally.straight, reflected: tally.reflected }
+        SkyPatchCounts { walks: WALKS, straight: tally.straight, reflected: tally.reflected }
     };
-    let rows: Vec<Row> = (0..sensors.len()).map(walked).collect();
+    let rows: Vec<SkyPatchCounts> = (0..sensors.len()).map(walked).collect();
     let sun = SunPosition { altitude: 60.0, azimuth: 180.0 }.direction();
     let mut scores = Vec::new();
     for number in 1..=STANDARD_SKIES {

@@ -15,7 +15,7 @@ use crate::lead::{Executor, walk};
 use crate::team::Team;
 
 /// The result of some runs of a trial.
-pub(super) struct Shot {
+pub(super) struct TrialRuns {
     /// The tally of each run.
     pub tallies: Vec<Tally>,
     /// The processor time of one run's walks [s].
@@ -30,7 +30,7 @@ pub(super) struct Shot {
 ///
 /// # Errors
 /// Where the cluster fails, and where a signal ends it.
-pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
+pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<TrialRuns, Fault> {
     let Trial { job, experiment } = trial;
     let identity = Identity::new(job, &Settings::of(job), experiment, BUILD)?;
     let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();
@@ -48,7 +48,7 @@ pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
         before = prefix;
         run
     };
-    Ok(Shot {
+    Ok(TrialRuns {
         tallies: prefixes.iter().map(run).collect(),
         seconds: walked.cpu_seconds / runs as f64,
         memory: walked.memory,

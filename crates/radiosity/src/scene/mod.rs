@@ -16,7 +16,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::geometry::basis::Basis;
+use crate::geometry::basis::LinearBasis;
 use crate::geometry::face::{Face, Faces};
 use crate::geometry::frame::Frames;
 use crate::geometry::lamp::LampSpec;
@@ -37,7 +37,7 @@ use crate::trace::facet::Facets;
 use crate::trace::ray::Ray;
 use crate::trace::stack::Stack;
 use births::{Birthplace, Births, Origin};
-use lamps::Lamps;
+use lamps::PointLamps;
 use panes::Panes;
 use scatter::Scatter;
 use sealed::Sealed;
@@ -87,7 +87,7 @@ pub(crate) struct Parts {
     channels: usize,
     power: [f64; 3],
     emitters: Births,
-    pub(crate) lamps: Lamps,
+    pub(crate) lamps: PointLamps,
     pub(crate) panes: Panes,
     /// Points of patches that are groups of cells, made when a walk first asks for them; `None` where every cell is a patch.
     scatter: OnceLock<Option<Scatter>>,
@@ -184,7 +184,7 @@ impl Scene {
             })
             .collect();
         let channels = spec.channels();
-        let lamps = Lamps::new(&spec.lamps, [min, max], slack(min, max))?;
+        let lamps = PointLamps::new(&spec.lamps, [min, max], slack(min, max))?;
         let panes = Panes::new(&spec.panes, origin)?;
         let (emitters, power) = emission(&surfaces, &faces, &lamps, channels)?;
         let traced::Traced { frames, stacks, facets, index } = trace(&mut surfaces);
@@ -368,9 +368,9 @@ impl Scene {
     }
 
     /// The linear basis of a face.
-    pub(crate) fn basis_of(&self, face: &Face) -> Basis {
+    pub(crate) fn basis_of(&self, face: &Face) -> LinearBasis {
         match self.planes() {
-            None => Basis::of(self.surfaces()[face.surface as usize].is_triangle()),
+            None => LinearBasis::of(self.surfaces()[face.surface as usize].is_triangle()),
             Some(planes) => planes.basis(face.patch),
         }
     }
@@ -394,7 +394,7 @@ impl Scene {
 fn emission(
     surfaces: &[Surface],
     faces: &Faces,
-    lamps: &Lamps,
+    lamps: &PointLamps,
     channels: usize,
 ) -> Result<(Births, [f64; 3]), SceneError> {
     // Piece by piece, so that groups change no bit of it.
