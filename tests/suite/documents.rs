@@ -105,6 +105,13 @@ fn every_toml_block_runs() {
                 names("docs/reference/outputs.md", header(&out.join("planes.csv")));
                 let told = summary["planes"][0].as_object().unwrap().keys().cloned();
                 names("docs/reference/outputs.md", told);
+            } else if block.contains("[[pane]]") {
+                let scene = fs::read_to_string("configs/scenes/daylit.toml").unwrap();
+                fs::write(&file, format!("{scene}\n{block}")).unwrap();
+                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "20000", "--force"]);
+                assert_eq!(summary["escaped"], 0, "panes absorb: {summary}");
+                let (_, stdout, _) = run(&["check", file.to_str().unwrap()]);
+                assert!(stdout.contains("1 pane of clear glass"), "{stdout}");
             } else if block.contains("[[sensor]]") {
                 sensors += 1;
                 let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0);

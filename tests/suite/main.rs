@@ -37,6 +37,7 @@ mod linear;
 mod normals;
 mod operators;
 mod output;
+mod panes;
 mod partition;
 mod plan;
 mod planes;

@@ -55,6 +55,11 @@ pub enum ExactError {
         "the scene has lamps without area, and the system that is solved is that of light between patches (theirs would be missing); remove each [[lamp]], or run the job"
     )]
     Lamps,
+    /// Light that is weakened on its way.
+    #[error(
+        "the scene has panes, and the form factors of the system that is solved are those of free sight (light would be too much); remove each [[pane]], or run the job"
+    )]
+    Panes,
     /// The system cannot be solved.
     #[error(transparent)]
     Singular(#[from] Singular),
@@ -101,6 +106,9 @@ impl Exact {
         check_size(spec)?;
         if !spec.lamps.list.is_empty() {
             return Err(ExactError::Lamps);
+        }
+        if !spec.panes.is_empty() {
+            return Err(ExactError::Panes);
         }
         let scene = Scene::build(spec, IndexChoice::Flat)?;
         let (form_factors, exchange) = match BoxScene::recognise(spec) {

@@ -382,7 +382,7 @@ fn left_open(
             true => Space::Continuous,
             false => partition.map_or(Space::default(), |partition| partition.space),
         },
-        lamps: !scene.spec().lamps.list.is_empty(),
+        walks_only: !scene.spec().lamps.list.is_empty() || !scene.spec().panes.is_empty(),
     };
     (Some(open).filter(|open| !open.surfaces.is_empty()), cutting)
 }

@@ -29,6 +29,7 @@ mod material;
 mod method;
 mod near;
 mod output;
+mod panes;
 mod partition;
 mod plain;
 mod planes;

@@ -56,6 +56,7 @@ pub use geometry::axes::{Covariance, outer_square, principal_axes};
 pub use geometry::face::{Face, FaceIter, Faces};
 pub use geometry::lamp::{Emission, LampSpec, LampsSpec};
 pub use geometry::leaves::{Leaf, Leaves, LeavesError};
+pub use geometry::pane::{CLEAREST, PaneSpec};
 pub use geometry::planes::Body;
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
 pub use geometry::sky::SkyPatches;

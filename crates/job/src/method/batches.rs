@@ -47,11 +47,11 @@ const LONG_CHAIN: u64 = 1 << 24;
 pub(super) fn settle_jacobi(
     method: &mut MethodTable,
     places: &Places,
-    (patch_count, lamps): (Option<u64>, bool),
+    (patch_count, walks_only): (Option<u64>, bool),
     budget: &Budget,
 ) -> Result<Option<String>, Error> {
-    // The rays of chains leave patches alone.
-    if lamps && method.walk == WalkKind::Auto {
+    // The rays of chains leave patches alone, and all that land count alike.
+    if walks_only && method.walk == WalkKind::Auto {
         method.walk = WalkKind::Shooting;
     }
     let paths = budget.paths;

@@ -18,8 +18,8 @@ pub(crate) struct Cutting {
     pub(crate) linear: bool,
     /// Where walks go on from if the job does not say so, where its method has the choice.
     pub(crate) space: Space,
-    /// Whether the scene has lamps without area.
-    pub(crate) lamps: bool,
+    /// Whether chains cannot know all of its light: there are lamps without area, or panes.
+    pub(crate) walks_only: bool,
 }
 
 /// Reads `[method]`, for a scene that is cut so and a budget; says what was not done as asked.
@@ -61,7 +61,7 @@ pub(crate) fn read_method(
     if let Some(value) = final_gather {
         method.final_gather = read_final_gather(value, &method, patch_count)?;
     }
-    let note = settle_jacobi(&mut method, &places, (patch_count, cutting.lamps), budget)?;
+    let note = settle_jacobi(&mut method, &places, (patch_count, cutting.walks_only), budget)?;
     method.sampler = read_sampler(sampler, walk, &method)?;
     settle_batches(&mut method, &places, budget)?;
     if let Solve::Iterations(iterations) = &mut method.jacobi {

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use import::{Format, Imported, MaterialOverride, Options};
-use radiosity::{LampsSpec, Shape, Spectrum, SurfaceSpec};
+use radiosity::{LampsSpec, PaneSpec, Shape, Spectrum, SurfaceSpec};
 
 use super::SceneFile;
 use super::surface::{can_name_a_surface, read_surface};
@@ -18,6 +18,7 @@ use crate::keys::{LISTS, MESH_KEYS, SCENE_KEYS};
 use crate::lamps::read_lamps;
 use crate::lighting::{Lit, read_lit};
 use crate::material::{Material, Materials, find_material, read_materials};
+use crate::panes::read_panes;
 use crate::plain::{PlainSurface, plain_surfaces};
 use crate::planes::read_planes;
 use crate::sensors::read_sensors;
@@ -80,6 +81,7 @@ struct Reader<'a, 'o> {
     scene: SceneFile,
     materials: Materials,
     lamps: LampsSpec,
+    panes: Vec<PaneSpec>,
     meshes: Option<Value<'a>>,
     sky: Option<Spectrum>,
     options: &'o Options,
@@ -101,8 +103,9 @@ impl<'a, 'o> Reader<'a, 'o> {
             ..SceneFile::empty(path)
         };
         let sky = table.take("sky").map(read_sky).transpose()?;
+        let panes = table.take("pane").map_or(Ok(Vec::new()), read_panes)?;
         let lamps = lamps.unwrap_or_default();
-        Ok(Reader { scene, materials, lamps, meshes: table.take("mesh"), sky, options })
+        Ok(Reader { scene, materials, lamps, panes, meshes: table.take("mesh"), sky, options })
     }
 
     /// Reads the surfaces part by part; `None` where a part is not TOML by itself.
@@ -173,6 +176,7 @@ impl<'a, 'o> Reader<'a, 'o> {
             self.scene.add_sky(emittance);
         }
         self.scene.spec.lamps = self.lamps;
+        self.scene.spec.panes = self.panes;
         Ok(self.scene)
     }
 

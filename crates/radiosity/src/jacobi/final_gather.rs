@@ -313,6 +313,7 @@ impl<'a> Gatherer<'a> {
             for i in 0..len {
                 let Some(met) = self.batch.met(scene, i) else { continue };
                 landed += 1;
+                let passed = self.batch.passed(scene, i);
                 let emittance = self.faces.list[met as usize].emittance;
                 let weight = if emittance.is_lit() {
                     self.balance(met, self.batch.kernel(scene, station, i))
@@ -320,7 +321,7 @@ impl<'a> Gatherer<'a> {
                     0.0
                 };
                 let reflected = &self.reflected[met as usize * irradiance.len()..];
-                let rays = count as f64;
+                let rays = count as f64 / passed;
                 if self.sources.is_none() {
                     for (c, h) in irradiance.iter_mut().enumerate() {
                         *h += (reflected[c] + weight * emittance[c]) / rays;
@@ -370,7 +371,7 @@ impl<'a> Gatherer<'a> {
                         continue;
                     }
                     // E·k over the sum of both densities, where the one of gathering rays is k.
-                    let weight = self.balance(face, kernel) / count as f64;
+                    let weight = self.balance(face, kernel) * self.batch.passed(scene, i) / count as f64;
                     self.bring(irradiance, face as usize, |c| emitter.emittance[c] * weight);
                 }
                 if !(self.go_on)() {
@@ -424,6 +425,14 @@ impl Batch {
 
     fn trace(&mut self, scene: &Scene) {
         scene.parts.index.closest_hits(&scene.parts.facets, &self.rays, &mut self.scratch, &mut self.hits);
+    }
+
+    /// The part of the light that passes panes on the way of ray i.
+    fn passed(&self, scene: &Scene, i: usize) -> f64 {
+        match scene.has_panes() {
+            true => scene.passed_panes(&self.rays.get(i), self.hits.t[i]),
+            false => 1.0,
+        }
     }
 
     /// The face that ray i meets, if it is active.

@@ -261,10 +261,12 @@ impl Scene {
         if cosine <= 0.0 || irradiance == [0.0; 3] {
             return None;
         }
-        let hit = self.closest_hit(&Ray { origin, direction: towards, from });
+        let ray = Ray { origin, direction: towards, from };
+        let hit = self.closest_hit(&ray);
         // A lamp in the plane of a surface hangs just in front of it.
         let is_free = hit.is_none_or(|hit| hit.t >= distance * (1.0 - NEAR));
-        is_free.then(|| irradiance.map(|e| e * cosine))
+        let part = cosine * self.passed_panes(&ray, distance);
+        is_free.then(|| irradiance.map(|e| e * part))
     }
 }
 

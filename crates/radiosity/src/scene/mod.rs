@@ -4,6 +4,7 @@ pub(crate) mod births;
 mod check;
 mod groups;
 pub(crate) mod lamps;
+pub(crate) mod panes;
 pub(crate) mod retracing;
 pub(crate) mod scatter;
 pub(crate) mod sealed;
@@ -21,6 +22,7 @@ use crate::geometry::frame::Frames;
 use crate::geometry::lamp::LampSpec;
 use crate::geometry::landing::Landings;
 use crate::geometry::leaf_table::LeafTable;
+use crate::geometry::pane::PaneSpec;
 use crate::geometry::piece::Pieces;
 use crate::geometry::places::Places;
 use crate::geometry::planes::{Body, Planes};
@@ -36,6 +38,7 @@ use crate::trace::ray::Ray;
 use crate::trace::stack::Stack;
 use births::{Birthplace, Births, Origin};
 use lamps::Lamps;
+use panes::Panes;
 use scatter::Scatter;
 use sealed::Sealed;
 
@@ -85,6 +88,7 @@ pub(crate) struct Parts {
     power: [f64; 3],
     emitters: Births,
     pub(crate) lamps: Lamps,
+    pub(crate) panes: Panes,
     /// Points of patches that are groups of cells, made when a walk first asks for them; `None` where every cell is a patch.
     scatter: OnceLock<Option<Scatter>>,
     max_reflectance: Spectrum,
@@ -181,6 +185,7 @@ impl Scene {
             .collect();
         let channels = spec.channels();
         let lamps = Lamps::new(&spec.lamps, [min, max], slack(min, max))?;
+        let panes = Panes::new(&spec.panes, origin)?;
         let (emitters, power) = emission(&surfaces, &faces, &lamps, channels)?;
         let traced::Traced { frames, stacks, facets, index } = trace(&mut surfaces);
         let places = Places::new(&surfaces, &faces);
@@ -202,6 +207,7 @@ impl Scene {
             power,
             emitters,
             lamps,
+            panes,
             max_reflectance: Spectrum::rgb(std::array::from_fn(most)),
             origin,
             stacks,
@@ -274,6 +280,7 @@ impl Scene {
             parts.faces.bytes(),
             parts.emitters.bytes(),
             parts.lamps.bytes(),
+            parts.panes.bytes(),
             parts.scatter.get().and_then(Option::as_ref).map_or(0, Scatter::bytes),
             parts.frames.bytes(),
             parts.landings.bytes(),
@@ -285,7 +292,7 @@ impl Scene {
         Memory { surfaces: names + stacks + tables.iter().sum::<usize>(), index: parts.index.bytes() }
     }
 
-    /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances.
+    /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances, lamps, panes.
     pub fn hash(&self) -> [u8; 32] {
         self.parts.hash
     }
@@ -484,6 +491,12 @@ fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
         hasher.update(b"lamps");
         let tables = spec.lamps.tables.iter().flat_map(|table| table.numbers());
         for number in spec.lamps.list.iter().flat_map(LampSpec::numbers).chain(tables) {
+            hasher.update(&number.to_bits().to_le_bytes());
+        }
+    }
+    if !spec.panes.is_empty() {
+        hasher.update(b"panes");
+        for number in spec.panes.iter().flat_map(PaneSpec::numbers) {
             hasher.update(&number.to_bits().to_le_bytes());
         }
     }

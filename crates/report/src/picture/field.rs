@@ -302,19 +302,20 @@ impl Tracer<'_> {
         self.lookout.each_closest_hit(&rays, |ray, hit| {
             let Some(hit) = hit else { return };
             let (number, errand) = &errands[ray];
+            let passed = scene.passed_panes(&rays[ray], hit.t);
             match errand {
                 Errand::Gather => {
                     let (light, near) = &mut gathered[*number];
                     *near += 1.0 / hit.t.max(f64::MIN_POSITIVE);
                     let surface = &scene.surfaces()[hit.surface as usize];
                     if surface.is_active(hit.side) {
-                        *light +=
-                            self.lights.reflected(surface.piece(surface.cell_at(hit.uv), hit.side), hit.uv);
+                        let piece = surface.piece(surface.cell_at(hit.uv), hit.side);
+                        *light += passed * self.lights.reflected(piece, hit.uv);
                     }
                 }
                 Errand::Shadow(aim) if (aim.surface, aim.side) == (hit.surface, hit.side) => {
                     let (light, squares) = &mut by_lamps[*number];
-                    let brought = DVec3::from(aim.irradiance);
+                    let brought = passed * DVec3::from(aim.irradiance);
                     *light += brought;
                     *squares += (brought.element_sum() / 3.0).powi(2);
                 }

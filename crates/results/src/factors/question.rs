@@ -69,6 +69,9 @@ impl Question {
             true => FactorKind::Absorbed,
             false => FactorKind::FirstHit,
         };
+        if !job.scene.spec().panes.is_empty() {
+            return Err(FactorsFault::Panes.into());
+        }
         let channels = job.scene.spec().channels();
         if channels > 1 && kind == FactorKind::Absorbed && asked.channel.is_none() {
             return Err(FactorsFault::NoChannel.into());
