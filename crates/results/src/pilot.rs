@@ -76,7 +76,7 @@ pub struct Chosen {
     /// The patches.
     pub partition: Partition,
     /// The scene of the pilot.
-    scene: Scene,
+    pub(crate) scene: Scene,
 }
 
 impl Chosen {
@@ -103,7 +103,8 @@ pub fn choose(job: &Job, threads: usize) -> Result<Option<Chosen>, Error> {
         false => of_pilot(job, auto, plan, threads),
     };
     let Some(target) = &job.total_target else {
-        return of_pilot(Plan { walks: most, most, aim: 0.0 }).map(Some);
+        let chosen = of_pilot(Plan { walks: most, most, aim: 0.0 })?;
+        return chosen.controlled(job, threads).map(Some);
     };
     // The pilot grows with the walks that it finds to be needed.
     let (mut walks, mut before) = (FIRST_PLAN.min(most), [0, 0]);
@@ -113,7 +114,7 @@ pub fn choose(job: &Job, threads: usize) -> Result<Option<Chosen>, Error> {
         before = [before[0] + forecast.paths, before[1] + forecast.rays];
         [forecast.paths, forecast.rays] = before;
         if forecast.for_paths <= ENOUGH * walks || walks == most {
-            return Ok(Some(chosen));
+            return chosen.controlled(job, threads).map(Some);
         }
         walks = forecast.for_paths.min(GROWTH * walks);
     }
@@ -450,7 +451,7 @@ fn groups(choice: &Choice) -> Vec<u32> {
 }
 
 /// The seed of a job's pilot, whose walks are independent of the job's: what is chosen by them does not bend what the job finds.
-fn seed(of_job: u64) -> u64 {
+pub(crate) fn seed(of_job: u64) -> u64 {
     let mut hasher = blake3::Hasher::new();
     hasher.update(b"radwalk pilot");
     hasher.update(&of_job.to_le_bytes());
