@@ -78,11 +78,12 @@ impl RunOutput {
         Ok(summary)
     }
 
-    /// Keeps the job of a run that begins, with the tally of no walk: what a pilot has chosen for it is there when it is resumed.
+    /// Keeps a job with its tally alone. Where a run begins that is the tally of no walk, so that what a pilot has chosen is there when it is
+    /// resumed; where a disk is full, it may be all that there is room for.
     ///
     /// # Errors
     /// Where the file cannot be written.
-    pub fn begin(&self, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Error> {
+    pub fn keep(&self, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Error> {
         checkpoints::write(&self.folder, checkpoint, latest)
     }
 
