@@ -192,26 +192,25 @@ pub(crate) struct LedJob {
     pub memory: Option<u64>,
 }
 
-/// Walks an experiment, and asks `judge` at every look; `watch` is told how many walks are in.
+/// Walks an experiment on from a past, and asks `judge` at every look; `watch` is called at least every 50 ms.
 ///
 /// # Errors
 /// Where the cluster fails, and where a signal ends it.
 pub(crate) fn walk(
     executor: &Executor,
-    identity: &Identity,
-    budget: &Budget,
-    experiment: &Experiment,
+    (identity, budget, experiment): (&Identity, &Budget, &Experiment),
+    past: Past,
     (looks, judge): (Vec<u64>, Judge),
-    watch: &dyn Fn(u64),
+    watch: &mut dyn FnMut(&Coordinator),
 ) -> Result<LedJob, Fault> {
     let plan = plan(identity, budget, experiment, looks, judge)?;
-    let mut coordinator = Coordinator::new(plan, Past::none(experiment.tally::<MOMENTS>()));
+    let mut coordinator = Coordinator::new(plan, past);
     let is_remote = matches!(executor, Executor::Remote(_));
     if is_remote {
         coordinator = coordinator.followed_by_another();
     }
     let turn = |coordinator: &Coordinator, notices: &[Notice]| {
-        watch(coordinator.progress().walks);
+        watch(coordinator);
         if is_remote {
             notices.iter().for_each(tell_notice);
         }

@@ -1,6 +1,6 @@
 //! `radwalk factors`: exchange factors between groups of faces, and the heat between them.
 
-use protocol::Look;
+use protocol::{Coordinator, Look, Past};
 use radiosity::{Experiment, Tally};
 use report::OutputFolder;
 use results::factors::{
@@ -171,7 +171,10 @@ fn walk_round(executor: &Executor, round: &Round<'_>) -> Result<Option<Walked>, 
         let counts = prefix.counts;
         Look { walks: counts.walks, rays: counts.rays, ..Look::default() }
     };
-    match walk(executor, identity, budget, experiment, (vec![*walks], Box::new(judge)), watch) {
+    let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
+    let mut watch = |coordinator: &Coordinator| watch(coordinator.progress().walks);
+    let job = (identity, *budget, experiment);
+    match walk(executor, job, past, (vec![*walks], Box::new(judge)), &mut watch) {
         Ok(walked) => Ok(Some(Walked { tally: walked.tally, cpu_seconds: walked.cpu_seconds })),
         Err(Fault::Interrupted) => Ok(None),
         Err(fault) => Err(fault),

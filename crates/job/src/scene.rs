@@ -254,7 +254,11 @@ impl SceneFile {
         scene.recut(&self.spec_cut(cells)?).map_err(|error| self.locate(error))
     }
 
-    fn spec_cut(&self, (cuts, groups): (&[Cut], &[u32])) -> Result<SceneSpec, Error> {
+    /// The scene with other cells, as [`SceneFile::build_cut`] takes them.
+    ///
+    /// # Errors
+    /// Cells that its surfaces cannot have.
+    pub fn spec_cut(&self, (cuts, groups): (&[Cut], &[u32])) -> Result<SceneSpec, Error> {
         cut_spec(self.spec.clone(), cuts, groups)
             .map_err(|problem| misfit(problem, (SourceSpot::File, &self.path, "patches")))
     }

@@ -14,8 +14,15 @@ use crate::error::Error;
 const TEMPORARY: (&str, &str) = (".radwalk-", ".tmp");
 
 /// What radwalk writes into an output folder beside the files that a job may choose; all of them may stand beside each other.
-const OWN_FILES: [&str; 6] =
-    ["partition.toml", "exact.csv", "tally.bin", "tally.previous.bin", "access.json", "status.json"];
+const OWN_FILES: [&str; 7] = [
+    "partition.toml",
+    "pilot.bin",
+    "exact.csv",
+    "tally.bin",
+    "tally.previous.bin",
+    "access.json",
+    "status.json",
+];
 
 /// Writes a file through a temporary one in the same folder: a reader sees the old content or the whole new
 /// one, and what was written survives a loss of power once this returns.

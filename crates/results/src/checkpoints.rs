@@ -13,10 +13,11 @@ use judge::{MOMENTS, limits};
 use protocol::{
     Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, JobPlan, Judge, Past, Session, WalkRange,
 };
-use radiosity::Experiment;
+use radiosity::{Experiment, SceneSpec};
 use report::OutputFolder;
 
 use crate::error::Error;
+use crate::pilot::PILOT;
 use crate::replica::pack;
 use crate::settings::Settings;
 
@@ -50,14 +51,25 @@ impl Identity {
     /// # Errors
     /// Where the scene is too large to be sent.
     pub fn new(job: &Job, settings: &Settings, experiment: &Experiment, build: &str) -> Result<Self, Error> {
+        let first = job.budget.first_path / experiment.unit().paths();
+        Identity::of_walks((job.scene.spec(), settings), experiment, first, build)
+    }
+
+    /// [`Identity::new`] of walks from a first number on, in a scene.
+    pub(crate) fn of_walks(
+        (spec, settings): (&SceneSpec, &Settings),
+        experiment: &Experiment,
+        first: u64,
+        build: &str,
+    ) -> Result<Self, Error> {
         let scene = experiment.scene();
-        let packed = pack(scene, job.scene.spec(), settings)
+        let packed = pack(scene, spec, settings)
             .map_err(|error| Error::System { doing: "packing the job", source: io::Error::other(error) })?;
         Ok(Identity {
             scene_hash: scene.hash(),
-            job_hash: settings.job_hash(scene.hash(), job.seed),
-            seed: job.seed,
-            first: job.budget.first_path / experiment.unit().paths(),
+            job_hash: settings.job_hash(scene.hash(), settings.seed),
+            seed: settings.seed,
+            first,
             goal: settings.goal(),
             job: packed,
             sessions: vec![session(build)],
@@ -211,7 +223,7 @@ pub(crate) fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Late
     };
     report::replace_atomically(&path, previous.as_deref(), |file| checkpoint.write(file), prove)?;
     if latest == Latest::Foreign {
-        folder.remove(&[&derived()[..], &[PREVIOUS]].concat())?;
+        folder.remove(&[&derived()[..], &[PREVIOUS, PILOT]].concat())?;
     }
     Ok(())
 }

@@ -51,7 +51,7 @@ pub use memory::{check_memory, peak_memory, peak_memory_of};
 pub use merge::merge;
 pub use outputs::{LivePage, RunOutput, units};
 pub use parallel::cores as all_threads;
-pub use pilot::{Chosen, choose};
+pub use pilot::{Chosen, Groups, PILOT, PilotBooks, Stage as PilotStage, Walked, choose, choose_by};
 pub use replica::Replica;
 pub use resume::{Resumed, resume};
 pub use settings::Settings;

@@ -20,6 +20,7 @@ use crate::checkpoints::{
 };
 use crate::error::Error;
 use crate::kept::Kept;
+use crate::pilot::PILOT;
 use crate::settings::Settings;
 
 /// Files by name, written but not in their places.
@@ -43,7 +44,7 @@ impl RunOutput {
     /// # Errors
     /// Where it holds results that may not be `replace`d.
     pub fn new(path: &Path, replace: bool, exports: &[OutputFile], git: &'static str) -> Result<Self, Error> {
-        let files = [&[CURRENT, PREVIOUS][..], &derived()].concat();
+        let files = [&[CURRENT, PREVIOUS, PILOT][..], &derived()].concat();
         let folder = OutputFolder::claim(path, &files, replace)?.into();
         Ok(RunOutput { folder, exports: exports.into(), git })
     }

@@ -4,7 +4,7 @@
 use std::sync::mpsc::channel;
 
 use judge::MOMENTS;
-use protocol::Look;
+use protocol::{Look, Past};
 use radiosity::{Counts, Tally};
 use results::{Identity, Settings};
 
@@ -40,8 +40,8 @@ pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<TrialRuns,
         let _ = out.send(prefix.clone());
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
-    let walked =
-        walk(&Executor::Local(team), &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
+    let (job, past) = ((&identity, &job.budget, experiment), Past::none(experiment.tally::<MOMENTS>()));
+    let walked = walk(&Executor::Local(team), job, past, (ends, Box::new(judge)), &mut |_| ())?;
     let mut before = experiment.tally::<MOMENTS>();
     let run = |prefix: Tally| {
         let run = since(&before, &prefix);
