@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 
 use import::{Format, Imported, Mesh, Options, Spots};
 use radiosity::{
-    IndexChoice, LampsSpec, Leaves, Scene, SceneError, SceneSpec, SensorSpec, Shape, Spectrum, SurfaceSpec,
+    IndexChoice, LampsSpec, Leaves, SKY, Scene, SceneError, SceneSpec, SensorSpec, Shape, Spectrum,
+    SurfaceSpec,
 };
 
 use crate::cut::Cut;
@@ -18,7 +19,7 @@ use crate::finishes::Finishes;
 use crate::lighting::bounds;
 use crate::partition::misfit;
 use crate::site::{Lines, SurfaceSite};
-use crate::sky::{SKY, sky_box};
+use crate::sky::sky_box;
 pub(crate) use read::is_toml;
 pub use read::{load_scene, load_scene_with};
 

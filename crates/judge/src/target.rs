@@ -36,15 +36,12 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
     let scene = estimates.scene();
     let Target { relative_error, fraction, quantity, .. } = *target;
     let bar = Bar { error: relative_error, scores: target.min_hits as f64 };
-    let [achieved] = parts_within(standings(estimates, target).map(|(_, standing)| standing), [bar]);
-    let mut ranks: Vec<(f64, u32)> = standings(estimates, target).map(|(i, s)| (s.error, i as u32)).collect();
+    let mut ranks = standings(estimates, target);
+    let [achieved] = parts_within(ranks.iter().map(|(_, standing)| *standing), [bar]);
     let judged = !ranks.is_empty();
     let reached = judged && achieved >= fraction && paths >= target.min_paths;
-    ranks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let worst_first = || {
-        let standing = |i| Standing::new(&scene.faces().get(i), &estimates.face(i)?, target);
-        ranks.iter().filter_map(move |&(_, i)| Some((i as usize, standing(i as usize)?)))
-    };
+    ranks.sort_by(|(i, a), (j, b)| b.error.total_cmp(&a.error).then(i.cmp(j)));
+    let worst_first = || ranks.iter().copied();
     let needed = |standing: &Standing| {
         let by_error = (standing.error / relative_error).powi(2);
         paths as f64 * by_error.max(target.min_hits as f64 / standing.scores)
@@ -57,7 +54,7 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
         hits: u64::try_from(s.hits).unwrap_or(u64::MAX),
         paths_needed: needed(&s),
     });
-    let total: f64 = standings(estimates, target).map(|(_, standing)| standing.area).sum();
+    let total: f64 = ranks.iter().map(|(_, standing)| standing.area).sum();
     let mut spared = (1.0 - fraction) * total;
     // The worst faces may stay as they are, as long as the rest makes up the fraction.
     let mut decisive = worst_first().filter(|(_, standing)| {
@@ -162,7 +159,7 @@ fn meets(target: &Target, estimates: &Estimates) -> [bool; 2] {
     let scores = target.min_hits as f64;
     let met = Bar { error: relative_error, scores };
     let foreseen = Bar { error: foresight(relative_error), scores: 0.5 * scores };
-    let standings = standings(estimates, target).map(|(_, standing)| standing);
+    let standings = standings(estimates, target).into_iter().map(|(_, standing)| standing);
     parts_within(standings, [met, foreseen]).map(|part| part >= fraction)
 }
 

@@ -39,11 +39,14 @@ mod tally;
 mod trace;
 mod walk;
 
+pub use experiment::arrivals::Arrival;
 pub use experiment::daylight::{Coefficients, SkyTally};
 pub use experiment::exchange::{ExchangeRows, ExchangeSpec, FactorKind, RowBoard, Segment, exchange_counts};
 pub use experiment::influence::{Derivative, Influences, Property};
 pub use experiment::planes::{Figure, PlaneFigures};
-pub use experiment::precision::{Apart, FLOOR, Headline, Judged, Precision, QUANTILES, Quantity, TINY};
+pub use experiment::precision::{
+    Apart, FLOOR, Headline, Judged, Place, Precision, QUANTILES, Quantity, Reach, TINY,
+};
 pub use experiment::readings::{Reading, Readings};
 pub use experiment::replay::{Replay, ReplayedHit};
 pub use experiment::slopes::{Accuracy, AnswerError, Fit, Slopes, ToldAnswer};
@@ -60,7 +63,7 @@ pub use geometry::pane::{CLEAREST, PaneSpec};
 pub use geometry::planes::Body;
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
 pub use geometry::sky::SkyPatches;
-pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
+pub use geometry::spec::{SKY, SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
 pub use geometry::surface::Surface;
 pub use hands::Hands;
 pub use jacobi::plan::{Iterations, RayBirths, Solve};

@@ -21,6 +21,7 @@ compile_error!(
 mod audit;
 mod checkpoints;
 mod combine;
+mod control;
 pub mod daylight;
 mod diff;
 mod error;

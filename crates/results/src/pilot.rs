@@ -12,6 +12,7 @@ use radiosity::{Scene, Space};
 pub use self::kept::{PILOT, PilotBooks};
 use self::stage::Task;
 pub use self::stage::{Groups, Stage, Walked};
+use crate::all_threads;
 use crate::error::Error;
 use crate::meshes::{Look, Meshes, add_patches};
 
@@ -70,7 +71,7 @@ pub struct Chosen {
     /// The patches.
     pub partition: Partition,
     /// The scene of the pilot.
-    scene: Scene,
+    pub(crate) scene: Scene,
 }
 
 impl Chosen {
@@ -109,7 +110,8 @@ pub fn choose_by<E: From<Error>>(
         false => pilots.choose(auto, plan),
     };
     let Some(target) = &job.total_target else {
-        return of_pilot(Plan { walks: most, most, aim: 0.0 }).map(Some);
+        let chosen = of_pilot(Plan { walks: most, most, aim: 0.0 })?;
+        return Ok(Some(chosen.controlled(job, all_threads())?));
     };
     // The pilot grows with the walks that it finds to be needed.
     let mut walks = FIRST_PLAN.min(most);
@@ -117,7 +119,7 @@ pub fn choose_by<E: From<Error>>(
         let chosen = of_pilot(Plan { walks, most, aim: AIM * target.total_error })?;
         let needed = chosen.partition.forecast.expect("a pilot foretells").for_paths;
         if needed <= ENOUGH * walks || walks == most {
-            return Ok(Some(chosen));
+            return Ok(Some(chosen.controlled(job, all_threads())?));
         }
         walks = needed.min(GROWTH * walks);
     }
@@ -410,7 +412,7 @@ fn groups(choice: &Choice) -> Vec<u32> {
 }
 
 /// The seed of a job's pilot, whose walks are independent of the job's: what is chosen by them does not bend what the job finds.
-fn seed(of_job: u64) -> u64 {
+pub(crate) fn seed(of_job: u64) -> u64 {
     let mut hasher = blake3::Hasher::new();
     hasher.update(b"radwalk pilot");
     hasher.update(&of_job.to_le_bytes());

@@ -50,7 +50,7 @@ impl Prospect {
     fn new(target: &Target, estimates: &Estimates, level: f64) -> Self {
         let (experiment, walks) = (estimates.experiment(), estimates.tally().counts.walks);
         let prospect = Prospect {
-            standings: standings(estimates, target).map(|(_, standing)| standing).collect(),
+            standings: standings(estimates, target).into_iter().map(|(_, standing)| standing).collect(),
             spread: ErrorSpread { mean: 0.0, variance: 0.0 },
             samples: walks,
             walks_per_sample: 1,

@@ -127,18 +127,18 @@ pub fn all(site: &HonestyScene) -> Result<Vec<MethodRow>, Failure> {
     let discrete = FaceReference::discrete(site, &spec, faces)?;
     let of_chains = if site.made { discrete.clone() } else { FaceReference::of_chains(site, faces)? };
     let truths = [discrete, FaceReference::continuous(site, faces)?, of_chains];
-    let fine = Fine::new(site, &spec)?;
+    let fine = Fine::new(site)?;
     let distance = true_distance(&scene, &truths);
     let mut rows = Vec::new();
     for method in METHODS.iter().filter(|method| site.made || method.in_rooms) {
         let paths = method.paths(site, scene.faces().len());
         let done = match method.chooses() {
-            true => of_chosen(site, method, paths, fine.as_ref()),
+            true => of_chosen(site, method, paths, &fine),
             false => of_given(
                 site,
                 method,
                 paths,
-                &SceneTruth { scene: &scene, truths: &truths, fine: fine.as_ref(), distance },
+                &SceneTruth { scene: &scene, truths: &truths, fine: &fine, distance },
             ),
         };
         let refused = |why: Failure| {
@@ -154,7 +154,7 @@ pub fn all(site: &HonestyScene) -> Result<Vec<MethodRow>, Failure> {
 struct SceneTruth<'a> {
     scene: &'a Scene,
     truths: &'a [FaceReference; 3],
-    fine: Option<&'a Fine>,
+    fine: &'a Fine,
     distance: f64,
 }
 
@@ -213,7 +213,7 @@ fn of_given(
     let done = for_seeds(seeds, |seed| {
         let kept = method.run(site, paths, seed, &[])?;
         let run = read(&kept)?;
-        let error = fine.filter(|_| method.name == "linear").map(|fine| total(&kept, &run.summary, fine));
+        let error = (method.name == "linear").then(|| total(&kept, &run.summary, fine));
         let continuous = kept.settings.method.space == radiosity::Space::Continuous;
         Ok((run, error, continuous))
     })?;
@@ -293,18 +293,18 @@ fn of_chosen(
     site: &HonestyScene,
     method: &HonestyMethod,
     paths: u64,
-    fine: Option<&Fine>,
+    fine: &Fine,
 ) -> Result<Vec<MethodRow>, Failure> {
     let seeds = method.seeds(site);
     let done = for_seeds(seeds, |seed| {
         let kept = method.run(site, paths, seed, &[])?;
         let summary = serde_json::to_value(kept.summary("study"))?;
-        let error = fine.map(|fine| total(&kept, &summary, fine));
+        let error = total(&kept, &summary, fine);
         Ok((HonestyRun { told: Vec::new(), summary }, error))
     })?;
     let mut row = MethodRow::new(site, method, seeds, paths);
     row.alarms = alarms(&done.iter().map(|(run, _)| run).collect::<Vec<_>>());
-    (row.total, row.predicted) = totals(&done.iter().filter_map(|(_, error)| *error).collect::<Vec<_>>());
+    (row.total, row.predicted) = totals(&done.iter().map(|(_, error)| *error).collect::<Vec<_>>());
     Ok(vec![row])
 }
 

@@ -1,5 +1,6 @@
 //! A method applied to a scene: the walks to shoot, the board that they score on, and the solution from their tally.
 
+pub(crate) mod arrivals;
 mod batches;
 mod board;
 mod chains;

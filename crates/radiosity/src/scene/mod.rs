@@ -27,7 +27,7 @@ use crate::geometry::piece::Pieces;
 use crate::geometry::places::Places;
 use crate::geometry::planes::{Body, Planes};
 use crate::geometry::spec::Side;
-use crate::geometry::spec::{SceneSpec, Shape, Spectrum};
+use crate::geometry::spec::{SKY, SceneSpec, Shape, Spectrum};
 use crate::geometry::surface::Surface;
 use crate::geometry::tints::Tints;
 use crate::random::rng::{WalkRng, unit_32};
@@ -290,6 +290,20 @@ impl Scene {
             parts.facets.bytes(),
         ];
         Memory { surfaces: names + stacks + tables.iter().sum::<usize>(), index: parts.index.bytes() }
+    }
+
+    /// The surfaces before the box that stands for the sky: all, unless the last six are black, emit, and are called [`SKY`]. The box is
+    /// around the room, not in it.
+    pub fn surfaces_before_sky(&self) -> usize {
+        let all = self.surfaces().len();
+        let is_side = |number: usize| {
+            let piece = self.faces().first_piece_on(number as u32, Side::Front);
+            let face = piece.map(|piece| self.faces().piece(piece));
+            face.is_some_and(|face| !face.reflectance.is_lit() && face.emittance.is_lit())
+                && self.surface_name(number as u32) == SKY
+        };
+        let before = all.saturating_sub(6);
+        if all > 6 && (before..all).all(is_side) { before } else { all }
     }
 
     /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances, lamps, panes.
