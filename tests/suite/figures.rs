@@ -7,8 +7,9 @@ use glam::DVec3;
 use job::{Target, Unhit};
 use judge::target::{Observer, judge, looks};
 use radiosity::{
-    Estimates, EstimatorKind, Experiment, IndexChoice, Method, Quantity, Scene, SceneSpec, Sequence, Sides,
-    SurfaceSpec, Tally,
+    BatchScore, Batches, Birth, Chains, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice,
+    InfiniteEnd, Method, Quantity, Sampler, Scene, SceneSpec, Score, Sequence, Sides, Solve, Space, Spectrum,
+    SurfaceSpec, Tally, Walks,
 };
 use serde_json::Value;
 use tempfile::tempdir;
@@ -274,4 +275,161 @@ fn no_target_is_reached_that_the_truth_misses() {
     }
     assert!(runs >= 24, "{reached_of:?}");
     assert!(missed / f64::from(runs) < 0.1, "{missed} of {runs} runs: {reached_of:?}");
+}
+
+/// All kinds of methods, each for the samples of a target's looks; chains and batches are few and long.
+fn all_methods(faces: u64) -> Vec<(&'static str, Method, u64)> {
+    let [first, roulette] =
+        [Estimator::Collision, Estimator::Infinite(InfiniteEnd::Roulette { threshold: 0.01 })];
+    let cutoff = Estimator::Infinite(InfiniteEnd::Cutoff { threshold: 0.01 });
+    let score = BatchScore::Of(first, Space::Discrete);
+    vec![
+        ("absorption", Method::shooting(Estimator::Absorption), 1 << 16),
+        ("survival", Method::shooting(Estimator::Survival), 1 << 16),
+        ("collision", Method::shooting(first), 1 << 16),
+        ("roulette", Method::shooting(roulette), 1 << 14),
+        ("cut off", Method::shooting(cutoff), 1 << 14),
+        ("gathering", Method::gathering(Birth::Area, first), 1 << 17),
+        ("sobol", Batches { walks: 512, sampler: Sampler::Sobol, score }.into(), 64),
+        ("linear", Walks::shooting(Score::Linear(first)).into(), 1 << 16),
+        (
+            "chains",
+            Chains { rays: 64 * faces, solve: Solve::Links, linear: false, final_gather: vec![] }.into(),
+            16,
+        ),
+    ]
+}
+
+/// Gives a scene three channels, which differ from patch to patch.
+fn in_colour(mut spec: SceneSpec) -> SceneSpec {
+    let tints = [[1.0, 0.7, 0.3], [0.4, 1.0, 0.8], [0.9, 0.2, 1.0]];
+    let tinted = |of: &Spectrum, tint: [f64; 3]| Spectrum::rgb([0, 1, 2].map(|c| of[c] * tint[c]));
+    for (i, surface) in spec.surfaces.iter_mut().enumerate() {
+        surface.reflectance = tinted(&surface.reflectance, tints[i % 3]);
+        surface.emittance = tinted(&surface.emittance, [1.0, 0.6, 0.4]);
+        surface
+            .cell_emittance
+            .iter_mut()
+            .for_each(|(_, emittance)| *emittance = tinted(emittance, [1.0, 0.6, 0.4]));
+    }
+    spec
+}
+
+/// The part of the area that a target is about whose quantity misses it in some channel.
+fn part_missing(spec: &SceneSpec, target: &Target, estimates: &Estimates) -> f64 {
+    let exact = Exact::of_channels(spec, &|_| ()).unwrap();
+    let (mut off, mut all) = (0.0, 0.0);
+    for (i, face, known) in estimates.known() {
+        let of_channel = |(c, exact): (usize, &Exact)| {
+            let told = target.quantity.of(&face, c, &known[c])?;
+            let solution = exact.solution();
+            let truth = match target.quantity {
+                Quantity::Irradiance => solution.irradiance[i],
+                Quantity::Radiosity => solution.radiosity[i],
+                Quantity::Net => face.emittance[c] - (1.0 - face.reflectance[c]) * solution.irradiance[i],
+            };
+            let value = told.value.unwrap_or(0.0);
+            Some((value - truth).abs() > target.relative_error * value.abs() + 1e-12)
+        };
+        let misses: Vec<bool> = exact.iter().enumerate().filter_map(of_channel).collect();
+        if misses.is_empty()
+            || (estimates.scene().sealed().group_of(i as u32).is_some() && known[0].is_unsampled())
+        {
+            continue;
+        }
+        all += face.area;
+        off += if misses.contains(&true) { face.area } else { 0.0 };
+    }
+    if all > 0.0 { off / all } else { 1.0 }
+}
+
+/// By every method, in grey and in colour, what the truth misses a target by that is called reached is no more than intervals of 95 % may
+/// miss. Over the runs of a method the mean is below 5 %, as targets ask for nine tenths and the rest may miss; with the faces of one
+/// run in step, its standard error is some 2 % at 12 runs. 12 % are allowed: for one method in 2,000 suites a false alarm.
+#[test]
+fn no_method_reaches_a_target_that_the_truth_misses() {
+    for kind in 0..all_methods(0).len() {
+        let (mut runs, mut missed) = (0, 0.0);
+        for number in 0..12 {
+            let number = 72 + number;
+            let grey = hard_scene(number);
+            let spec = if number / 6 % 2 == 0 { grey } else { in_colour(grey) };
+            let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+            let (name, method, most) = all_methods(scene.faces().len() as u64).swap_remove(kind);
+            // Walks between reflectances of 0.999 have a thousand rays.
+            let most = if number % 6 == 4 && most > 1000 { 1 << 12 } else { most };
+            let target = Target {
+                relative_error: 0.2,
+                fraction: 0.9,
+                min_paths: 1024,
+                min_hits: 10,
+                unhit: Unhit::Infinite,
+                patches: None,
+                quantity: Quantity::Irradiance,
+            };
+            let experiment = Experiment::new(scene, method).unwrap();
+            let mut observer = Observer::new(experiment.clone(), 0.95, Some(target.clone()));
+            let (mut seen, mut tally) = (Vec::new(), experiment.tally::<2>());
+            for samples in looks(&experiment, most) {
+                tally = walked(&experiment, number, samples);
+                seen.push(observer.look(&tally, &seen));
+                if seen.last().unwrap().reached {
+                    break;
+                }
+            }
+            let estimates = Estimates::new(&experiment, &tally, 0.95);
+            let judged = judge(&target, &estimates, tally.counts.walks * experiment.unit().paths());
+            assert!(
+                !(judged.reached && number % 6 == 3),
+                "{name}, scene {number}: there is nothing to judge"
+            );
+            if judged.reached {
+                let off = part_missing(&spec, &target, &estimates);
+                assert!(off < 0.6, "{name}, scene {number}: reached, and {off} of the area miss it");
+                runs += 1;
+                missed += (off - 0.1).max(0.0);
+            }
+        }
+        let name = all_methods(0)[kind].0;
+        assert!(runs >= 3, "{name}: only {runs} runs reach the target");
+        assert!(missed / f64::from(runs) < 0.12, "{name}: {missed} of {runs} runs");
+    }
+}
+
+/// A sealed half counts neither for nor against a target, and the sides of a sky are no part of the room.
+#[test]
+fn targets_are_about_the_area_of_the_headline() {
+    let target = Target {
+        relative_error: 0.1,
+        fraction: 1.0,
+        min_paths: 0,
+        min_hits: 10,
+        unhit: Unhit::Infinite,
+        patches: None,
+        quantity: Quantity::Irradiance,
+    };
+    let of = |spec: &SceneSpec| {
+        let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
+        let experiment = Experiment::new(scene, Method::shooting(EstimatorKind::Collision)).unwrap();
+        let tally = walked(&experiment, 5, 100_000);
+        let estimates = Estimates::new(&experiment, &tally, 0.95);
+        (judge(&target, &estimates, 100_000), estimates.precision(Quantity::Irradiance).headline)
+    };
+    let halves = scenes::unequal_rooms(0.0);
+    let all: f64 = halves.surfaces.iter().map(|surface| surface.shape.area() * surface.sides.count()).sum();
+    let (judged, headline) = of(&halves);
+    assert!(judged.reached && judged.achieved == 1.0, "{}", judged.achieved);
+    assert!(headline.sealed_area > 0.0 && (headline.area + headline.sealed_area - all).abs() < 1e-9 * all);
+    let plate = SurfaceSpec {
+        sides: Sides::Front,
+        ..surface(quad(DVec3::splat(0.1), DVec3::X * 0.8, DVec3::Y * 0.8, [2, 2]), 0.5)
+    };
+    let sky = box_walls(DVec3::ONE, [1, 1]).into_iter().map(|wall| SurfaceSpec {
+        name: Some(radiosity::SKY.into()),
+        emittance: 1.0.into(),
+        ..surface(wall, 0.0)
+    });
+    let (judged, headline) = of(&SceneSpec::new(std::iter::once(plate).chain(sky).collect()));
+    assert!((headline.area - 0.64).abs() < 1e-12, "{}", headline.area);
+    assert!(judged.reached && judged.worst.is_empty());
 }

@@ -39,6 +39,7 @@ mod operators;
 mod output;
 mod panes;
 mod partition;
+mod pilot;
 mod plan;
 mod planes;
 mod refusals;

@@ -2,7 +2,7 @@
 
 use radiosity::{CLEAREST, PaneSpec, Shape};
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::keys::{LISTS, PANE_KEYS};
 use crate::shape::read_corners;
@@ -35,7 +35,7 @@ fn read_pane(value: Value<'_>, number: usize) -> Result<PaneSpec, Error> {
     })
 }
 
-fn read_transmittance(table: &mut Table<'_>) -> Result<f64, Error> {
+fn read_transmittance(table: &mut KeyTable<'_>) -> Result<f64, Error> {
     let value = table.require(
         "transmittance",
         "glass passes a part of the light",

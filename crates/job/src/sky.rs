@@ -5,15 +5,12 @@
 //! Every method knows how to deal with surfaces, so that none needs to know of the sky.
 
 use glam::DVec3;
-use radiosity::{SensorShape, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
+use radiosity::{SKY, SensorShape, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::document::Value;
 use crate::error::Error;
 use crate::keys::SKY_KEYS;
 use crate::material::read_spectrum;
-
-/// What the sides of the box are called, and their material.
-pub(crate) const SKY: &str = "sky";
 
 /// How far the box is from what is in it, relative to the diagonal of that: near, so that few walks miss the scene, and far enough
 /// that nothing lies in a side of the box.

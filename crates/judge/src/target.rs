@@ -20,7 +20,7 @@ pub use self::sensors::{SensorGoal, asked_of_sensors, judge_sensors};
 pub use self::standing::about;
 use self::standing::{Bar, Standing, parts_within, standings};
 pub use self::total::total_is_met;
-use crate::drift::{Sample, drift};
+use crate::drift::{ScoreMoments, drift};
 
 /// The number of walks at the first look. Fewer walks tell little, even about how little they tell.
 const FIRST_LOOK: u64 = 1 << 10;
@@ -32,19 +32,16 @@ const FIRST_LOOK_AT_CHAINS: u64 = 8;
 const NAMED: usize = 5;
 
 /// Judges a tally of `paths` paths by a target.
-pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Target {
+pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::TargetReport {
     let scene = estimates.scene();
     let Target { relative_error, fraction, quantity, .. } = *target;
     let bar = Bar { error: relative_error, scores: target.min_hits as f64 };
-    let [achieved] = parts_within(standings(estimates, target).map(|(_, standing)| standing), [bar]);
-    let mut ranks: Vec<(f64, u32)> = standings(estimates, target).map(|(i, s)| (s.error, i as u32)).collect();
+    let mut ranks = standings(estimates, target);
+    let [achieved] = parts_within(ranks.iter().map(|(_, standing)| *standing), [bar]);
     let judged = !ranks.is_empty();
     let reached = judged && achieved >= fraction && paths >= target.min_paths;
-    ranks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let worst_first = || {
-        let standing = |i| Standing::new(&scene.faces().get(i), &estimates.face(i)?, target);
-        ranks.iter().filter_map(move |&(_, i)| Some((i as usize, standing(i as usize)?)))
-    };
+    ranks.sort_by(|(i, a), (j, b)| b.error.total_cmp(&a.error).then(i.cmp(j)));
+    let worst_first = || ranks.iter().copied();
     let needed = |standing: &Standing| {
         let by_error = (standing.error / relative_error).powi(2);
         paths as f64 * by_error.max(target.min_hits as f64 / standing.scores)
@@ -57,7 +54,7 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
         hits: u64::try_from(s.hits).unwrap_or(u64::MAX),
         paths_needed: needed(&s),
     });
-    let total: f64 = standings(estimates, target).map(|(_, standing)| standing.area).sum();
+    let total: f64 = ranks.iter().map(|(_, standing)| standing.area).sum();
     let mut spared = (1.0 - fraction) * total;
     // The worst faces may stay as they are, as long as the rest makes up the fraction.
     let mut decisive = worst_first().filter(|(_, standing)| {
@@ -69,7 +66,7 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
         Some((_, standing)) => Some(needed(&standing)).filter(|paths| paths.is_finite()),
         None => None,
     };
-    report::Target {
+    report::TargetReport {
         reached,
         relative_error,
         fraction,
@@ -91,7 +88,7 @@ pub struct Observer {
     /// The discretisation of the answer that a pilot foretold.
     foretold: Option<f64>,
     /// The sample of the previous look, or of the tally that the run was resumed from.
-    before: Option<Sample>,
+    before: Option<ScoreMoments>,
 }
 
 impl Observer {
@@ -113,7 +110,7 @@ impl Observer {
     /// Sets the tally that a resumed job goes on from: the first look compares the walks since then with it.
     pub fn going_on_from(self, past: &Tally) -> Self {
         let before =
-            (past.counts.walks > 0).then(|| Sample::new(past, self.experiment.scene().faces().len()));
+            (past.counts.walks > 0).then(|| ScoreMoments::new(past, self.experiment.scene().faces().len()));
         Observer { before, ..self }
     }
 
@@ -141,7 +138,7 @@ impl Observer {
             .reduce(|a, b| [a[0] && b[0], a[1] && b[1]]);
         let (promising, reached) =
             asked.map_or((false, false), |[met, promising]| (promising, ends(walks, looks, met, promising)));
-        let now = Sample::new(tally, self.experiment.scene().faces().len());
+        let now = ScoreMoments::new(tally, self.experiment.scene().faces().len());
         let drift = self.before.as_ref().map_or(f64::NAN, |before| drift(before, &now));
         self.before = Some(now);
         Look {
@@ -162,7 +159,7 @@ fn meets(target: &Target, estimates: &Estimates) -> [bool; 2] {
     let scores = target.min_hits as f64;
     let met = Bar { error: relative_error, scores };
     let foreseen = Bar { error: foresight(relative_error), scores: 0.5 * scores };
-    let standings = standings(estimates, target).map(|(_, standing)| standing);
+    let standings = standings(estimates, target).into_iter().map(|(_, standing)| standing);
     parts_within(standings, [met, foreseen]).map(|part| part >= fraction)
 }
 

@@ -39,32 +39,35 @@ mod tally;
 mod trace;
 mod walk;
 
+pub use experiment::arrivals::Arrival;
 pub use experiment::daylight::{Coefficients, SkyTally};
 pub use experiment::exchange::{ExchangeRows, ExchangeSpec, FactorKind, RowBoard, Segment, exchange_counts};
 pub use experiment::influence::{Derivative, Influences, Property};
 pub use experiment::planes::{Figure, PlaneFigures};
-pub use experiment::precision::{Apart, FLOOR, Headline, Judged, Precision, QUANTILES, Quantity, TINY};
+pub use experiment::precision::{
+    Apart, FLOOR, Headline, Judged, Place, Precision, QUANTILES, Quantity, Reach, TINY,
+};
 pub use experiment::readings::{Reading, Readings};
-pub use experiment::replay::{Replay, Step};
-pub use experiment::slopes::{Accuracy, Answer, AnswerError, Fit, Slopes};
+pub use experiment::replay::{Replay, ReplayedHit};
+pub use experiment::slopes::{Accuracy, AnswerError, Fit, Slopes, ToldAnswer};
 pub use experiment::solution::{Channels, Estimate, Estimates, Mix, Solution};
 pub use experiment::{
-    Board, Compiled, Emptied, Experiment, Groups, Lost, Material, Meaning, PatchGroup, SensorView,
+    Board, Compiled, Emptied, Experiment, Groups, Lost, Meaning, PatchGroup, SensitivityMaterial, SensorView,
     SourceScores, Unfit, birth_probabilities,
 };
 pub use geometry::axes::{Covariance, outer_square, principal_axes};
 pub use geometry::face::{Face, FaceIter, Faces};
 pub use geometry::lamp::{Emission, LampSpec, LampsSpec};
-pub use geometry::leaves::{Leaf, Leaves, LeavesError};
+pub use geometry::leaves::{CutCell, Leaves, LeavesError};
 pub use geometry::pane::{CLEAREST, PaneSpec};
 pub use geometry::planes::Body;
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
 pub use geometry::sky::SkyPatches;
-pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
+pub use geometry::spec::{SKY, SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
 pub use geometry::surface::Surface;
 pub use hands::Hands;
 pub use jacobi::plan::{Iterations, RayBirths, Solve};
-pub use jacobi::{ChainBoard, Iteration, Phase, Reciprocity, stochastic_iteration};
+pub use jacobi::{ChainBoard, Iteration, IterationPhase, Reciprocity, stochastic_iteration};
 pub use method::{BatchScore, Batches, Birth, Chains, Direction, Method, Score, Unit, Walks};
 pub use random::Sampler;
 pub use random::rng::{Sequence, WalkRng};

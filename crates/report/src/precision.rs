@@ -41,10 +41,14 @@ pub struct HeadlineSummary {
     pub median: f64,
     /// The relative half-width that nine tenths of the area do not exceed.
     pub p90: f64,
+    /// The relative half-width that 99 hundredths of the area do not exceed.
+    pub p99: f64,
     /// The largest relative half-width of a patch that is not tiny.
     pub worst: f64,
     /// The patch that has it.
     pub worst_patch: Option<u32>,
+    /// Its area [m²].
+    pub worst_area: f64,
     /// The worst patch as messages name it.
     #[serde(skip)]
     pub worst_place: Option<String>,
@@ -107,7 +111,7 @@ impl DiscretisedSummary {
 impl PrecisionSummary {
     pub(crate) fn new(scene: &Scene, precision: &Precision) -> Self {
         let patch = |face: Option<u32>| face.map(|face| scene.faces().get(face as usize).patch);
-        let Headline { quantity, area, floor, quantiles, worst, worst_face, sealed_area } =
+        let Headline { quantity, area, floor, quantiles, worst, worst_face, worst_area, sealed_area } =
             precision.headline;
         let all: f64 = scene.faces().iter().map(|face| face.area).sum();
         PrecisionSummary {
@@ -120,8 +124,10 @@ impl PrecisionSummary {
                 floor: floor[..scene.channels()].to_vec(),
                 median: quantiles[0],
                 p90: quantiles[1],
+                p99: quantiles[2],
                 worst,
                 worst_patch: patch(worst_face),
+                worst_area,
                 worst_place: worst_face.map(|face| face_words(scene, face as usize)),
                 sealed_area,
                 sealed_part: sealed_area / all,
@@ -129,6 +135,17 @@ impl PrecisionSummary {
             error_quantiles: ["0.5", "0.9", "0.99"].into_iter().zip(quantiles).collect(),
             unhit: precision.unhit.into(),
         }
+    }
+}
+
+/// Half-widths beyond this say no more than that nothing is known: most are bounds of patches that no walk has hit.
+const UNKNOWN: f64 = 10.0;
+
+/// A relative half-width in words.
+fn in_words(half_width: f64) -> String {
+    match half_width > UNKNOWN {
+        true => format!("beyond {}", brief_percent(UNKNOWN)),
+        false => brief_percent(half_width),
     }
 }
 
@@ -168,12 +185,14 @@ impl HeadlineSummary {
                 "no walk has reached any patch: only upper bounds are known ({intervals}){sealed}"
             );
         }
-        let worst = self.worst_place.as_ref().map_or(String::new(), |place| format!(" ({place})"));
+        let place = self.worst_place.as_ref().map_or(String::new(), |place| format!(" ({place})"));
         format!(
-            "relative half-width by area{system}: median {}, 90th percentile {}, worst {}{worst}; {intervals}{distance}{sealed}",
-            brief_percent(self.median),
-            brief_percent(self.p90),
-            brief_percent(self.worst)
+            "relative half-width by area{system}: median {}, 90th percentile {}, 99th {}, worst {} on {} of the area{place}; {intervals}{distance}{sealed}",
+            in_words(self.median),
+            in_words(self.p90),
+            in_words(self.p99),
+            in_words(self.worst),
+            brief_percent(self.worst_area / self.area)
         )
     }
 }

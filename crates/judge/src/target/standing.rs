@@ -1,7 +1,7 @@
 //! The accuracy of faces, held against what a target asks of each.
 
 use job::{Target, Unhit};
-use radiosity::{Channels, Estimate, Estimates, Face};
+use radiosity::{Channels, Estimate, Estimates, Face, Place, Reach};
 
 /// The accuracy of one face.
 #[derive(Clone, Copy, Debug)]
@@ -45,12 +45,20 @@ pub fn about<'a>(
     }
 }
 
-pub(super) fn standings<'a>(
-    estimates: &'a Estimates,
-    target: &'a Target,
-) -> impl Iterator<Item = (usize, Standing)> + 'a {
-    about(estimates, target)
-        .filter_map(move |(i, face, channels)| Some((i, Standing::new(&face, &channels, target)?)))
+/// The accuracy of all faces that a target is about: where it names no patches, of those that a headline is about, too.
+pub(super) fn standings(estimates: &Estimates, target: &Target) -> Vec<(usize, Standing)> {
+    let scene = estimates.scene();
+    let mut hit = vec![false; scene.faces().len()];
+    let mut all = Vec::new();
+    for (i, face, channels) in about(estimates, target) {
+        hit[i] = !channels.iter().any(Estimate::is_unsampled);
+        all.extend(Standing::new(&face, &channels, target).map(|standing| (i, standing)));
+    }
+    if target.patches.is_none() {
+        let reach = Reach::new(scene, &hit);
+        all.retain(|&(i, _)| reach.of(i as u32, hit[i]) == Place::Room);
+    }
+    all
 }
 
 /// The requirements on one face: at most this relative error, from at least this many scores.

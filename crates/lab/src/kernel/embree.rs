@@ -8,7 +8,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use super::meshes::grey_scene;
 use super::rays::{Emitters, walk};
-use super::{Failure, Walks, collision_shooting, median};
+use super::{Failure, TimedWalks, collision_shooting, median};
 use glam::DVec3;
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Sequence, Shape};
 use scenes::{cornell, cube, interior};
@@ -91,6 +91,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
 fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) -> Result<(), Failure> {
     let folder = tempfile::tempdir()?;
     let dump = folder.path().join("rays");
+<<<<<<< HEAD
     let triangles = write_dump(&dump, spec, &Scene::build(spec, IndexChoice::Auto)?)?;
     for set in instruction_sets() {
         let rows = compare_with(&set, spec, (compare, &dump), rounds)?;
@@ -111,6 +112,12 @@ fn compare_with(
     let mut embree = Embree::start(compare, dump, set.embree)?;
     let mut ours = Walks::new(collision_shooting((set.build)(spec, IndexChoice::Auto)?)?);
     let mut rows = QUALITIES.map(|_| Row::default());
+=======
+    let triangles = write_dump(&dump, spec, &scene)?;
+    let mut embree = Embree::start(compare, &dump)?;
+    let mut ours = TimedWalks::new(collision_shooting(scene)?);
+    let mut rows = QUALITIES.map(|_| QualityRow::default());
+>>>>>>> main
     for _ in 0..rounds {
         // Jobs walk on and on; the time of 50 ms of walks depends on what ran before them.
         let walks = ours.rate(10 * RAYS as u64)?;
@@ -123,7 +130,7 @@ fn compare_with(
 
 /// The measurements against Embree's trees of one quality.
 #[derive(Default)]
-struct Row {
+struct QualityRow {
     walks: Vec<f64>,
     modes: [Vec<f64>; MODES.len()],
     over_robust: Vec<f64>,
@@ -132,7 +139,7 @@ struct Row {
     faults: [String; MODES.len()],
 }
 
-impl Row {
+impl QualityRow {
     /// Traces the rays in every mode.
     fn round(&mut self, walks: f64, quality: &str, embree: &mut Embree) -> Result<(), Failure> {
         let mut rates = [0.0; MODES.len()];
@@ -147,7 +154,7 @@ impl Row {
     }
 }
 
-impl std::fmt::Display for Row {
+impl std::fmt::Display for QualityRow {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let mega = |rates: &[f64]| format!("{:.2}", median(rates) / 1e6);
         let modes: Vec<String> = self.modes.iter().map(|rates| mega(rates)).collect();

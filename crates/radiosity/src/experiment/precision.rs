@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::solution::{Channels, Estimate, Estimates};
 use crate::geometry::face::Face;
+use crate::scene::Scene;
+use crate::scene::sealed::Sealed;
 
 /// The quantity whose half-widths are judged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -113,6 +115,8 @@ pub struct Headline {
     pub worst: f64,
     /// The face that has it.
     pub worst_face: Option<u32>,
+    /// Its area [m²].
+    pub worst_area: f64,
     /// The area of faces that no path of light joins to an emitter [m²] ([`crate::Sealed`]).
     pub sealed_area: f64,
 }
@@ -173,19 +177,21 @@ impl Estimates<'_> {
                 of_dark.add(i, face.area, reflects.filter_map(|(c, e)| Quantity::Irradiance.of(&face, c, e)));
             }
         }
-        let is_sealed = self.sealed(&hit);
+        let reach = Reach::new(self.scene(), &hit);
         let all: f64 = self.scene().faces().iter().map(|face| face.area).sum();
         let (mut unhit, mut sealed_area) = (Apart::default(), 0.0);
-        ranks.retain(|ranked| match (ranked.is_hit, is_sealed(ranked.face)) {
-            (true, _) => true,
-            (false, true) => {
+        ranks.retain(|ranked| match reach.of(ranked.face, ranked.is_hit) {
+            Place::Room => {
+                if !ranked.is_hit {
+                    unhit.add(ranked.area / all);
+                }
+                true
+            }
+            Place::Sealed => {
                 sealed_area += ranked.area;
                 false
             }
-            (false, false) => {
-                unhit.add(ranked.area / all);
-                true
-            }
+            Place::Sky => false,
         });
         let Spread { worst, .. } = if of_dark.faces > 0 { of_dark } else { of_all };
         let of = if of_dark.faces > 0 { &of_dark } else { &of_all };
@@ -197,16 +203,45 @@ impl Estimates<'_> {
             unhit,
         }
     }
+}
 
-    /// Tells of a face that no walk has hit whether it is sealed.
-    fn sealed(&self, hit: &[bool]) -> impl Fn(u32) -> bool {
-        let sealed = hit.contains(&false).then(|| self.scene().sealed());
+/// Where a face is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// In the room, where light comes: headlines and targets are about such faces.
+    Room,
+    /// Where no path of light was found to come, and no walk either.
+    Sealed,
+    /// On the box that stands for the sky ([`Scene::surfaces_before_sky`]).
+    Sky,
+}
+
+/// Tells of faces where they are, by which of them walks have hit.
+pub struct Reach<'a> {
+    scene: &'a Scene,
+    before_sky: usize,
+    /// Groups of faces that no path of light was found to, and which of them walks have hit.
+    sealed: Option<(&'a Sealed, Vec<bool>)>,
+}
+
+impl<'a> Reach<'a> {
+    /// The faces of a scene, each of which was `hit` or not.
+    pub fn new(scene: &'a Scene, hit: &[bool]) -> Self {
+        let sealed = hit.contains(&false).then(|| scene.sealed());
         // What walks have hit is reached by light, and so is all that is joined to it.
-        let lit = sealed.map(|sealed| sealed.groups_with(|face| hit[face as usize]));
-        move |face| {
-            sealed
-                .zip(lit.as_ref())
-                .is_some_and(|(sealed, lit)| sealed.group_of(face).is_some_and(|group| !lit[group as usize]))
+        let sealed = sealed.map(|sealed| (sealed, sealed.groups_with(|face| hit[face as usize])));
+        Reach { scene, before_sky: scene.surfaces_before_sky(), sealed }
+    }
+
+    /// Where a face is.
+    pub fn of(&self, face: u32, is_hit: bool) -> Place {
+        let in_the_dark = |(sealed, lit): &(&Sealed, Vec<bool>)| {
+            sealed.group_of(face).is_some_and(|group| !lit[group as usize])
+        };
+        match self.scene.faces().get(face as usize).surface as usize >= self.before_sky {
+            true => Place::Sky,
+            false if !is_hit && self.sealed.as_ref().is_some_and(in_the_dark) => Place::Sealed,
+            false => Place::Room,
         }
     }
 }
@@ -263,6 +298,7 @@ fn headline(quantity: Quantity, ranks: Vec<Ranked>) -> Headline {
         quantiles: quantiles(&errors, area),
         worst: worst.map_or(f64::INFINITY, |(error, ..)| *error),
         worst_face: worst.map(|(.., face)| *face),
+        worst_area: worst.map_or(0.0, |(_, of_face, _)| *of_face),
         sealed_area: 0.0,
     }
 }

@@ -173,6 +173,9 @@ impl SurfaceSpec {
     }
 }
 
+/// What the six sides of a box that stands for the sky are called.
+pub const SKY: &str = "sky";
+
 /// A whole scene: surfaces in the order that numbers them. Right-handed coordinates, metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneSpec {

@@ -1,6 +1,6 @@
 //! Where walks are born.
 
-use super::lamps::Lamps;
+use super::lamps::PointLamps;
 use crate::geometry::face::Faces;
 use crate::geometry::frame::Frames;
 use crate::geometry::sensor::{SensorCell, Sensors};
@@ -38,7 +38,7 @@ pub(crate) enum Birthplace {
 }
 
 /// A place on a plane where a walk begins.
-pub(crate) struct Birth {
+pub(crate) struct BirthPoint {
     /// The number of the frame that it leaves: a surface, or what [`Nursery::frames`] has behind them.
     pub surface: u32,
     pub cell: u32,
@@ -52,7 +52,7 @@ pub(crate) struct Birth {
 /// How a walk is born.
 pub(crate) enum Born {
     /// On a plane, which it leaves in a direction about the normal.
-    OnPlane(Birth),
+    OnPlane(BirthPoint),
     /// At a lamp without area, by number.
     AtLamp(usize),
 }
@@ -82,7 +82,7 @@ impl<const C: usize> Nursery<C> for Births {
         let uv = scene.surfaces()[number as usize]
             .point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
         let face = scene.face_at(number, cell, side);
-        (Born::OnPlane(Birth { surface: number, cell, facing: side.sign(), uv, face }), weights)
+        (Born::OnPlane(BirthPoint { surface: number, cell, facing: side.sign(), uv, face }), weights)
     }
 }
 
@@ -109,7 +109,7 @@ impl Nursery<1> for SensorBirths<'_> {
     #[inline(always)]
     fn bear(&self, _: &Scene, [_, _, point, _]: [u64; 4]) -> (Born, [f64; 1]) {
         let uv = self.sensors.place(&self.cell, [(point >> 32) as u32, point as u32]);
-        let birth = Birth { surface: self.frame, cell: 0, facing: 1.0, uv, face: self.number };
+        let birth = BirthPoint { surface: self.frame, cell: 0, facing: 1.0, uv, face: self.number };
         (Born::OnPlane(birth), [1.0])
     }
 
@@ -198,7 +198,7 @@ impl Births {
     /// each choose, and a walk sets out with w_c = (Φ_sc/Φ_Tc)/p_s in channel c: p_s·w_c is what channel c alone
     /// would have, and no weight exceeds the number of channels (the balance heuristic).
     pub(crate) fn of_emitters(
-        (surfaces, faces, lamps): (&[Surface], &Faces, &Lamps),
+        (surfaces, faces, lamps): (&[Surface], &Faces, &PointLamps),
         channels: usize,
         total: [f64; 3],
     ) -> Option<Self> {

@@ -16,7 +16,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::geometry::basis::Basis;
+use crate::geometry::basis::LinearBasis;
 use crate::geometry::face::{Face, Faces};
 use crate::geometry::frame::Frames;
 use crate::geometry::lamp::LampSpec;
@@ -27,7 +27,7 @@ use crate::geometry::piece::Pieces;
 use crate::geometry::places::Places;
 use crate::geometry::planes::{Body, Planes};
 use crate::geometry::spec::Side;
-use crate::geometry::spec::{SceneSpec, Shape, Spectrum};
+use crate::geometry::spec::{SKY, SceneSpec, Shape, Spectrum};
 use crate::geometry::surface::Surface;
 use crate::geometry::tints::Tints;
 use crate::random::rng::{WalkRng, unit_32};
@@ -37,7 +37,7 @@ use crate::trace::facet::Facets;
 use crate::trace::ray::Ray;
 use crate::trace::stack::Stack;
 use births::{Birthplace, Births, Origin};
-use lamps::Lamps;
+use lamps::PointLamps;
 use panes::Panes;
 use scatter::Scatter;
 use sealed::Sealed;
@@ -87,7 +87,7 @@ pub(crate) struct Parts {
     channels: usize,
     power: [f64; 3],
     emitters: Births,
-    pub(crate) lamps: Lamps,
+    pub(crate) lamps: PointLamps,
     pub(crate) panes: Panes,
     /// Points of patches that are groups of cells, made when a walk first asks for them; `None` where every cell is a patch.
     scatter: OnceLock<Option<Scatter>>,
@@ -192,7 +192,7 @@ impl Scene {
             })
             .collect();
         let channels = spec.channels();
-        let lamps = Lamps::new(&spec.lamps, [min, max], slack(min, max))?;
+        let lamps = PointLamps::new(&spec.lamps, [min, max], slack(min, max))?;
         let panes = Panes::new(&spec.panes, origin)?;
         let (emitters, power) = emission(&surfaces, &faces, &lamps, channels)?;
         let traced::Traced { frames, stacks, facets, index } = trace(&mut surfaces);
@@ -300,6 +300,20 @@ impl Scene {
         Memory { surfaces: names + stacks + tables.iter().sum::<usize>(), index: parts.index.bytes() }
     }
 
+    /// The surfaces before the box that stands for the sky: all, unless the last six are black, emit, and are called [`SKY`]. The box is
+    /// around the room, not in it.
+    pub fn surfaces_before_sky(&self) -> usize {
+        let all = self.surfaces().len();
+        let is_side = |number: usize| {
+            let piece = self.faces().first_piece_on(number as u32, Side::Front);
+            let face = piece.map(|piece| self.faces().piece(piece));
+            face.is_some_and(|face| !face.reflectance.is_lit() && face.emittance.is_lit())
+                && self.surface_name(number as u32) == SKY
+        };
+        let before = all.saturating_sub(6);
+        if all > 6 && (before..all).all(is_side) { before } else { all }
+    }
+
     /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances, lamps, panes.
     pub fn hash(&self) -> [u8; 32] {
         self.parts.hash
@@ -376,9 +390,9 @@ impl Scene {
     }
 
     /// The linear basis of a face.
-    pub(crate) fn basis_of(&self, face: &Face) -> Basis {
+    pub(crate) fn basis_of(&self, face: &Face) -> LinearBasis {
         match self.planes() {
-            None => Basis::of(self.surfaces()[face.surface as usize].is_triangle()),
+            None => LinearBasis::of(self.surfaces()[face.surface as usize].is_triangle()),
             Some(planes) => planes.basis(face.patch),
         }
     }
@@ -402,7 +416,7 @@ impl Scene {
 fn emission(
     surfaces: &[Surface],
     faces: &Faces,
-    lamps: &Lamps,
+    lamps: &PointLamps,
     channels: usize,
 ) -> Result<(Births, [f64; 3]), SceneError> {
     // Piece by piece, so that groups change no bit of it.

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use crate::random::rng::{Generators, Numbers, Sequence};
 use crate::scene::Scene;
-use crate::scene::births::{Birth, Born, Nursery};
+use crate::scene::births::{BirthPoint, Born, Nursery};
 use crate::scene::panes::thin;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::Isa;
@@ -188,7 +188,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.fates[lane] = self.fate;
             self.fates[lane].set_out(weights);
         }
-        let Birth { surface, cell, facing, uv, face } = match born {
+        let BirthPoint { surface, cell, facing, uv, face } = match born {
             Born::OnPlane(birth) => birth,
             Born::AtLamp(lamp) => {
                 self.begin_at_lamp((lane, lamp), [draws[2], draws[3]]);

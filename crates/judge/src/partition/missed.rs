@@ -1,0 +1,450 @@
+//! What fits on chosen patches leave out, measured by walks that have not chosen them.
+//!
+//! A pilot foretells it by laws: of light that is steeper than its cells, such as beside lamps close to a ceiling, it sees nothing. A
+//! control of continuous walks in G groups arrives at places, not at cells. With s_gβ the light that group g finds in a bin β of a
+//! patch [W], A_β its area, and f_gβ the mean over the bin of the fit that the group makes on the patch, the energy
+//!
+//! mean over g ≠ h of Σ_β A_β·(s_gβ/A_β − f_gβ)(s_hβ/A_β − f_hβ)
+//!
+//! is that of what fits leave out between bins, without bias, since groups are independent. Its error is that of the jackknife.
+
+use std::collections::BTreeMap;
+
+use radiosity::{Arrival, Experiment, Scene, Sequence};
+
+/// G, the number of groups of a control.
+const GROUPS: usize = 16;
+
+/// Bins of a patch are 4^level parts of it: few where much is noise, more where what is found stands out from it.
+const LEVELS: [u32; 3] = [2, 3, 4];
+
+/// The next level is tried where the error of this one is below this part of what it finds.
+const SHARP: f64 = 0.1;
+
+/// By what factor the energy that is left out exceeds what bins of a level show, of smooth light: a fit leaves P₂ (Legendre) out, of
+/// whose energy bins of a quarter, an eighth and a sixteenth of an edge show 0.70, 0.92 and 0.98.
+const BLUR: [f64; 3] = [1.4, 1.09, 1.02];
+
+/// What is foretold is off by this part of it, in energy, if nothing is known but the laws.
+const FORETOLD_ERROR: f64 = 0.7;
+
+/// The energy that fits leave out, as a part of that of the light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Missed {
+    /// The part, without bias: it may be negative.
+    pub part: f64,
+    /// Its standard error.
+    pub error: f64,
+}
+
+impl Missed {
+    /// What is expected where `foretold` was by other walks: the mean of both, weighed by their variances. What is foretold is taken for
+    /// as wrong as the measurement shows it to be.
+    pub fn with(self, foretold: f64) -> f64 {
+        let measured = self.error * self.error;
+        let off = (self.part - foretold).powi(2) - measured;
+        let laws = off.max((FORETOLD_ERROR * foretold).powi(2));
+        let mean = match laws + measured {
+            0.0 => foretold,
+            both => (self.part * laws + foretold * measured) / both,
+        };
+        mean.max(0.0)
+    }
+}
+
+/// A control of continuous walks on chosen patches.
+pub struct Control<'a> {
+    experiment: &'a Experiment,
+    walks_per_group: u64,
+}
+
+impl<'a> Control<'a> {
+    /// The number of parts that [`Control::group`] makes.
+    pub const GROUPS: usize = GROUPS;
+
+    /// A control of this many walks. The experiment scores arrivals of continuous walks from the emitters.
+    pub fn new(experiment: &'a Experiment, walks: u64) -> Self {
+        Control { experiment, walks_per_group: walks.div_ceil(GROUPS as u64) }
+    }
+
+    /// The arrivals of one group, and its walks and rays.
+    pub fn group(&self, number: usize, sequence: &Sequence) -> (Vec<Arrival>, [u64; 2]) {
+        let first = number as u64 * self.walks_per_group;
+        let mut arrivals = Vec::new();
+        let walks = first..first + self.walks_per_group;
+        let counts = self.experiment.each_arrival(sequence, walks, |arrival| arrivals.push(arrival));
+        (arrivals, [counts.walks, counts.rays])
+    }
+
+    /// What fits leave out, linear ones or means, by the arrivals of all groups; `None` where no light was found.
+    pub fn missed(&self, groups: &[Vec<Arrival>], linear: bool) -> Option<Missed> {
+        let mut found = None;
+        for (level, blur) in LEVELS.into_iter().zip(BLUR) {
+            let Some(Missed { part, error }) = self.between_bins(groups, linear, level) else { break };
+            if std::env::var("FIG").is_ok() {
+                eprintln!("   level {level} part {part:.5} error {error:.5}");
+            }
+            found = Some(Missed { part: blur * part, error: blur * error });
+            if error > SHARP * part {
+                break;
+            }
+        }
+        found
+    }
+
+    fn between_bins(&self, groups: &[Vec<Arrival>], linear: bool, level: u32) -> Option<Missed> {
+        let scene = self.experiment.scene();
+        let mut faces: BTreeMap<u32, Vec<(usize, &Arrival)>> = BTreeMap::new();
+        for (group, arrivals) in groups.iter().enumerate() {
+            for arrival in arrivals {
+                faces.entry(scene.faces().face_of(arrival.piece)).or_default().push((group, arrival));
+            }
+        }
+        let mut energies = Energies::default();
+        for (face, arrivals) in faces {
+            // The light that an arrival of weight 1 stands for, reflected [W].
+            let reflectance = scene.faces().get(face as usize).reflectance;
+            let walks = self.walks_per_group as f64;
+            let values = std::array::from_fn(|c| match c < scene.channels() {
+                true => reflectance[c] * scene.total_power(c) / walks,
+                false => 0.0,
+            });
+            OnFace::new(scene, face, level).add(&arrivals, values, linear, &mut energies);
+        }
+        energies.missed()
+    }
+}
+
+/// Sums over patches and channels, by group: of its products with all other groups.
+#[derive(Default)]
+struct Energies {
+    lost: [f64; GROUPS],
+    light: [f64; GROUPS],
+}
+
+impl Energies {
+    fn missed(&self) -> Option<Missed> {
+        let n = GROUPS as f64;
+        let ratio = |but: Option<usize>| {
+            let without =
+                |sums: &[f64; GROUPS]| sums.iter().sum::<f64>() - but.map_or(0.0, |g| 2.0 * sums[g]);
+            without(&self.lost) / without(&self.light)
+        };
+        let without: Vec<f64> = (0..GROUPS).map(|g| ratio(Some(g))).collect();
+        let mean = without.iter().sum::<f64>() / n;
+        let scatter: f64 = without.iter().map(|one| (one - mean).powi(2)).sum();
+        let missed = Missed { part: ratio(None), error: ((n - 1.0) / n * scatter).sqrt() };
+        (self.light.iter().sum::<f64>() > 0.0 && missed.error.is_finite()).then_some(missed)
+    }
+}
+
+/// A bin of a patch: part of a piece (piece, 1 + number), or the pieces of a surface in a block of its cells (surface, 0, block).
+type Key = [u32; 4];
+
+/// The light that groups find in a bin [W], by channel, and what the fit's functions come to there in the mean.
+struct Bin {
+    area: f64,
+    functions: [f64; 2],
+    found: [[f64; 3]; GROUPS],
+}
+
+/// A piece of a patch.
+struct Piece {
+    surface: u32,
+    cell: [u32; 2],
+    area: f64,
+    /// The functions of the fit at its corners.
+    corners: Vec<[f64; 2]>,
+    /// It is cut into 4^depth bins; where that is below 0, 4^−depth such pieces are one bin.
+    depth: i32,
+}
+
+impl Piece {
+    fn new(scene: &Scene, piece: u32, of_bin: f64) -> Self {
+        let face = scene.faces().piece(piece);
+        let depth = ((face.area / of_bin).log2() / 2.0).round() as i32;
+        Piece {
+            surface: face.surface,
+            cell: face.cell,
+            area: face.area,
+            corners: scene.corners_on_fit(piece),
+            depth: depth.max(-31),
+        }
+    }
+
+    /// The mean of the functions over it.
+    fn middle(&self) -> [f64; 2] {
+        let corners = self.corners.len() as f64;
+        [0, 1].map(|k| self.corners.iter().map(|corner| corner[k]).sum::<f64>() / corners)
+    }
+
+    /// The mean products of the functions over it, and those about their means.
+    fn products(&self, [j, k]: [usize; 2]) -> [f64; 2] {
+        let middle = self.middle();
+        let about =
+            self.corners.iter().map(|at| (at[j] - middle[j]) * (at[k] - middle[k])).sum::<f64>() / 12.0;
+        [middle[j] * middle[k] + about, about]
+    }
+
+    /// The block of cells that it lies in, where it is smaller than a bin.
+    fn block(&self) -> Option<Key> {
+        let shift = u32::try_from(-self.depth).ok().filter(|shift| *shift > 0)?;
+        Some([self.surface, 0, self.cell[0] >> shift, self.cell[1] >> shift])
+    }
+
+    /// The number of the bin that holds a place, given by the weights of the corners, and the mean of the functions there.
+    fn part(&self, weights: [f64; 4]) -> (u32, [f64; 2]) {
+        match self.corners.len() {
+            3 => self.part_of_triangle([weights[0], weights[1], weights[2]]),
+            _ => self.part_of_parallelogram([weights[1] + weights[2], weights[2] + weights[3]]),
+        }
+    }
+
+    fn part_of_parallelogram(&self, place: [f64; 2]) -> (u32, [f64; 2]) {
+        let parts = (1_u32 << self.depth) as f64;
+        let [i, j] = place.map(|x| (x * parts).floor().clamp(0.0, parts - 1.0));
+        let [s, t] = [i, j].map(|i| (i + 0.5) / parts);
+        let [a, b, _, d] = [0, 1, 2, 3].map(|corner| self.corners[corner]);
+        ((i * parts + j) as u32, [0, 1].map(|k| a[k] + s * (b[k] - a[k]) + t * (d[k] - a[k])))
+    }
+
+    /// Triangles are cut into four congruent ones, again and again.
+    fn part_of_triangle(&self, mut weights: [f64; 3]) -> (u32, [f64; 2]) {
+        let mut corners = [0, 1, 2].map(|corner| self.corners[corner]);
+        let mut number = 0;
+        for _ in 0..self.depth {
+            let own = (0..3).find(|&corner| weights[corner] > 0.5);
+            let [a, b, c] = corners;
+            let half = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|k| 0.5 * (p[k] + q[k]));
+            corners = match own {
+                Some(corner) => corners.map(|other| half(other, corners[corner])),
+                None => [half(b, c), half(c, a), half(a, b)],
+            };
+            weights = std::array::from_fn(|k| match own {
+                Some(corner) => 2.0 * weights[k] - f64::from(u8::from(k == corner)),
+                None => 1.0 - 2.0 * weights[k],
+            });
+            number = 4 * number + own.map_or(3, |corner| corner as u32);
+        }
+        (number, [0, 1].map(|k| corners.iter().map(|corner| corner[k]).sum::<f64>() / 3.0))
+    }
+}
+
+/// The bins of a face, and what its fit catches.
+struct OnFace<'a> {
+    scene: &'a Scene,
+    pieces: BTreeMap<u32, Piece>,
+    area: f64,
+    bins: BTreeMap<Key, Bin>,
+    /// The integrals of products of the functions of the fit, and of products of their means over bins.
+    squares: [f64; 2],
+    between: [[f64; 2]; 2],
+}
+
+impl<'a> OnFace<'a> {
+    fn new(scene: &'a Scene, face: u32, level: u32) -> Self {
+        let area = scene.faces().get(face as usize).area;
+        let of_bin = area / f64::from(1_u32 << (2 * level));
+        let pieces = scene.faces().pieces(face as usize);
+        let pieces: BTreeMap<u32, Piece> = pieces.map(|n| (n, Piece::new(scene, n, of_bin))).collect();
+        let (mut bins, mut squares, mut between) = (BTreeMap::new(), [0.0; 2], [[0.0; 2]; 2]);
+        for piece in pieces.values() {
+            squares = [0, 1].map(|k| squares[k] + piece.area * piece.products([k, k])[0]);
+            match piece.block() {
+                Some(block) => {
+                    let bin = bins.entry(block).or_insert_with(|| Bin::new(0.0, [0.0; 2]));
+                    let (whole, middle) = (bin.area + piece.area, piece.middle());
+                    bin.functions =
+                        [0, 1].map(|k| (bin.area * bin.functions[k] + piece.area * middle[k]) / whole);
+                    bin.area = whole;
+                }
+                None => add_products(&mut between, piece.area, |j, k| {
+                    let [all, about] = piece.products([j, k]);
+                    all - about / f64::from(1_u32 << (2 * piece.depth))
+                }),
+            }
+        }
+        for Bin { area, functions, .. } in bins.values() {
+            add_products(&mut between, *area, |j, k| functions[j] * functions[k]);
+        }
+        OnFace { scene, pieces, area, bins, squares, between }
+    }
+
+    /// Adds what the arrivals on the face tell.
+    fn add(
+        mut self,
+        arrivals: &[(usize, &Arrival)],
+        values: [f64; 3],
+        linear: bool,
+        energies: &mut Energies,
+    ) {
+        // Light in the mean of the face, and times each function, of each group.
+        let mut moments = [[[0.0; 3]; 3]; GROUPS];
+        for &(group, arrival) in arrivals {
+            let found: [f64; 3] = std::array::from_fn(|c| values[c] * arrival.weights[c]);
+            let (bin, here) = self.locate(arrival);
+            for c in 0..3 {
+                bin.found[group][c] += found[c];
+                moments[group][c][0] += found[c];
+                (0..2).for_each(|k| moments[group][c][1 + k] += found[c] * here[k]);
+            }
+        }
+        (0..3).for_each(|c| self.add_channel(c, &moments.map(|of| of[c]), linear, energies));
+    }
+
+    /// The bin of an arrival, and the functions of the fit at its place.
+    fn locate(&mut self, arrival: &Arrival) -> (&mut Bin, [f64; 2]) {
+        let piece = &self.pieces[&arrival.piece];
+        let weights = self.scene.faces().corner_weights(arrival.piece, arrival.uv);
+        let here = [0, 1].map(|k| piece.corners.iter().zip(weights).map(|(at, w)| w * at[k]).sum());
+        let bin = match piece.block() {
+            Some(block) => self.bins.get_mut(&block).expect("blocks hold their pieces"),
+            None => {
+                let (part, middle) = piece.part(weights);
+                let area = piece.area / f64::from(1_u32 << (2 * piece.depth));
+                let key = [arrival.piece, 1 + part, 0, 0];
+                self.bins.entry(key).or_insert_with(|| Bin::new(area, middle))
+            }
+        };
+        (bin, here)
+    }
+
+    /// Adds the products of what groups leave out in one channel.
+    fn add_channel(&self, c: usize, moments: &[[f64; 3]; GROUPS], linear: bool, energies: &mut Energies) {
+        let times =
+            |x: &dyn Fn(usize) -> f64, y: &dyn Fn(usize) -> f64, factor: f64, to: &mut [f64; GROUPS]| {
+                let all: f64 = (0..GROUPS).map(y).sum();
+                (0..GROUPS).for_each(|g| to[g] += factor * x(g) * (all - y(g)));
+            };
+        // What the functions come to in the means of the bins.
+        let mut blurred = [[0.0; 2]; GROUPS];
+        for bin in self.bins.values() {
+            let found = |g: usize| bin.found[g][c];
+            times(&found, &found, 1.0 / bin.area, &mut energies.light);
+            times(&found, &found, 1.0 / bin.area, &mut energies.lost);
+            (0..GROUPS).for_each(|g| (0..2).for_each(|k| blurred[g][k] += found(g) * bin.functions[k]));
+        }
+        let mean = |g: usize| moments[g][0];
+        times(&mean, &mean, -1.0 / self.area, &mut energies.lost);
+        let fitted: Vec<usize> = (0..2).filter(|&k| linear && self.squares[k] > 0.0).collect();
+        for &j in &fitted {
+            let (slope, shown) = (|g: usize| moments[g][1 + j] / self.squares[j], |g: usize| blurred[g][j]);
+            times(&slope, &shown, -1.0, &mut energies.lost);
+            times(&shown, &slope, -1.0, &mut energies.lost);
+            for &k in &fitted {
+                let other = |g: usize| moments[g][1 + k] / self.squares[k];
+                times(&slope, &other, self.between[j][k], &mut energies.lost);
+            }
+        }
+    }
+}
+
+impl Bin {
+    fn new(area: f64, functions: [f64; 2]) -> Self {
+        Bin { area, functions, found: [[0.0; 3]; GROUPS] }
+    }
+}
+
+fn add_products(sums: &mut [[f64; 2]; 2], factor: f64, of: impl Fn(usize, usize) -> f64) {
+    sums.iter_mut()
+        .enumerate()
+        .for_each(|(j, row)| row.iter_mut().enumerate().for_each(|(k, sum)| *sum += factor * of(j, k)));
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use radiosity::{EstimatorKind, IndexChoice, SceneSpec, Shape, Space, SurfaceSpec, Walks};
+
+    use super::*;
+
+    /// A black floor but for its reflected light, in one triangle or one parallelogram of some cells, and a small lamp close above it.
+    fn below_a_lamp(floor: Shape, labels: Option<&[u32]>) -> Experiment {
+        let lamp = Shape::parallelogram(DVec3::new(0.2, 0.2, 0.1), 0.1 * DVec3::Y, 0.1 * DVec3::X, [1, 1]);
+        let surfaces = vec![SurfaceSpec::new(floor, 0.5), SurfaceSpec::new(lamp, 0.0).emitting(1.0)];
+        let spec = SceneSpec::new(surfaces);
+        let spec = labels.map_or(spec.clone(), |labels| spec.grouped(labels));
+        let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) };
+        Experiment::new(Scene::build(&spec, IndexChoice::Flat).unwrap(), walks).unwrap()
+    }
+
+    fn missed(experiment: &Experiment, walks: u64, linear: bool) -> Missed {
+        let control = Control::new(experiment, walks);
+        let sequence = Sequence::new(7);
+        let groups: Vec<Vec<Arrival>> = (0..GROUPS).map(|group| control.group(group, &sequence).0).collect();
+        control.missed(&groups, linear).unwrap()
+    }
+
+    /// What means and linear fits of the whole floor leave out, by the light of lamps at its points: the factor of a small square of the lamp is
+    /// cos·cos/(πr²) times its area.
+    fn expected(inside: impl Fn([f64; 2]) -> bool) -> [f64; 2] {
+        const N: u32 = 200;
+        let mut samples = Vec::new();
+        for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
+            let [x, y] = [i, j].map(|i| (f64::from(i) + 0.5) / f64::from(N));
+            let lamps = (0..64)
+                .map(|k| [0.2 + 0.0125 * (f64::from(k / 8) + 0.5), 0.2 + 0.0125 * (f64::from(k % 8) + 0.5)]);
+            let light: f64 =
+                lamps.map(|[a, b]| 1.0 / ((x - a).powi(2) + (y - b).powi(2) + 0.01).powi(2)).sum();
+            if inside([x, y]) {
+                samples.push([x, y, light]);
+            }
+        }
+        let n = samples.len() as f64;
+        let mean = |of: &dyn Fn(&[f64; 3]) -> f64| samples.iter().map(of).sum::<f64>() / n;
+        let [x, y, b] = [mean(&|s| s[0]), mean(&|s| s[1]), mean(&|s| s[2])];
+        let of = |p: &dyn Fn(&[f64; 3]) -> f64, q: &dyn Fn(&[f64; 3]) -> f64| mean(&|s| p(s) * q(s));
+        let (u, v, w) = (|s: &[f64; 3]| s[0] - x, |s: &[f64; 3]| s[1] - y, |s: &[f64; 3]| s[2] - b);
+        let [uu, uv, vv, uw, vw, ww] =
+            [of(&u, &u), of(&u, &v), of(&v, &v), of(&u, &w), of(&v, &w), of(&w, &w)];
+        let caught = (uw * uw * vv - 2.0 * uw * vw * uv + vw * vw * uu) / (uu * vv - uv * uv);
+        [ww, ww - caught].map(|lost| lost / (ww + b * b))
+    }
+
+    /// Steep light on a parallelogram, on a triangle and on a group of cells: what is measured is what there is, within four standard errors
+    /// and the 5 % by which the last bins may blur it.
+    #[test]
+    fn what_fits_leave_out_is_measured() {
+        let square = |cells| Shape::parallelogram(DVec3::ZERO, DVec3::X, DVec3::Y, cells);
+        let triangle = |rows| Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows };
+        let one: Vec<u32> = std::iter::repeat_n(0, 64).chain([1]).collect();
+        let whole = [expected(|_| true), expected(|[x, y]| x + y < 1.0)];
+        for (floor, labels, expected) in [
+            (square([1, 1]), None, whole[0]),
+            (square([8, 8]), Some(&one[..]), whole[0]),
+            (triangle(1), None, whole[1]),
+            (triangle(8), Some(&one[..]), whole[1]),
+        ] {
+            let experiment = below_a_lamp(floor, labels);
+            for (linear, expected) in [(false, expected[0]), (true, expected[1])] {
+                let Missed { part, error } = missed(&experiment, 1 << 17, linear);
+                assert!(
+                    (part - expected).abs() < 4.0 * error + 0.05 * expected,
+                    "{linear}: {part} ± {error}, {expected}"
+                );
+            }
+        }
+    }
+
+    /// Even light is missed by nothing: within four standard errors of 0.
+    #[test]
+    fn even_light_is_caught() {
+        let experiment = Experiment::new(
+            Scene::build(&SceneSpec::furnace(2, 0.5), IndexChoice::Flat).unwrap(),
+            Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) },
+        )
+        .unwrap();
+        let Missed { part, error } = missed(&experiment, 1 << 15, true);
+        assert!(part.abs() < 4.0 * error && error < 0.01, "{part} ± {error}");
+    }
+
+    /// What is foretold holds where walks tell nothing, and what is measured where they tell all.
+    #[test]
+    fn measurement_and_laws_are_weighed() {
+        let with = |part, error, foretold| Missed { part, error }.with(foretold);
+        assert!((with(0.3, 0.01, 0.01) - 0.3).abs() < 0.01);
+        assert!((with(0.02, 1.0, 0.01) - 0.01).abs() < 1e-4);
+        assert_eq!(with(-0.5, 0.01, 0.01), 0.0);
+        assert_eq!(with(0.0, 0.0, 0.0), 0.0);
+    }
+}
