@@ -9,8 +9,6 @@ use crate::geometry::surface::Surface;
 use crate::random::rng::unit_32;
 use crate::random::sampling::AliasTable;
 use crate::scene::Scene;
-use crate::simd::batch::WIDTH;
-use crate::simd::prefetch::prefetch;
 use crate::trace::ray::{Ray, Rays};
 
 /// One side of consecutive cells of a surface, where walks begin with the same probability.
@@ -21,9 +19,6 @@ struct SourceRun {
     first_cell: u32,
     cells: u32,
 }
-
-/// Up to this many cradles, and the surfaces that they are on, are in a near cache once walks have been born there.
-const FEW_CRADLES: usize = 64;
 
 /// One side of a cell, where a walk begins.
 #[derive(Clone, Copy, Debug)]
@@ -66,9 +61,6 @@ pub(crate) enum Born {
 pub(crate) trait Nursery<const C: usize> {
     /// The birth that four times 64 random bits choose, and the weights of the channels; the last bits are those of the direction.
     fn bear(&self, scene: &Scene, draws: [u64; 4]) -> (Born, [f64; C]);
-    /// Walks will soon be born of these draws.
-    #[inline(always)]
-    fn expect(&self, _scene: &Scene, _draws: &[[u64; WIDTH]; 4]) {}
     /// The frames that walks leave.
     #[inline(always)]
     fn frames<'a>(&'a self, scene: &'a Scene) -> &'a Frames {
@@ -91,13 +83,6 @@ impl<const C: usize> Nursery<C> for Births {
             .point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
         let face = scene.face_at(number, cell, side);
         (Born::OnPlane(BirthPoint { surface: number, cell, facing: side.sign(), uv, face }), weights)
-    }
-
-    #[inline(always)]
-    fn expect(&self, scene: &Scene, [cradles, ..]: &[[u64; WIDTH]; 4]) {
-        if self.cradles.len() > FEW_CRADLES {
-            self.fetch(scene, cradles);
-        }
     }
 }
 
@@ -265,24 +250,6 @@ impl Births {
         };
         let cell = first_cell + ((u128::from(bits[1]) * u128::from(cells)) >> 64) as u32;
         (Birthplace::Cell(Origin { surface, cell, side }), weights)
-    }
-
-    /// Fetches what births of these draws will read, for all of them side by side: first the columns of the choice, then the cradles that
-    /// these name, then the surfaces that these are on.
-    #[inline(never)]
-    fn fetch(&self, scene: &Scene, draws: &[u64; WIDTH]) {
-        draws.iter().for_each(|&bits| self.choice.expect(bits));
-        let chosen = draws.map(|bits| self.choice.choose(bits));
-        for choice in &chosen {
-            prefetch(self.cradles.as_ptr().wrapping_add(*choice), 1);
-        }
-        for cradle in chosen.iter().filter_map(|&choice| self.cradles.get(choice)) {
-            prefetch(
-                scene.surfaces().as_ptr().wrapping_add(cradle.surface as usize),
-                size_of::<Surface>().div_ceil(64),
-            );
-            scene.parts.frames.expect(&[cradle.surface]);
-        }
     }
 
     /// The largest weight that a walk sets out with, channel by channel; 1 where a channel has no light at all.

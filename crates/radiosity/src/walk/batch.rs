@@ -97,12 +97,9 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
 
     /// The place of the next one in the queue; `None` where all have set out.
     #[inline(always)]
-    fn pop<const C: usize>(&mut self, scene: &Scene) -> Option<usize>
-    where
-        B: Nursery<C>,
-    {
+    fn pop(&mut self) -> Option<usize> {
         if self.next == self.len {
-            self.fill(scene);
+            self.fill();
         }
         (self.next < self.len).then(|| {
             self.next += 1;
@@ -110,17 +107,13 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
         })
     }
 
-    fn fill<const C: usize>(&mut self, scene: &Scene)
-    where
-        B: Nursery<C>,
-    {
+    fn fill(&mut self) {
         (self.next, self.len) = (0, 0);
         for walk in self.starts.by_ref().take(WIDTH) {
             self.generators.set(self.len, &walk);
             self.len += 1;
         }
         self.generators.births(self.isa, &mut self.draws);
-        self.births.expect(scene, &self.draws);
     }
 }
 
@@ -186,7 +179,7 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
         lane: usize,
         newborns: &mut Newborns<B, N, impl Iterator<Item = N::Place>>,
     ) -> bool {
-        let Some(newborn) = newborns.pop(self.scene) else { return false };
+        let Some(newborn) = newborns.pop() else { return false };
         self.counts.walks += 1;
         let draws = newborns.draws.each_ref().map(|row| row[newborn]);
         let (born, weights) = newborns.births.bear(self.scene, draws);
