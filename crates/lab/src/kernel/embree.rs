@@ -91,7 +91,6 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
 fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) -> Result<(), Failure> {
     let folder = tempfile::tempdir()?;
     let dump = folder.path().join("rays");
-<<<<<<< HEAD
     let triangles = write_dump(&dump, spec, &Scene::build(spec, IndexChoice::Auto)?)?;
     for set in instruction_sets() {
         let rows = compare_with(&set, spec, (compare, &dump), rounds)?;
@@ -108,16 +107,10 @@ fn compare_with(
     spec: &SceneSpec,
     (compare, dump): (&Path, &Path),
     rounds: usize,
-) -> Result<[Row; QUALITIES.len()], Failure> {
+) -> Result<[QualityRow; QUALITIES.len()], Failure> {
     let mut embree = Embree::start(compare, dump, set.embree)?;
-    let mut ours = Walks::new(collision_shooting((set.build)(spec, IndexChoice::Auto)?)?);
-    let mut rows = QUALITIES.map(|_| Row::default());
-=======
-    let triangles = write_dump(&dump, spec, &scene)?;
-    let mut embree = Embree::start(compare, &dump)?;
-    let mut ours = TimedWalks::new(collision_shooting(scene)?);
+    let mut ours = TimedWalks::new(collision_shooting((set.build)(spec, IndexChoice::Auto)?)?);
     let mut rows = QUALITIES.map(|_| QualityRow::default());
->>>>>>> main
     for _ in 0..rounds {
         // Jobs walk on and on; the time of 50 ms of walks depends on what ran before them.
         let walks = ours.rate(10 * RAYS as u64)?;
