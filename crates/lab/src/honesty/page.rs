@@ -447,7 +447,7 @@ impl Page {
             self.text,
             "## Total errors\n\n\
              The relative L2 error of the reflected light, noise and discretisation together: as `accuracy` tells it, as it was predicted before the run, and true, by a\n\
-             run of 4·10⁶ walks on patches that a pilot chose for these. Band of the ratios: {:.2} to {}.\n\n\
+             run of 2·10⁶ walks on patches that a pilot chose for these. Band of the ratios: {:.2} to {}.\n\n\
              | scene | method | paths | told | predicted | true | told over true | predicted over true |\n|---|---|---|---|---|---|---|---|",
             TOTAL[0], TOTAL[1]
         )?;
