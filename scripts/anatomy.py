@@ -2,8 +2,9 @@
 """Lines of each crate, functions above 60 lines, files above 500, and circles of files. Tests are left out.
 
 Usage: scripts/anatomy.py [--max 60] [CRATE ...]
+       scripts/anatomy.py --homonyms          names of types that stand for more than one thing, with their files
 """
-import os, re, sys, subprocess
+import collections, os, re, sys, subprocess
 
 ROOT = subprocess.run(["git", "rev-parse", "--show-toplevel"], capture_output=True, text=True).stdout.strip()
 STRINGS = re.compile(
@@ -150,8 +151,25 @@ def circles(src):
             connect(v)
     return out
 
+def homonyms():
+    """Names that more than one struct, enum, trait, union or alias has; associated types of traits do not count."""
+    places = collections.defaultdict(list)
+    for _, src in crates():
+        for path in modules(src).values():
+            if path.endswith('/tests.rs') or '/tests/' in path:
+                continue
+            for m in re.finditer(r'^([ \t]*)(?:pub(?:\([^)]*\))?\s+)?(struct|enum|trait|union|type)\s+(\w+)', without_tests(bare(open(path).read())), re.M):
+                if m.group(2) != 'type' or not m.group(1):
+                    places[m.group(3)].append(os.path.relpath(path, ROOT))
+    several = {name: paths for name, paths in places.items() if len(paths) > 1}
+    print(f'{len(places)} names, {len(several)} of them stand for more than one thing')
+    for name, paths in sorted(several.items(), key=lambda item: (-len(item[1]), item[0])):
+        print(f'{len(paths):4} {name}: {" ".join(paths)}')
+
 def main():
     most, names = 60, sys.argv[1:]
+    if names[:1] == ['--homonyms']:
+        return homonyms()
     if names[:1] == ['--max']:
         most, names = int(names[1]), names[2:]
     for name, src in crates():

@@ -5,7 +5,7 @@ use std::path::Path;
 use job::{Forecast, Job, Partition};
 use radiosity::Scene;
 use report::words::{counted, percent};
-use results::{Chosen, all_threads, choose};
+use results::{Chosen, PilotStage, Walked, all_threads, choose_by};
 use tracing::info;
 use voice::Phase;
 
@@ -35,43 +35,57 @@ impl Read {
     }
 }
 
-/// Reads a job. A pilot chooses the patches that it leaves open, unless `kept` finds those of an earlier run of the job.
+/// Reads a job that may leave patches open.
 ///
 /// # Errors
 /// Where the job is refused.
-pub(crate) fn load(
-    args: &JobArgs,
-    phase: &Phase,
-    kept: impl FnOnce(&Job) -> Option<Partition>,
-) -> Result<Read, Fault> {
-    let job = job::load(&args.job, &args.overrides())?;
-    choose_for(job, args, phase, kept)
+pub(crate) fn read(args: &JobArgs) -> Result<Job, Fault> {
+    Ok(job::load(&args.job, &args.overrides())?)
 }
 
-/// [`load`] of a job for a command that is about its patches alone: a pilot chooses those that are to be chosen in so many words.
+/// [`load_anew`] of a job for a command that is about its patches alone: a pilot chooses those that are to be chosen in so many words.
 ///
 /// # Errors
 /// Where the job is refused.
 pub(crate) fn load_written(args: &JobArgs, phase: &Phase) -> Result<Read, Fault> {
     let job = job::load_as_written(&args.job, &args.overrides())?;
-    choose_for(job, args, phase, |_| None)
+    choose_for(job, args, phase, (None, &mut walk_here))
 }
 
-fn choose_for(
+/// Reads a job. A pilot chooses the patches that it leaves open, on threads of this process.
+///
+/// # Errors
+/// Where the job is refused.
+pub(crate) fn load_anew(args: &JobArgs, phase: &Phase) -> Result<Read, Fault> {
+    choose_for(read(args)?, args, phase, (None, &mut walk_here))
+}
+
+/// Walks a stage of a pilot on all threads of this process.
+pub(crate) fn walk_here(stage: &PilotStage) -> Result<Walked, Fault> {
+    Ok(stage.walk_here(all_threads())?)
+}
+
+/// Walks a stage of a pilot.
+type Walk<'w> = &'w mut dyn FnMut(&PilotStage) -> Result<Walked, Fault>;
+
+/// A job with all of its patches: those that were `kept` of an earlier run of it, or those that a pilot chooses that `walk` walks.
+///
+/// # Errors
+/// Where the job is refused, and those of `walk`.
+pub(crate) fn choose_for(
     job: Job,
     args: &JobArgs,
     phase: &Phase,
-    kept: impl FnOnce(&Job) -> Option<Partition>,
+    (kept, walk): (Option<Partition>, Walk<'_>),
 ) -> Result<Read, Fault> {
     if job.auto.is_none() {
         return Ok(Read { job, chosen: None });
     }
-    let kept = kept(&job);
     let chosen = match &kept {
         Some(_) => None,
         None => {
             phase.now("walking a pilot that chooses the patches");
-            choose(&job, all_threads())?
+            choose_by(&job, walk)?
         }
     };
     let Some(partition) = kept.as_ref().or(chosen.as_ref().map(|chosen| &chosen.partition)) else {
@@ -97,14 +111,6 @@ fn tell(job: &Job, forecast: &Forecast) {
         percent(forecast.discretisation),
         forecast.paths
     );
-}
-
-/// [`load`] of a job that no earlier run has cut.
-///
-/// # Errors
-/// Where the job is refused.
-pub(crate) fn load_anew(args: &JobArgs, phase: &Phase) -> Result<Read, Fault> {
-    load(args, phase, |_| None)
 }
 
 /// Reads a job for a command that is about given patches.

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use cluster::{Access, Wish, random_bytes, serve};
 use job::Budget;
 use judge::MOMENTS;
-use protocol::{Coordinator, Ending, Judge, Look, Notice, Past, Plan};
+use protocol::{Coordinator, Ending, JobPlan, Judge, Look, Notice, Past};
 use radiosity::{Experiment, Tally};
 use results::Identity;
 use tracing::info;
@@ -94,18 +94,18 @@ impl Executor {
     ///
     /// # Errors
     /// Where the system refuses.
-    pub(crate) fn station(&self, scene_hash: [u8; 32]) -> Result<Station, Fault> {
+    pub(crate) fn station(&self, scene_hash: [u8; 32]) -> Result<WorkerEntry, Fault> {
         match self {
             Executor::Local(team) => {
                 let (listener, access) = listen(scene_hash, "127.0.0.1:0", None)?;
                 let workers = Some(LocalWorkers::new(&access, team.workers, team.threads));
-                Ok(Station { listener, access, workers })
+                Ok(WorkerEntry { listener, access, workers })
             }
             Executor::Remote(Remote { listener, access, .. }) => {
                 let listener = listener
                     .try_clone()
                     .map_err(|source| Fault::System { doing: "listening for workers", source })?;
-                Ok(Station { listener, access: access.clone(), workers: None })
+                Ok(WorkerEntry { listener, access: access.clone(), workers: None })
             }
         }
     }
@@ -127,7 +127,7 @@ impl Executor {
 }
 
 /// Where the workers of one job join.
-pub(crate) struct Station {
+pub(crate) struct WorkerEntry {
     listener: TcpListener,
     access: Access,
     /// Those of this machine, none of which is started yet.
@@ -144,7 +144,7 @@ pub(crate) struct Left {
     pub memory: Option<u64>,
 }
 
-impl Station {
+impl WorkerEntry {
     /// Leads workers through the walks of a coordinator to their end. `turn` is called at least every 50 ms with what has happened, and says
     /// whether the job goes on.
     ///
@@ -155,7 +155,7 @@ impl Station {
         coordinator: &mut Coordinator,
         mut turn: impl FnMut(&Coordinator, &[Notice]) -> bool,
     ) -> Result<Left, Fault> {
-        let Station { listener, access, mut workers } = self;
+        let WorkerEntry { listener, access, mut workers } = self;
         let notices = RefCell::new(Vec::new());
         let mut memory = None;
         let owner = |coordinator: &Coordinator| {
@@ -181,7 +181,7 @@ impl Station {
 }
 
 /// What the walks came to.
-pub(crate) struct Walked {
+pub(crate) struct LedJob {
     /// The tally of all walks.
     pub tally: Arc<Tally>,
     /// Processor time of the walks [s].
@@ -192,26 +192,25 @@ pub(crate) struct Walked {
     pub memory: Option<u64>,
 }
 
-/// Walks an experiment, and asks `judge` at every look; `watch` is told how many walks are in.
+/// Walks an experiment on from a past, and asks `judge` at every look; `watch` is called at least every 50 ms.
 ///
 /// # Errors
 /// Where the cluster fails, and where a signal ends it.
 pub(crate) fn walk(
     executor: &Executor,
-    identity: &Identity,
-    budget: &Budget,
-    experiment: &Experiment,
+    (identity, budget, experiment): (&Identity, &Budget, &Experiment),
+    past: Past,
     (looks, judge): (Vec<u64>, Judge),
-    watch: &dyn Fn(u64),
-) -> Result<Walked, Fault> {
+    watch: &mut dyn FnMut(&Coordinator),
+) -> Result<LedJob, Fault> {
     let plan = plan(identity, budget, experiment, looks, judge)?;
-    let mut coordinator = Coordinator::new(plan, Past::none(experiment.tally::<MOMENTS>()));
+    let mut coordinator = Coordinator::new(plan, past);
     let is_remote = matches!(executor, Executor::Remote(_));
     if is_remote {
         coordinator = coordinator.followed_by_another();
     }
     let turn = |coordinator: &Coordinator, notices: &[Notice]| {
-        watch(coordinator.progress().walks);
+        watch(coordinator);
         if is_remote {
             notices.iter().for_each(tell_notice);
         }
@@ -228,7 +227,7 @@ pub(crate) fn walk(
         }
     }
     let (cpu_seconds, received) = (coordinator.effort().cpu_seconds, coordinator.received());
-    Ok(Walked { tally: coordinator.into_past().tally, cpu_seconds, received, memory })
+    Ok(LedJob { tally: coordinator.into_past().tally, cpu_seconds, received, memory })
 }
 
 /// The walks of a job up to the last of some looks, at which `judge` is asked.
@@ -241,7 +240,7 @@ pub(crate) fn plan(
     experiment: &Experiment,
     looks: Vec<u64>,
     judge: Judge,
-) -> Result<Plan, Fault> {
+) -> Result<JobPlan, Fault> {
     let lots = random_bytes().map_err(|source| Fault::System { doing: "drawing lots", source })?;
     let lots = u64::from_le_bytes(lots[..8].try_into().expect("eight bytes"));
     Ok(identity.plan(BUILD, budget, experiment, (looks, judge), lots))

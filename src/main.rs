@@ -13,6 +13,7 @@ mod fault;
 mod faulty;
 mod lead;
 mod local;
+mod pilot;
 mod progress;
 mod shift;
 mod signals;

@@ -28,7 +28,7 @@ const BAR_COLUMNS: usize = 19;
 /// Lines elsewhere are not cut.
 const PLAIN_COLUMNS: usize = 400;
 
-enum Style {
+enum DisplayStyle {
     Quiet,
     Json,
     Bar(ProgressBar),
@@ -37,7 +37,7 @@ enum Style {
 
 /// The display of one run.
 pub(crate) struct Display {
-    style: Style,
+    style: DisplayStyle,
     shown: Instant,
 }
 
@@ -45,12 +45,12 @@ impl Display {
     /// A display in the style that was asked for and that stderr can show.
     pub(crate) fn new(args: &OutArgs) -> Self {
         let style = match () {
-            () if args.json => Style::Json,
-            () if args.quiet => Style::Quiet,
-            () if std::io::stderr().is_terminal() => Style::Bar(bar()),
-            () => Style::Plain,
+            () if args.json => DisplayStyle::Json,
+            () if args.quiet => DisplayStyle::Quiet,
+            () if std::io::stderr().is_terminal() => DisplayStyle::Bar(bar()),
+            () => DisplayStyle::Plain,
         };
-        if let Style::Bar(bar) = &style {
+        if let DisplayStyle::Bar(bar) = &style {
             keep_below(Some(bar.clone()));
         }
         Display { style, shown: Instant::now() }
@@ -59,9 +59,9 @@ impl Display {
     /// Whether it is time to show where the job stands.
     pub(crate) fn is_due(&self) -> bool {
         let interval = match self.style {
-            Style::Quiet => return false,
-            Style::Plain => PLAIN_INTERVAL,
-            Style::Json | Style::Bar(_) => INTERVAL,
+            DisplayStyle::Quiet => return false,
+            DisplayStyle::Plain => PLAIN_INTERVAL,
+            DisplayStyle::Json | DisplayStyle::Bar(_) => INTERVAL,
         };
         self.shown.elapsed() >= interval
     }
@@ -70,14 +70,14 @@ impl Display {
     pub(crate) fn show(&mut self, status: &RunStatus) {
         self.shown = Instant::now();
         match &self.style {
-            Style::Quiet => {}
-            Style::Json => emit(&event(status)),
-            Style::Bar(bar) => {
+            DisplayStyle::Quiet => {}
+            DisplayStyle::Json => emit(&event(status)),
+            DisplayStyle::Bar(bar) => {
                 bar.set_length(status.end());
                 bar.set_position(status.paths);
                 bar.set_message(status.line(columns().saturating_sub(BAR_COLUMNS)));
             }
-            Style::Plain => {
+            DisplayStyle::Plain => {
                 info!("{} of {} paths · {}", status.paths, status.paths_total, status.line(PLAIN_COLUMNS))
             }
         }
@@ -85,7 +85,7 @@ impl Display {
 
     /// Clears the display at the end.
     pub(crate) fn finish(&self) {
-        if let Style::Bar(bar) = &self.style {
+        if let DisplayStyle::Bar(bar) = &self.style {
             bar.finish_and_clear();
             keep_below(None);
         }

@@ -24,8 +24,9 @@ HEAD = """# Pictures against a path tracer
 `scripts/pictures.sh` writes this page ({version}, Mitsuba 3 on Embree and LLVM with AVX-512, Intel Open Image Denoise). Both draw what is in `summary.json`'s
 `picture`: the same surfaces, materials and camera. Rooms from archives are fetched by whoever measures, and none is part of this project.
 
-Relative squared errors are of means over 5 × 5 pixels, of those without a lamp or a black surface in them, each divided by the reference but by no less than
-1 % of the mean. What the reference's own noise adds, which its two halves tell, is taken off. Seconds are of processors, on a machine that others used at the same
+Relative squared errors are of means over 5 × 5 pixels, of those without a lamp or a black surface in them: products of the differences from two independent halves of
+the reference, whose noise so adds nothing on average. Each is divided by the square of the denoised reference, or of 1 % of the mean where that is less; a divisor with noise
+of its own would weigh blocks the more the darker chance made them. Seconds are of processors, on a machine that others used at the same
 time; radwalk's are those of the whole run, with its picture. *Equal time* is the path tracer with as many samples as it takes in that time; since its error falls
 as 1/time, the ratio of errors is that of the times to equal error. *Denoised* is that picture after the denoiser with reflectances and normals, whose time is not counted.
 
@@ -85,7 +86,7 @@ def compare(args, scene, folder):
     lamps = tracer.draw(16, 1, depth=1)[0].max(axis=2) > 0.0
     a_sample = tracer.draw(SAMPLES_OF_TRIAL, 99)[1] / SAMPLES_OF_TRIAL
     reference = reference_of(tracer, args.samples, folder / "reference.npy")
-    judge = Judge(reference, lamps)
+    judge = Judge(reference, denoised(tracer, reference.mean(axis=0).astype(np.float32)), lamps)
     ours = np.array(mi.Bitmap(str(out / "radiosity.exr")).convert(mi.Bitmap.PixelFormat.RGB))
     equal_samples = max(1, round(run / a_sample))
     equal, _ = tracer.draw(equal_samples, 98)
@@ -123,20 +124,22 @@ def reference_of(tracer, samples, path):
 
 
 class Judge:
-    """Tells how far a picture is from a reference."""
+    """Tells how far a picture is from a reference of two halves, given what that is without its noise."""
 
-    def __init__(self, reference, lamps):
-        a, b = blocks(reference[0]), blocks(reference[1])
-        self.truth = (a + b) / 2
+    def __init__(self, reference, clean, lamps):
+        self.halves = [blocks(half) for half in reference]
         self.counted = (blocks(lamps[:, :, None]) == 0.0) & (blocks(reference.max(axis=(0, 3))[:, :, None] == 0.0) == 0.0)
-        self.least = np.maximum(self.truth, DARK * self.truth[self.counted].mean())
-        self.noise = self.relative((a - b) / 2)
+        scale = blocks(clean)
+        self.scale = np.maximum(scale, DARK * scale[self.counted].mean())
+        a, b = self.halves
+        self.noise = self.mean(((a - b) / 2) ** 2)
 
-    def relative(self, difference):
-        return float(np.mean((difference / self.least)[self.counted] ** 2))
+    def mean(self, squares):
+        return float((squares / self.scale**2)[self.counted].mean())
 
     def error(self, image):
-        return self.relative(blocks(image) - self.truth) - self.noise
+        a, b = (blocks(image) - half for half in self.halves)
+        return self.mean(a * b)
 
 
 def blocks(image):

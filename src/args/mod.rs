@@ -6,7 +6,7 @@ mod values;
 
 use clap::{Parser, Subcommand};
 use tracing::level_filters::LevelFilter;
-use voice::{Form, Voice};
+use voice::{LineForm, Voice};
 
 use self::help::*;
 pub(crate) use self::options::*;
@@ -101,7 +101,7 @@ impl Command {
             Command::Coordinate(args) => of(&args.work.out, true),
             // The coordinator that started a quiet worker says what becomes of it.
             Command::Work(WorkArgs { quiet: true, .. }) => {
-                Voice { form: Form::Plain, level: LevelFilter::OFF }
+                Voice { form: LineForm::Plain, level: LevelFilter::OFF }
             }
             Command::Work(_) => Voice::new(false, false, true),
             Command::Relay(args) => Voice::new(false, args.quiet, true),

@@ -7,8 +7,8 @@ use job::OutputFile;
 use results::factors::{MatrixFile, SparseFile};
 
 use super::values::{
-    Lamp, count, factor, illuminance, lamp, output_file, part, rays, reflectance, row_walks, sky_patches,
-    threads, tolerance, workers,
+    NamedLamp, count, factor, illuminance, lamp, output_file, part, rays, reflectance, row_walks,
+    sky_patches, threads, tolerance, workers,
 };
 use crate::team::Team;
 
@@ -17,7 +17,7 @@ use crate::team::Team;
 pub(crate) struct MeshArgs {
     /// Make a material or a part of a mesh shine: --light Lamp=1000lm, or =60W; repeatable
     #[arg(long, value_name = "NAME=POWER", value_parser = lamp)]
-    pub light: Vec<Lamp>,
+    pub light: Vec<NamedLamp>,
     /// Put a mesh under a uniform sky, by its light on a horizontal plane [lx] [default: 10000]
     #[arg(long, value_name = "LX", num_args = 0..=1, require_equals = true, default_missing_value = "10000", value_parser = illuminance)]
     pub sky: Option<f64>,
@@ -32,7 +32,7 @@ impl MeshArgs {
         let mut typed = Vec::new();
         let lumens = self.sky.is_some() || self.light.iter().any(|lamp| lamp.lumens);
         typed.extend(lumens.then(|| "light=luminous".to_owned()));
-        typed.extend(self.light.iter().map(|Lamp { name, power, .. }| {
+        typed.extend(self.light.iter().map(|NamedLamp { name, power, .. }| {
             let name = name.replace('\\', "\\\\").replace('"', "\\\"");
             format!("import.material.\"{name}\".power={power}")
         }));
@@ -613,7 +613,7 @@ pub(crate) struct CheckArgs {
 #[derive(Args)]
 pub(crate) struct NewArgs {
     /// What to begin with
-    pub kind: Kind,
+    pub kind: StarterKind,
     /// Where to write the job and its scene
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub out: PathBuf,
@@ -628,7 +628,7 @@ pub(crate) struct HelpArgs {
 
 /// The kinds of beginnings.
 #[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum Kind {
+pub(crate) enum StarterKind {
     /// An empty cube with a lamp in its ceiling
     Box,
     /// A room with a window, a table and a lamp

@@ -23,7 +23,7 @@ pub(super) fn factor(typed: &str) -> Result<(String, f64), String> {
 
 /// A lamp by the name of a material or a part.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Lamp {
+pub(crate) struct NamedLamp {
     pub name: String,
     /// The flux [lm] or the power [W].
     pub power: f64,
@@ -32,7 +32,7 @@ pub(crate) struct Lamp {
 }
 
 /// A lamp: `Lamp=1000lm` or `Lamp=60W`.
-pub(super) fn lamp(typed: &str) -> Result<Lamp, String> {
+pub(super) fn lamp(typed: &str) -> Result<NamedLamp, String> {
     let wrong = || "write NAME=1000lm or NAME=60W, with the name of a material or a part".to_owned();
     let (name, power) = typed.rsplit_once('=').ok_or_else(wrong)?;
     let power = power.trim();
@@ -44,7 +44,7 @@ pub(super) fn lamp(typed: &str) -> Result<Lamp, String> {
     let power = number.trim().parse().ok().filter(|power: &f64| *power > 0.0 && power.is_finite());
     let name = Some(name.trim().to_owned()).filter(|name| !name.is_empty());
     let (name, power) = name.zip(power).ok_or_else(wrong)?;
-    Ok(Lamp { name, power, lumens })
+    Ok(NamedLamp { name, power, lumens })
 }
 
 /// An illuminance above 0 [lx].
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn lamps_have_a_name_and_a_unit() {
-        let read = |typed| lamp(typed).map(|Lamp { name, power, lumens }| (name, power, lumens));
+        let read = |typed| lamp(typed).map(|NamedLamp { name, power, lumens }| (name, power, lumens));
         assert_eq!(read("Lamp.001=1000lm"), Ok(("Lamp.001".into(), 1000.0, true)));
         assert_eq!(read("a=b = 6.5e1 W"), Ok(("a=b".into(), 65.0, false)));
         for typed in ["Lamp", "Lamp=", "Lamp=10", "=10lm", "Lamp=-1W", "Lamp=brightW"] {

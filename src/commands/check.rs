@@ -15,7 +15,7 @@ use crate::args::CheckArgs;
 use crate::fault::{Fault, Outcome};
 
 /// What a look at a scene tells: what would be modelled, and what is wrong, a sentence each.
-type Told = (Vec<String>, Vec<String>);
+type CheckReport = (Vec<String>, Vec<String>);
 
 /// Checks a file and describes it. Faults have one numbering, and the exit code tells of them.
 pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
@@ -65,7 +65,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
 }
 
 /// Builds what a file describes, and says what it is and what is wrong with its light and its sensors.
-fn look(job: &Job, is_job: bool) -> Result<Told, Fault> {
+fn look(job: &Job, is_job: bool) -> Result<CheckReport, Fault> {
     let open = job.auto.as_ref().filter(|_| is_job);
     let method = if is_job && open.is_none() { job.method.walks() } else { MethodTable::default().walks() };
     let mut experiment = Experiment::new(job.build_scene()?, method)?;

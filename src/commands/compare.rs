@@ -1,6 +1,6 @@
 //! `radwalk compare`: speed against accuracy, for every method that fits a scene, ranked by the time that it takes to an error.
 //!
-//! Worker processes of this machine walk the runs ([`shoot`]); the points measured so far are kept in a [`Table`].
+//! Worker processes of this machine walk the runs ([`shoot`]); the points measured so far are kept in a [`ResultTable`].
 
 mod contender;
 mod judge;
@@ -23,9 +23,9 @@ use tracing::warn;
 use voice::{emit, say};
 
 use self::contender::Arena;
-use self::measure::Point;
-use self::study::{Bench, Course, study};
-use self::table::{TABLE, Table};
+use self::measure::ContenderResult;
+use self::study::{Bench, StudySize, study};
+use self::table::{ResultTable, TABLE};
 use crate::args::CompareArgs;
 use crate::choose::load_given;
 use crate::date::today;
@@ -47,10 +47,10 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
     let replace = args.out.force || args.resume;
     let folder = OutputFolder::claim(&path, &[PAGE, TABLE], replace)?;
     let drawings = OutputFolder::claim(&path.join(CHARTS), &[], replace)?;
-    let table = Table::new(&folder, args.resume)?;
+    let table = ResultTable::new(&folder, args.resume)?;
     let team = args.team.team();
     let mut bench = Bench { team, table, announce: &|point| announce(args, point) };
-    let course = Course { rays: args.rays, runs: args.runs };
+    let course = StudySize { rays: args.rays, runs: args.runs };
     signals::catch();
     let mut chapters = Vec::new();
     for (path, (job, scene)) in args.jobs.iter().zip(&jobs) {
@@ -100,7 +100,7 @@ fn load(args: &CompareArgs, path: &Path) -> Result<(Job, Scene), Fault> {
     Ok((job, scene))
 }
 
-fn announce(args: &CompareArgs, point: &Point) {
+fn announce(args: &CompareArgs, point: &ContenderResult) {
     if args.out.json {
         let event = json!({"event": "point", "job": point.job, "method": point.method, "rays": point.rays});
         emit(&event);

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use job::Job;
+use job::{Job, OutputFile};
 use judge::target::looks;
-use monitor::{Description, Gauge, Page, Reports, Showing, Watch};
-use protocol::{Checkpoint, Coordinator, Ending, Look, Notice, Past, Plan};
+use monitor::{Description, Gauge, Reports, Showing, TextPage, Watch};
+use protocol::{Checkpoint, Coordinator, Ending, JobPlan, Look, Notice, Past};
 use radiosity::{Experiment, Tally};
 use report::view_troubles;
 use results::{Identity, Keeper, Latest, RunOutput, Settings};
@@ -17,7 +17,8 @@ use crate::args::{CoordinateArgs, CourseArgs, LeadArgs, OutArgs, RunArgs};
 use crate::build::{BUILD, GIT};
 use crate::choose;
 use crate::fault::{Fault, Outcome};
-use crate::lead::{Executor, Left, Remote, Station, plan};
+use crate::lead::{Executor, Left, Remote, WorkerEntry, plan};
+use crate::pilot::{Crew, Host};
 use crate::progress::{Display, tell_notice};
 use crate::{signals, summary};
 
@@ -28,17 +29,51 @@ const FINAL_WAITS: [Duration; 4] =
 /// Runs a job on worker processes of this machine.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     let team = args.team.team();
-    let prepared = Prepared::new(&args.work, args.course.resume, team.workers)?;
-    prepared.drive(Executor::Local(team), &args.course, &args.work.out)
+    start(&args.work, &args.course, team.workers, &|_, _| Ok(Executor::Local(team)))
 }
 
 /// Coordinates workers that are started elsewhere.
 pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
-    let prepared = Prepared::new(&args.work, args.course.resume, 0)?;
-    let file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
-    let address = (&*args.at.listen, args.at.advertise.as_deref());
-    let remote = Remote::open(prepared.identity.scene_hash, address, file)?;
-    prepared.drive(Executor::Remote(remote), &args.course, &args.work.out)
+    let open = |scene_hash, folder: &Path| {
+        let file = args.access.clone().unwrap_or_else(|| folder.join("access.json"));
+        let address = (&*args.at.listen, args.at.advertise.as_deref());
+        Ok(Executor::Remote(Remote::open(scene_hash, address, file)?))
+    };
+    start(&args.work, &args.course, 0, &open)
+}
+
+/// Opens what workers of a scene join, for a run in a folder.
+type Open<'a> = &'a dyn Fn([u8; 32], &Path) -> Result<Executor, Fault>;
+
+/// A run whose pilot may need its folder and workers.
+struct Hosted<'a> {
+    folder: &'a Path,
+    replace: bool,
+    exports: &'a [OutputFile],
+    open: Open<'a>,
+}
+
+impl Host for Hosted<'_> {
+    fn claim(&self) -> Result<RunOutput, Fault> {
+        Ok(RunOutput::new(self.folder, self.replace, self.exports, GIT)?)
+    }
+
+    fn open(&self, scene_hash: [u8; 32]) -> Result<Executor, Fault> {
+        (self.open)(scene_hash, self.folder)
+    }
+}
+
+/// Prepares a job for workers, of which some are of this machine, and leads them through it.
+fn start(args: &LeadArgs, course: &CourseArgs, workers: usize, open: Open) -> Result<Outcome, Fault> {
+    signals::catch();
+    let (prepared, executor) = match Prepared::new(args, course.resume, (workers, open)) {
+        Err(Fault::Interrupted) => {
+            warn!("interrupted; what the pilot has walked is kept, go on with --resume");
+            return Ok(Outcome::Interrupted);
+        }
+        prepared => prepared?,
+    };
+    prepared.drive(executor, course, &args.out)
 }
 
 /// Says what was left out, changed or assumed of meshes, in ten lines at most.
@@ -67,13 +102,18 @@ struct Prepared {
 }
 
 impl Prepared {
-    /// `workers` is how many will work on this machine.
-    fn new(args: &LeadArgs, resume: bool, workers: usize) -> Result<Self, Fault> {
+    /// `workers` is how many will work on this machine. They may have joined already, to walk a pilot.
+    fn new(args: &LeadArgs, resume: bool, (workers, open): (usize, Open)) -> Result<(Self, Executor), Fault> {
         let LeadArgs { job: asked, out, export } = args;
         let phase = Phase::begin("reading the scene");
-        let folder_of = |job: &Job| out.out.clone().unwrap_or_else(|| default_folder(job));
-        let kept = |job: &Job| resume.then(|| results::kept_partition(&folder_of(job))).flatten();
-        let read = choose::load(asked, &phase, kept)?;
+        let job = choose::read(asked)?;
+        let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
+        let kept = resume.then(|| results::kept_partition(&folder)).flatten();
+        let host = Hosted { folder: &folder, replace: out.force || resume, exports: &export.export, open };
+        let mut crew = Crew::new(&host, resume, &phase);
+        let read = choose::choose_for(job, asked, &phase, (kept, &mut |stage| crew.walk(stage)));
+        let (output, executor) = crew.leave(read.is_ok());
+        let read = read?;
         tell_notes(&read.job);
         results::check_memory(&read.job, workers)?;
         phase.now("building the scene");
@@ -92,9 +132,8 @@ impl Prepared {
             .for_each(|idle| warn!("{idle}"));
         let settings = Settings::of(&job);
         view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
-        let folder = folder_of(&job);
-        let output = RunOutput::new(&folder, out.force || resume, &export.export, GIT)?;
         let identity = Identity::new(&job, &settings, &experiment, BUILD)?;
+        let output = output.map_or_else(|| host.claim(), Ok)?;
         let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
         let mut prepared = Prepared {
             job,
@@ -114,7 +153,8 @@ impl Prepared {
             phase.now("keeping the chosen patches");
             prepared.keep_choice()?;
         }
-        Ok(prepared)
+        let executor = executor.map_or_else(|| host.open(prepared.identity.scene_hash), Ok)?;
+        Ok((prepared, executor))
     }
 
     /// Goes on from the latest usable checkpoint; from the beginning, where there is none yet.
@@ -142,7 +182,7 @@ impl Prepared {
         Ok(())
     }
 
-    fn plan(&self) -> Result<Plan, Fault> {
+    fn plan(&self) -> Result<JobPlan, Fault> {
         let mut observer = self.settings.observer(&self.experiment).going_on_from(&self.past.tally);
         let walks = self.job.budget.paths / self.experiment.unit().paths();
         let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
@@ -169,7 +209,6 @@ impl Prepared {
     /// Leads workers through the job to its end, and writes what came of it.
     fn drive(self, executor: Executor, course: &CourseArgs, out: &OutArgs) -> Result<Outcome, Fault> {
         let station = executor.station(self.identity.scene_hash)?;
-        signals::catch();
         signals::keep_memory_private();
         let page = course.metrics.as_deref().map(open_page).transpose()?;
         let reports = Reports::new(self.description(), self.output.path(), executor.access_file(), page);
@@ -182,7 +221,7 @@ impl Prepared {
     /// Serves the job to its end and writes what came of it.
     fn serve(
         mut self,
-        station: Station,
+        station: WorkerEntry,
         out: &OutArgs,
         (reports, showing): (Reports, Option<Showing>),
     ) -> Result<Outcome, Fault> {
@@ -261,7 +300,7 @@ impl Prepared {
 }
 
 /// Opens a page of metrics, and prints its address.
-fn open_page(address: &str) -> Result<Page, Fault> {
+fn open_page(address: &str) -> Result<TextPage, Fault> {
     let (page, bound) = monitor::open_metrics(address)?;
     info!(event = "metrics", "metrics are at http://{bound}/metrics");
     Ok(page)

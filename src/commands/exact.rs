@@ -1,6 +1,6 @@
 //! `radwalk exact`: the radiosity system itself, without any randomness.
 
-use job::{Grouping, Groups};
+use job::{FaceGroups, Grouping};
 use report::{OutputFolder, Verdict};
 use results::ExactAnswer;
 use tracing::warn;
@@ -23,7 +23,7 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let folder = OutputFolder::claim(&path, files.as_flattened(), args.out.force)?;
     let answers = results::solve(&job, &scene, &|doing| phase.now(doing), &|part| phase.done(part))?;
     let names = (scene.faces().len() <= MOST_FACTORS)
-        .then(|| Groups::of(&Grouping::ByPatch, &job.scene, &scene).map(|groups| groups.names))
+        .then(|| FaceGroups::of(&Grouping::ByPatch, &job.scene, &scene).map(|groups| groups.names))
         .transpose()?;
     for (answer, [table, page, factors]) in answers.iter().zip(files) {
         let ExactAnswer { columns, summary, .. } = answer;

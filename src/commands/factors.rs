@@ -1,11 +1,11 @@
 //! `radwalk factors`: exchange factors between groups of faces, and the heat between them.
 
-use protocol::Look;
+use protocol::{Coordinator, Look, Past};
 use radiosity::{Experiment, Tally};
 use report::OutputFolder;
 use results::factors::{
-    Answer, Asked, FILES, FactorsFault, Hands as RowHands, Question, Round, SparseAnswer, SparseAsked,
-    SparseFile, Walked, count, count_rows, sparse_files, unlit,
+    Asked, FILES, FactorsAnswer, FactorsFault, FactorsQuestion, Round, RowWatcher as RowHands, SparseAnswer,
+    SparseAsked, SparseFile, Walked, count, count_rows, sparse_files, unlit,
 };
 use results::{Identity, Settings};
 use tracing::{info, warn};
@@ -50,7 +50,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     if counted.is_empty() {
         return Ok(Outcome::Interrupted);
     }
-    let answer = Answer::of(&question, counted).map_err(results::Error::from)?;
+    let answer = FactorsAnswer::of(&question, counted).map_err(results::Error::from)?;
     answer.write(&folder, &exports)?;
     if !args.out.quiet {
         tell(&answer, &folder);
@@ -63,7 +63,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
 }
 
 /// What is asked, by the words of the command.
-fn question(args: &FactorsArgs, sparse: Option<SparseAsked>) -> Result<Question, Fault> {
+fn question(args: &FactorsArgs, sparse: Option<SparseAsked>) -> Result<FactorsQuestion, Fault> {
     let unlit = sparse.and_then(|_| unlit(&args.job.job));
     let overrides: Vec<String> = unlit.into_iter().chain(args.job.overrides()).collect();
     let job = load_given(&args.job.job, &overrides, "factors")?;
@@ -77,7 +77,7 @@ fn question(args: &FactorsArgs, sparse: Option<SparseAsked>) -> Result<Question,
         temperatures: args.temperatures.as_deref(),
         sparse,
     };
-    let question = Question::of(job, &asked)?;
+    let question = FactorsQuestion::of(job, &asked)?;
     question.job.scene.notes().iter().for_each(|note| info!("note: {note}"));
     Ok(question)
 }
@@ -139,14 +139,18 @@ fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Resu
 }
 
 /// Says what was found, and where it is.
-pub(crate) fn tell(answer: &Answer, folder: &OutputFolder) {
+pub(crate) fn tell(answer: &FactorsAnswer, folder: &OutputFolder) {
     answer.warnings().iter().for_each(|warning| warn!("{warning}"));
     answer.lines().iter().for_each(|line| say(line));
     say(&format!("written to {}", folder.path().display()));
 }
 
 /// The processes that walk.
-fn executor(args: &FactorsArgs, question: &Question, folder: &OutputFolder) -> Result<Executor, Fault> {
+fn executor(
+    args: &FactorsArgs,
+    question: &FactorsQuestion,
+    folder: &OutputFolder,
+) -> Result<Executor, Fault> {
     let Some(address) = &args.listen else { return Ok(Executor::Local(args.team.team())) };
     let file = args.access.clone().unwrap_or_else(|| folder.path().join("access.json"));
     let address = (&**address, args.advertise.as_deref());
@@ -154,7 +158,7 @@ fn executor(args: &FactorsArgs, question: &Question, folder: &OutputFolder) -> R
 }
 
 /// Tells workers that are started elsewhere that there are no more walks.
-fn dismiss(remote: Remote, question: &Question) -> Result<(), Fault> {
+fn dismiss(remote: Remote, question: &FactorsQuestion) -> Result<(), Fault> {
     let experiment = Experiment::new(question.scene.clone(), question.job.method.walks())?;
     let identity = Identity::new(&question.job, &Settings::of(&question.job), &experiment, BUILD)?;
     remote.dismiss(&identity, &question.job.budget, &experiment)
@@ -167,7 +171,10 @@ fn walk_round(executor: &Executor, round: &Round<'_>) -> Result<Option<Walked>, 
         let counts = prefix.counts;
         Look { walks: counts.walks, rays: counts.rays, ..Look::default() }
     };
-    match walk(executor, identity, budget, experiment, (vec![*walks], Box::new(judge)), watch) {
+    let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
+    let mut watch = |coordinator: &Coordinator| watch(coordinator.progress().walks);
+    let job = (identity, *budget, experiment);
+    match walk(executor, job, past, (vec![*walks], Box::new(judge)), &mut watch) {
         Ok(walked) => Ok(Some(Walked { tally: walked.tally, cpu_seconds: walked.cpu_seconds })),
         Err(Fault::Interrupted) => Ok(None),
         Err(fault) => Err(fault),

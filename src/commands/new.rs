@@ -6,28 +6,28 @@ use std::path::Path;
 
 use voice::say;
 
-use crate::args::{Kind, NewArgs};
+use crate::args::{NewArgs, StarterKind};
 use crate::fault::{Fault, Outcome};
 
 /// The name, the job and the scene of a kind; `None` where it is the schemas alone.
-fn files(kind: Kind) -> Option<(&'static str, &'static str, &'static str)> {
+fn files(kind: StarterKind) -> Option<(&'static str, &'static str, &'static str)> {
     Some(match kind {
-        Kind::Box => (
+        StarterKind::Box => (
             "box",
             include_str!("../../configs/new/box.toml"),
             include_str!("../../configs/new/scenes/box.toml"),
         ),
-        Kind::Room => (
+        StarterKind::Room => (
             "room",
             include_str!("../../configs/new/room.toml"),
             include_str!("../../configs/new/scenes/room.toml"),
         ),
-        Kind::Cornell => (
+        StarterKind::Cornell => (
             "cornell",
             include_str!("../../configs/cornell.toml"),
             include_str!("../../configs/scenes/cornell.toml"),
         ),
-        Kind::Schema => return None,
+        StarterKind::Schema => return None,
     })
 }
 

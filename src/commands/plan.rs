@@ -1,6 +1,6 @@
 //! `radwalk plan`: what a job will take, before it is run.
 
-use judge::plan::Forecast;
+use judge::plan::RunForecast;
 use radiosity::Experiment;
 use results::{Settings, units};
 use voice::{Phase, say};
@@ -25,7 +25,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let (level, goal) = (settings.level(experiment.scene()), settings.sensor_goal(&experiment));
     let asked = (level, goal.as_ref());
     let forecast =
-        Forecast::of(&job, &experiment, asked, args.workers, (cpu_seconds, results::peak_memory()));
+        RunForecast::of(&job, &experiment, asked, args.workers, (cpu_seconds, results::peak_memory()));
     drop(phase);
     if args.json {
         say(&forecast.json().to_string());

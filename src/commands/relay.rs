@@ -3,7 +3,7 @@
 use std::net::TcpListener;
 use std::path::Path;
 
-use cluster::{Access, Identity};
+use cluster::{Access, WorkerIntroduction};
 use tracing::info;
 
 use crate::args::RelayArgs;
@@ -46,7 +46,7 @@ fn join(
     last: &mut Option<Access>,
 ) -> Result<(), Fault> {
     let access = read_access(&args.access)?;
-    let identity = Identity {
+    let identity = WorkerIntroduction {
         build: BUILD.into(),
         name: format!("relay {}", name(std::process::id())),
         threads: 0,

@@ -2,7 +2,7 @@
 
 use radiosity::SkyPatches;
 use report::write_atomically;
-use sky::{Dome, EFFICACY, Encoding, Matrix, Quantity, Sky, SunPosition, Year};
+use sky::{Dome, EFFICACY, Encoding, Matrix, Sky, SkyUnit, SunPosition, Year};
 use voice::say;
 
 use crate::args::SkyArgs;
@@ -47,7 +47,7 @@ fn standard(args: &SkyArgs, dome: &Dome) -> Matrix {
 /// A column for each hour.
 fn year(args: &SkyArgs, dome: &Dome, weather: &sky::Weather) -> Matrix {
     let (quantity, unit) =
-        if args.solar { (Quantity::Irradiance, 1.0) } else { (Quantity::Illuminance, EFFICACY) };
+        if args.solar { (SkyUnit::Irradiance, 1.0) } else { (SkyUnit::Illuminance, EFFICACY) };
     let hours = Year::new(weather, dome, quantity, args.ground).hours;
     let mut numbers = vec![0.0; dome.size() * hours.len()];
     for (column, hour) in hours.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! `radwalk status`: the state of a running job, or the end of one.
 
-use monitor::{Found, ended, find, watched};
+use monitor::{JobState, ended, find, watched};
 use results::unix_seconds;
 use serde_json::json;
 use voice::say;
@@ -11,7 +11,7 @@ use crate::fault::{Fault, Outcome};
 /// Prints the state of the job of an access file or an output folder.
 pub(crate) fn status(args: &StatusArgs) -> Result<Outcome, Fault> {
     match find(&args.of)? {
-        Found::Summary(summary) => {
+        JobState::Summary(summary) => {
             if args.json {
                 say(&json!({"state": "done", "summary": summary}).to_string());
             } else {
@@ -19,7 +19,7 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Outcome, Fault> {
             }
             Ok(Outcome::Done)
         }
-        Found::Report(file, report) => {
+        JobState::Report(file, report) => {
             let (report, alive) = watched(&file, *report);
             if args.json {
                 let mut line = serde_json::to_value(&report).expect("numbers and names");

@@ -4,7 +4,7 @@ use std::io::{ErrorKind, Read};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use cluster::{Access, Identity, WorkerError, launcher};
+use cluster::{Access, WorkerError, WorkerIntroduction, launcher};
 use tracing::warn;
 
 use crate::args::WorkArgs;
@@ -86,7 +86,7 @@ fn may_come(fault: &Fault) -> bool {
 /// Works for the coordinator of the access file as long as it is there.
 fn join(args: &WorkArgs) -> Result<(), Fault> {
     let access = read_access(&args.access)?;
-    let identity = Identity {
+    let identity = WorkerIntroduction {
         build: BUILD.into(),
         name: name(std::process::id()),
         threads: args.threads as usize,

@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use cluster::{Access, Identity, Work, work};
+use cluster::{Access, Work, WorkerIntroduction, work};
 use protocol::Checkpoint;
 use radiosity::{Counts, Hands, Overflow, Tally};
 
@@ -327,7 +327,7 @@ impl Cluster {
         };
         self.liars += 1;
         let name = format!("liar {} of {lie:?}", self.liars);
-        let identity = Identity { build: access.build.clone(), name, threads: 1, leave: || false };
+        let identity = WorkerIntroduction { build: access.build.clone(), name, threads: 1, leave: || false };
         let empty = Tally::new(tally.patches(), tally.layout());
         let liar = Liar { hashes: (scene_hash, book.parts[0].job_hash), empty, lie };
         thread::spawn(move || work(&access, &identity, |_| Ok(liar), || 0.0));

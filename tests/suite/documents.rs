@@ -105,6 +105,13 @@ fn every_toml_block_runs() {
                 names("docs/reference/outputs.md", header(&out.join("planes.csv")));
                 let told = summary["planes"][0].as_object().unwrap().keys().cloned();
                 names("docs/reference/outputs.md", told);
+            } else if block.contains("[[pane]]") {
+                let scene = fs::read_to_string("configs/scenes/daylit.toml").unwrap();
+                fs::write(&file, format!("{scene}\n{block}")).unwrap();
+                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "20000", "--force"]);
+                assert_eq!(summary["escaped"], 0, "panes absorb: {summary}");
+                let (_, stdout, _) = run(&["check", file.to_str().unwrap()]);
+                assert!(stdout.contains("1 pane of clear glass"), "{stdout}");
             } else if block.contains("[[sensor]]") {
                 sensors += 1;
                 let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0);
@@ -205,15 +212,47 @@ fn hold(page: &str, expected: &str) {
     assert!(found == expected, "{page} is not what the program says: RADWALK_BLESS=1 writes it anew");
 }
 
+/// The help of a command, without the options that the page has already: their names stand in one line.
+fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
+    let Some((head, rest)) = help.split_once("\nOptions:\n") else { return help.to_owned() };
+    let (options, tail) = rest.split_once("\n\nExamples:").unwrap_or((rest, ""));
+    let begins =
+        |line: &str| line.starts_with("  ") && line.trim_start().starts_with("-") && !line.contains(" - ");
+    let mut blocks: Vec<String> = Vec::new();
+    for line in options.lines() {
+        match blocks.last_mut() {
+            Some(block) if !begins(line) => *block += &format!("\n{line}"),
+            _ => blocks.push(line.to_owned()),
+        }
+    }
+    let words = |block: &String| block.split_whitespace().collect::<Vec<_>>().join(" ");
+    let (new, old): (Vec<String>, Vec<String>) =
+        blocks.into_iter().partition(|block| told.insert(words(block)));
+    let mut text = trimmed(&format!("{head}\nOptions:\n{}", new.join("\n")));
+    let name =
+        |block: &String| block.split_whitespace().find(|word| word.starts_with("--")).map(str::to_owned);
+    let names: Vec<String> = old.iter().filter_map(name).filter(|name| name != "--help").collect();
+    if !names.is_empty() {
+        text += &format!("\n  as above: {}", names.join(" "));
+    }
+    if tail.is_empty() { text } else { format!("{text}\n\nExamples:{tail}") }
+}
+
 #[test]
 fn the_page_of_commands_is_their_help() {
-    let mut page = "# Commands\n\nThe program's own help, as `radwalk help COMMAND` prints it. A test writes this page.\n".to_owned();
+    let mut page = "# Commands\n\nThe program's own help, as `radwalk help COMMAND` prints it; an option that several commands have stands \
+                    once, at the first. A test writes this page.\n"
+        .to_owned();
     let (_, help, _) = run(&["--help"]);
     page += &format!("\n## radwalk\n\n```text\n{}\n```\n", trimmed(&help));
+    let mut told = BTreeSet::new();
     for command in commands() {
         let (code, help, _) = run(&[&command, "--help"]);
         assert_eq!(code, 0);
-        page += &format!("\n## radwalk {command}\n\n```text\n{}\n```\n", trimmed(&help));
+        page += &format!(
+            "\n## radwalk {command}\n\n```text\n{}\n```\n",
+            without_repeats(&trimmed(&help), &mut told)
+        );
     }
     hold("docs/reference/commands.md", &page);
 }

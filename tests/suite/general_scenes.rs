@@ -2,7 +2,7 @@
 //! ones, where surfaces hide each other; two-sided surfaces.
 
 use crate::common::{box_scene, experiment, quad, rotation, surface, walk};
-use exact::{Accuracy, Exact};
+use exact::{Exact, SystemAccuracy};
 use glam::DVec3;
 use radiosity::{
     Birth, Direction, Estimator, EstimatorKind, IndexChoice, SceneSpec, Sides, Solution, Walks,
@@ -66,7 +66,7 @@ fn walks_in_open_and_occluded_scenes_agree_with_the_exact_solution() {
     const WALKS: u64 = 20_000;
     for (name, spec) in [("open", open()), ("occluded", occluded()), ("parted", parted())] {
         let exact = Exact::of_scene(&spec).unwrap();
-        let stated = Accuracy::of(&exact).radiosity_error;
+        let stated = SystemAccuracy::of(&exact).radiosity_error;
         for method in methods() {
             let experiment = experiment(&spec, IndexChoice::Auto, method.clone());
             let birth = birth_probabilities(experiment.scene(), &Birth::Area);

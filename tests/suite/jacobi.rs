@@ -8,9 +8,9 @@ use crate::verdict::{
 };
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Chains, Counts, Estimator, EstimatorKind, Experiment, IndexChoice, Iterations,
-    Method, Phase, RayBirths, Sampler, Scene, SceneSpec, Sequence, Sides, Solution, Solve, Space, Spectrum,
-    SurfaceSpec,
+    BatchScore, Batches, Chains, Counts, Estimator, EstimatorKind, Experiment, IndexChoice, IterationPhase,
+    Iterations, Method, RayBirths, Sampler, Scene, SceneSpec, Sequence, Sides, Solution, Solve, Space,
+    Spectrum, SurfaceSpec,
 };
 
 fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
@@ -147,7 +147,8 @@ fn the_spread_of_iterations_is_no_error() {
     let quantile = stats::student_quantile(0.5 + 0.5 * CONFIDENCE, u64::from(plan.regular) - 1);
     let coverage = |chain: u64| {
         let all = experiment.iterations(&Sequence::new(5), chain).unwrap();
-        let regular: Vec<_> = all.iter().filter(|iteration| iteration.phase == Phase::Regular).collect();
+        let regular: Vec<_> =
+            all.iter().filter(|iteration| iteration.phase == IterationPhase::Regular).collect();
         let covers = |i: &usize| {
             let b: Vec<f64> = regular.iter().map(|iteration| 0.95 * iteration.irradiance[*i]).collect();
             Mean::of(&b).is(truth[*i].0, quantile)

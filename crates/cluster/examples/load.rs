@@ -16,8 +16,8 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use cluster::{Access, Identity, Wish, Work, relay, serve, work};
-use protocol::{Coordinator, Ending, Limits, Look, Past, Plan};
+use cluster::{Access, Wish, Work, WorkerIntroduction, relay, serve, work};
+use protocol::{Coordinator, Ending, JobPlan, Limits, Look, Past};
 use radiosity::{Counts, Layout, Overflow, Tally};
 
 const LAYOUT: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
@@ -79,7 +79,7 @@ fn with(total: Tally, walks: &Range<u64>) -> Tally {
 fn coordinate(access_file: &Path, patches: usize, streams: u64) -> Done {
     let bare = status("VmRSS");
     let walks = streams * STREAM;
-    let plan = Plan {
+    let plan = JobPlan {
         job: patches.to_string().into_bytes().into(),
         scene_hash: HASH,
         job_hash: HASH,
@@ -173,7 +173,7 @@ fn relay_between(access_file: &Path, out_access_file: &Path) -> Done {
     let bare = status("VmRSS");
     let access = await_access(access_file);
     let name = format!("relay {}", std::process::id());
-    let identity = Identity { build: BUILD.into(), name, threads: 0, leave: || false };
+    let identity = WorkerIntroduction { build: BUILD.into(), name, threads: 0, leave: || false };
     let mut patches = 0;
     let mut trouble = 0;
     let began = Instant::now();
@@ -265,7 +265,8 @@ fn work_many(access_file: &Path, workers: usize, rate: f64) -> Done {
                 thread::sleep(Duration::from_secs_f64(10.0 / workers as f64));
                 scope.spawn(move || {
                     let name = format!("synthetic {}:{n}", std::process::id());
-                    let identity = Identity { build: BUILD.into(), name, threads: 1, leave: || false };
+                    let identity =
+                        WorkerIntroduction { build: BUILD.into(), name, threads: 1, leave: || false };
                     // Some workers are half as fast as others.
                     let rate = rate * (1.0 - 0.5 * n as f64 / workers as f64);
                     work(access, &identity, |job| Synthetic::of(job, rate), || 0.0)

@@ -9,7 +9,7 @@ use cluster::{Access, Inbound};
 use protocol::codec::{LONG_FRAME, SHORT_FRAME};
 use protocol::digest::Digester;
 use protocol::message::{LeaseResult, ToCoordinator, ToWorker};
-use protocol::{Action, Coordinator, Lead, Limits, Look, Parcel, Past, Plan, Relay, Terms, codec};
+use protocol::{Action, Coordinator, JobPlan, Lead, Limits, Look, Parcel, Past, Relay, Terms, codec};
 use radiosity::{Counts, Layout, Tally};
 
 /// Reads bytes as messages, frames and packed sums.
@@ -230,8 +230,8 @@ fn terms(patches: usize, layout: Layout) -> Terms {
     }
 }
 
-fn plan(patches: usize, layout: Layout) -> Plan {
-    Plan {
+fn plan(patches: usize, layout: Layout) -> JobPlan {
+    JobPlan {
         job: [][..].into(),
         scene_hash: [1; 32],
         job_hash: [2; 32],

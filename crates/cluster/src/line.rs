@@ -32,7 +32,7 @@ pub(crate) enum Heard {
 }
 
 /// A connection that was let in.
-pub(crate) struct Line {
+pub(crate) struct Connection {
     stream: TcpStream,
     inbound: Inbound,
     outbound: Outbound,
@@ -43,10 +43,10 @@ pub(crate) struct Line {
     shut: bool,
 }
 
-impl Line {
+impl Connection {
     /// A connection after its handshake.
     pub(crate) fn new(stream: TcpStream, inbound: Inbound, outbound: Outbound) -> Self {
-        Line { stream, inbound, outbound, taken: None, closing: None, shut: false }
+        Connection { stream, inbound, outbound, taken: None, closing: None, shut: false }
     }
 
     /// Adds a frame to those that are to be sent.

@@ -15,7 +15,7 @@ use protocol::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 
 use crate::access::Access;
 use crate::channel::Inbound;
-use crate::noise::{Greeting, Sealer, Session};
+use crate::noise::{Greeting, Sealer, SecureSession};
 use crate::worker_error::WorkerError;
 
 /// The time between two heartbeats of a worker.
@@ -51,7 +51,7 @@ pub(crate) struct Ear {
 }
 
 /// The sending half of a worker's connection.
-pub(crate) struct Link {
+pub(crate) struct ResultSender {
     stream: TcpStream,
     /// Held while a message is sealed and written, so that messages go out whole and in the order of their records.
     sealer: Mutex<Sealer>,
@@ -62,17 +62,17 @@ pub(crate) struct Link {
     /// The first failure of this worker.
     failure: Mutex<Option<String>>,
     /// The large results that were offered; `None` once the link is over.
-    kept: Mutex<Option<HashMap<u64, Kept>>>,
+    kept: Mutex<Option<HashMap<u64, KeptResult>>>,
 }
 
 /// A large result that waits to be asked for. Its shooter notices when it is dropped.
-struct Kept {
+struct KeptResult {
     result: LeaseResult,
     _gone: Sender<Infallible>,
 }
 
 /// Connects to the coordinator of `access`; each end proves to the other that it knows the key.
-pub(crate) fn connect(access: &Access) -> Result<(Ear, Link), WorkerError> {
+pub(crate) fn connect(access: &Access) -> Result<(Ear, ResultSender), WorkerError> {
     let began = Instant::now();
     loop {
         let failure = match try_connect(&access.address) {
@@ -104,7 +104,7 @@ fn try_connect(address: &str) -> io::Result<TcpStream> {
     Err(failure)
 }
 
-fn shake_hands(mut stream: &TcpStream, access: &Access) -> Result<Session, CodecError> {
+fn shake_hands(mut stream: &TcpStream, access: &Access) -> Result<SecureSession, CodecError> {
     // Without this, small messages are delayed; if it fails, they only come later.
     let _ = stream.set_nodelay(true);
     stream.set_read_timeout(Some(HANDSHAKE_PATIENCE))?;
@@ -117,13 +117,13 @@ fn shake_hands(mut stream: &TcpStream, access: &Access) -> Result<Session, Codec
     Ok(greeting.finish(&answer)?)
 }
 
-fn halves(stream: TcpStream, session: Session) -> Result<(Ear, Link), CodecError> {
+fn halves(stream: TcpStream, session: SecureSession) -> Result<(Ear, ResultSender), CodecError> {
     let ear = Ear {
         stream: stream.try_clone()?,
         inbound: Inbound::new(session.opener),
         buffer: vec![0; READ_BYTES],
     };
-    let link = Link {
+    let link = ResultSender {
         stream,
         sealer: Mutex::new(session.sealer),
         progress: AtomicU64::new(0),
@@ -156,7 +156,7 @@ impl Ear {
     }
 }
 
-impl Link {
+impl ResultSender {
     /// Sends a message to the coordinator.
     pub(crate) fn send(&self, message: &ToCoordinator) -> Result<(), CodecError> {
         // This is done outside the lock, for which heartbeats wait, too.
@@ -172,7 +172,7 @@ impl Link {
         let (lease, bytes) = (result.lease, result.sums.len() as u64);
         let (_gone, gone) = bounded(0);
         match &mut *lock(&self.kept) {
-            Some(kept) => kept.insert(lease, Kept { result, _gone }),
+            Some(kept) => kept.insert(lease, KeptResult { result, _gone }),
             None => return Err(CodecError::Closed),
         };
         self.send(&ToCoordinator::Offer { lease, bytes })?;
@@ -182,7 +182,7 @@ impl Link {
     /// Sends a result that was kept, piece by piece.
     pub(crate) fn send_kept(&self, lease: u64) -> Result<(), CodecError> {
         let kept = lock(&self.kept).as_mut().and_then(|kept| kept.remove(&lease));
-        let Some(Kept { mut result, .. }) = kept else { return Ok(()) };
+        let Some(KeptResult { mut result, .. }) = kept else { return Ok(()) };
         let sums = std::mem::take(&mut result.sums);
         let mut pieces = sums.chunks(PIECE).peekable();
         while let Some(piece) = pieces.next() {

@@ -41,18 +41,18 @@ pub const NO_ENTRY: [u8; LENGTH_BYTES] = [0; LENGTH_BYTES];
 
 /// One end of a finished handshake.
 #[derive(Debug)]
-pub struct Session {
+pub struct SecureSession {
     /// The sealer of what is sent.
     pub sealer: Sealer,
     /// The opener of what arrives.
     pub opener: Opener,
 }
 
-impl Session {
+impl SecureSession {
     fn new(handshake: HandshakeState) -> Self {
         let cipher =
             Arc::new(handshake.into_stateless_transport_mode().expect("both messages have been exchanged"));
-        Session {
+        SecureSession {
             sealer: Sealer { cipher: cipher.clone(), records: 0 },
             opener: Opener { cipher, records: 0 },
         }
@@ -86,9 +86,9 @@ impl Greeting {
     ///
     /// # Errors
     /// Where it was not made with our key.
-    pub fn finish(mut self, answer: &[u8]) -> Result<Session, Foreign> {
+    pub fn finish(mut self, answer: &[u8]) -> Result<SecureSession, Foreign> {
         self.0.read_message(answer, &mut []).map_err(|_| Foreign::Key)?;
-        Ok(Session::new(self.0))
+        Ok(SecureSession::new(self.0))
     }
 }
 
@@ -99,7 +99,7 @@ impl Greeting {
 pub fn answer(
     access: &Access,
     record: &[u8; HANDSHAKE_RECORD],
-) -> Result<(Session, [u8; HANDSHAKE_RECORD]), Foreign> {
+) -> Result<(SecureSession, [u8; HANDSHAKE_RECORD]), Foreign> {
     let (length, message) = record.split_at(LENGTH_BYTES);
     if !speaks(length) {
         return Err(Foreign::Tongue);
@@ -107,7 +107,7 @@ pub fn answer(
     let mut handshake = begin(access, |builder| builder.build_responder());
     handshake.read_message(message, &mut []).map_err(|_| Foreign::Key)?;
     let record = handshake_record(&mut handshake);
-    Ok((Session::new(handshake), record))
+    Ok((SecureSession::new(handshake), record))
 }
 
 /// Whether a first record can begin with these bytes.
@@ -216,7 +216,7 @@ mod tests {
         Access::new("nowhere:1".into(), "1.0", [7; 32]).unwrap()
     }
 
-    fn sessions(access: &Access) -> (Session, Session) {
+    fn sessions(access: &Access) -> (SecureSession, SecureSession) {
         let (greeting, first) = Greeting::new(access);
         let (theirs, second) = answer(access, &first).unwrap();
         assert_eq!(Greeting::answer_bytes([second[0], second[1]]), Ok(HANDSHAKE_BYTES));

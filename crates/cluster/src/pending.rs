@@ -13,7 +13,7 @@ use protocol::{Foreign, Now, PeerId};
 
 use crate::access::Access;
 use crate::channel::{Inbound, Outbound};
-use crate::line::Line;
+use crate::line::Connection;
 use crate::noise::{self, HANDSHAKE_RECORD, NO_ENTRY};
 
 /// The most strangers at once; the one that came first is dropped when another comes.
@@ -33,10 +33,10 @@ struct Stranger {
     stream: TcpStream,
     since: Now,
     bytes: usize,
-    stage: Stage,
+    stage: HandshakeStage,
 }
 
-enum Stage {
+enum HandshakeStage {
     /// The stranger has sent this part of its first record.
     Silent(Vec<u8>),
     /// The stranger was answered; its next message shows whether it can read the answer.
@@ -56,7 +56,7 @@ pub(crate) enum Served {
     /// The stranger has not sent enough yet.
     Waits,
     /// The stranger is a worker, and this is its first message.
-    Admitted(Box<Line>, ToCoordinator),
+    Admitted(Box<Connection>, ToCoordinator),
     /// The stranger was turned away, for this reason.
     Gone(String),
 }
@@ -75,7 +75,7 @@ impl PendingHandshakes {
     /// Takes in a new connection. Returns false if the oldest one was dropped for it.
     pub(crate) fn arrived(&mut self, id: PeerId, stream: TcpStream, now: Now) -> bool {
         let room = self.strangers.len() < STRANGERS || !self.drop_first();
-        let stage = Stage::Silent(Vec::new());
+        let stage = HandshakeStage::Silent(Vec::new());
         self.strangers.insert(id, Stranger { stream, since: now, bytes: 0, stage });
         room
     }
@@ -106,7 +106,7 @@ impl PendingHandshakes {
                 Served::Waits
             }
             Ok(Some((message, inbound, outbound))) => {
-                Served::Admitted(Box::new(Line::new(stranger.stream, inbound, outbound)), message)
+                Served::Admitted(Box::new(Connection::new(stranger.stream, inbound, outbound)), message)
             }
             Err(reason) => Served::Gone(reason),
         }
@@ -123,8 +123,8 @@ impl Stranger {
         loop {
             // Bytes after the first record are not read before that record is answered.
             let most = match &self.stage {
-                Stage::Silent(record) => HANDSHAKE_RECORD - record.len(),
-                Stage::Answered(_) => MOST_BYTES - self.bytes,
+                HandshakeStage::Silent(record) => HANDSHAKE_RECORD - record.len(),
+                HandshakeStage::Answered(_) => MOST_BYTES - self.bytes,
             };
             let mut buffer = [0; MOST_BYTES];
             let bytes = match self.stream.read(&mut buffer[..most]) {
@@ -139,21 +139,22 @@ impl Stranger {
             };
             self.bytes += bytes;
             match &mut self.stage {
-                Stage::Silent(record) => {
+                HandshakeStage::Silent(record) => {
                     record.extend_from_slice(&buffer[..bytes]);
                     if !noise::speaks(record) {
                         return Err(Foreign::Tongue.to_string());
                     }
                     if let Ok(record) = <[u8; HANDSHAKE_RECORD]>::try_from(&record[..]) {
-                        self.stage = Stage::Answered(Box::new(self.answer(access, &record, greetings)?));
+                        self.stage =
+                            HandshakeStage::Answered(Box::new(self.answer(access, &record, greetings)?));
                     }
                 }
-                Stage::Answered(channel) => {
+                HandshakeStage::Answered(channel) => {
                     channel.0.arrived(&buffer[..bytes]);
                     let said = channel.0.next(SHORT_FRAME).map_err(|error| error.to_string())?;
                     if let Some(message) = said {
-                        let stage = std::mem::replace(&mut self.stage, Stage::Silent(Vec::new()));
-                        let Stage::Answered(channel) = stage else { unreachable!("matched above") };
+                        let stage = std::mem::replace(&mut self.stage, HandshakeStage::Silent(Vec::new()));
+                        let HandshakeStage::Answered(channel) = stage else { unreachable!("matched above") };
                         return Ok(Some((message, channel.0, channel.1)));
                     }
                 }

@@ -15,7 +15,7 @@ use protocol::message::ToWorker;
 use protocol::{Action, Coordinator, Ending, Lead, Notice, Now, PeerId};
 
 use crate::access::Access;
-use crate::line::{Heard, LINGER, Line, TURN_BYTES};
+use crate::line::{Connection, Heard, LINGER, TURN_BYTES};
 use crate::notice_limiter::NoticeLimiter;
 use crate::pending::{PATIENCE, PendingHandshakes, Served};
 
@@ -104,7 +104,7 @@ pub(crate) struct Shell<'a, T> {
     starved: bool,
     next_peer: PeerId,
     pending: PendingHandshakes,
-    lines: HashMap<PeerId, Line>,
+    lines: HashMap<PeerId, Connection>,
     /// The connections that may have something to read or to write.
     ready: BTreeSet<PeerId>,
     /// The time of the last tick.

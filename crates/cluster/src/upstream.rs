@@ -12,9 +12,9 @@ use protocol::{Limits, Notice, Relay, RelayEnd, Terms};
 use radiosity::Tally;
 
 use crate::access::{Access, random_bytes};
-use crate::link::{Ear, Link};
+use crate::link::{Ear, ResultSender};
 use crate::server::Shell;
-use crate::worker::{Hangup, Identity, Welcome, Work, build_from, join};
+use crate::worker::{Hangup, Welcome, Work, WorkerIntroduction, build_from, join};
 use crate::worker_error::WorkerError;
 
 /// The listener for a relay's workers, and the access to it.
@@ -29,7 +29,7 @@ pub type Door = (TcpListener, Access);
 /// they look for a relay again.
 pub fn relay<W: Work>(
     access: &Access,
-    identity: &Identity,
+    identity: &WorkerIntroduction,
     build: impl FnOnce(&[u8]) -> Result<W, String>,
     open: impl FnOnce([u8; 32]) -> io::Result<Door>,
     tell: impl FnMut(Notice),
@@ -77,7 +77,7 @@ pub fn relay<W: Work>(
 fn lead<T: FnMut(Notice)>(
     relay: &mut Relay,
     shell: &mut Shell<T>,
-    link: &Link,
+    link: &ResultSender,
     leave: fn() -> bool,
     (inbox, outbox): (&Receiver<Result<ToWorker, WorkerError>>, &Sender<Mail>),
 ) -> Result<RelayEnd, WorkerError> {
@@ -112,14 +112,14 @@ fn lead<T: FnMut(Notice)>(
 }
 
 /// The error that the relay's own workers cannot be served; the leader is told.
-fn unserved(link: &Link, error: &io::Error) -> WorkerError {
+fn unserved(link: &ResultSender, error: &io::Error) -> WorkerError {
     link.give_up(format!("its own workers cannot be served ({error})"))
 }
 
 /// What this relay's workers must know and be.
 fn terms(
     Welcome { job, stream_walks, leases_per_thread }: Welcome,
-    identity: &Identity,
+    identity: &WorkerIntroduction,
     (scene_hash, job_hash): ([u8; 32], [u8; 32]),
     empty: &Tally,
     limits: Limits,
@@ -137,7 +137,12 @@ enum Mail {
 }
 
 /// Reads the messages of the relay's leader, to the end.
-fn listen(mut ear: Ear, link: &Link, orders: &Sender<Result<ToWorker, WorkerError>>, asked: &Sender<Mail>) {
+fn listen(
+    mut ear: Ear,
+    link: &ResultSender,
+    orders: &Sender<Result<ToWorker, WorkerError>>,
+    asked: &Sender<Mail>,
+) {
     loop {
         match ear.hear(SHORT_FRAME) {
             Ok(ToWorker::Alive) => {}
@@ -158,7 +163,7 @@ fn listen(mut ear: Ear, link: &Link, orders: &Sender<Result<ToWorker, WorkerErro
 }
 
 /// Sends messages to the relay's leader, beside the loop that serves workers.
-fn speak(link: &Link, mail: Receiver<Mail>, large: bool) {
+fn speak(link: &ResultSender, mail: Receiver<Mail>, large: bool) {
     for letter in mail {
         // If the link fails here, it fails for the listening thread too, which reports it.
         let _ = match letter {

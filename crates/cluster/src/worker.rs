@@ -12,12 +12,12 @@ use protocol::codec::{MAX_FRAME, SHORT_FRAME, pack};
 use protocol::digest::Digester;
 use protocol::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
 use protocol::pace::MOST_KEPT;
-use protocol::{Limits, Provenance};
+use protocol::{LeaseProvenance, Limits};
 use radiosity::{Hands, Overflow, Tally};
 
 use crate::access::Access;
 use crate::lending::{Lending, LentThreads};
-use crate::link::{Ear, Link, connect};
+use crate::link::{Ear, ResultSender, connect};
 use crate::worker_error::WorkerError;
 
 /// The first number of walks between two marks of progress.
@@ -65,7 +65,7 @@ pub trait Work: Sync {
 }
 
 /// The introduction of a worker.
-pub struct Identity {
+pub struct WorkerIntroduction {
     /// The version and commit of the program; it must be the coordinator's.
     pub build: String,
     /// The name of the worker in messages to people.
@@ -83,7 +83,7 @@ pub struct Identity {
 /// Where the coordinator cannot be reached, refuses, or goes away.
 pub fn work<W: Work>(
     access: &Access,
-    identity: &Identity,
+    identity: &WorkerIntroduction,
     build: impl FnOnce(&[u8]) -> Result<W, String>,
     cpu_seconds: impl Fn() -> f64 + Sync,
 ) -> Result<(), WorkerError> {
@@ -107,9 +107,9 @@ pub(crate) struct Welcome {
 /// Joins the coordinator (or relay) of `access` and runs `live` there, while another thread sends heartbeats.
 pub(crate) fn join(
     access: &Access,
-    identity: &Identity,
+    identity: &WorkerIntroduction,
     relays: bool,
-    live: impl FnOnce(Welcome, Ear, &Link) -> Result<(), WorkerError>,
+    live: impl FnOnce(Welcome, Ear, &ResultSender) -> Result<(), WorkerError>,
 ) -> Result<(), WorkerError> {
     if access.build != identity.build {
         let (theirs, ours) = (access.build.clone(), identity.build.clone());
@@ -132,7 +132,7 @@ pub(crate) fn join(
 /// Makes the work from the job; tells the coordinator if that fails.
 pub(crate) fn build_from<W: Work>(
     job: &[u8],
-    link: &Link,
+    link: &ResultSender,
     build: impl FnOnce(&[u8]) -> Result<W, String>,
 ) -> Result<W, WorkerError> {
     build(job).map_err(|reason| {
@@ -144,8 +144,8 @@ pub(crate) fn build_from<W: Work>(
 /// Introduces the worker. Returns the coordinator's answer, or `None` if the job is over already.
 fn introduce(
     ear: &mut Ear,
-    link: &Link,
-    identity: &Identity,
+    link: &ResultSender,
+    identity: &WorkerIntroduction,
     relays: bool,
 ) -> Result<Option<Welcome>, WorkerError> {
     link.send(&ToCoordinator::Hello(Hello {
@@ -168,7 +168,7 @@ fn introduce(
 /// Ends the connection when dropped, also if the job's own code panics: the coordinator would wait for a worker that
 /// only seems to be alive.
 pub(crate) struct Hangup<'a> {
-    pub link: &'a Link,
+    pub link: &'a ResultSender,
 }
 
 impl Drop for Hangup<'_> {
@@ -178,7 +178,7 @@ impl Drop for Hangup<'_> {
 }
 
 /// A range of walks under a lease number.
-struct Lease {
+struct WorkerLease {
     id: u64,
     walks: Range<u64>,
 }
@@ -188,7 +188,7 @@ fn shoot_leases<W: Work>(
     work: &W,
     threads: usize,
     mut ear: Ear,
-    link: &Link,
+    link: &ResultSender,
     cpu_seconds: &(impl Fn() -> f64 + Sync),
 ) -> Result<(), WorkerError> {
     let (queue, leases) = unbounded();
@@ -239,14 +239,14 @@ fn shoot_leases<W: Work>(
 /// Passes leases to the shooters, and requests for results to the thread that sends them.
 fn receive_leases(
     ear: &mut Ear,
-    link: &Link,
-    queue: Sender<Lease>,
+    link: &ResultSender,
+    queue: Sender<WorkerLease>,
     asked: Sender<u64>,
 ) -> Result<(), WorkerError> {
     loop {
         match ear.hear(SHORT_FRAME)? {
             ToWorker::Lease { id, first_walk, walks } => {
-                let lease = Lease { id, walks: first_walk..first_walk.saturating_add(walks) };
+                let lease = WorkerLease { id, walks: first_walk..first_walk.saturating_add(walks) };
                 // If the shooters are gone, they have reported why.
                 let _ = queue.send(lease);
             }
@@ -264,7 +264,7 @@ fn receive_leases(
 }
 
 /// Tells the coordinator if a thread panics, since its lease would never come in.
-struct Alarm<'a>(&'a Link);
+struct Alarm<'a>(&'a ResultSender);
 
 impl Drop for Alarm<'_> {
     fn drop(&mut self) {
@@ -277,8 +277,8 @@ impl Drop for Alarm<'_> {
 /// The work of one thread: lease after lease, until there are no more or the link is over.
 fn shoot_queue<W: Work>(
     work: &W,
-    leases: &Receiver<Lease>,
-    (link, lending): (&Link, &Lending),
+    leases: &Receiver<WorkerLease>,
+    (link, lending): (&ResultSender, &Lending),
     cpu_seconds: &impl Fn() -> f64,
 ) {
     let (mut board, mut chunk) = (work.board(), FIRST_CHUNK);
@@ -302,7 +302,7 @@ fn shoot_queue<W: Work>(
             digest: digester.digest(&tally),
             counts: Box::new(tally.counts.to_array()),
             sums: pack(tally.sums()),
-            provenance: Provenance::default(),
+            provenance: LeaseProvenance::default(),
         };
         let sent = if tally.sums().len() <= SMALL_TALLY {
             link.send(&ToCoordinator::Result(result))
@@ -336,7 +336,7 @@ fn shoot_lease<W: Work>(
     walks: Range<u64>,
     board: &mut W::Board,
     chunk_walks: &mut u64,
-    (link, lending): (&Link, &Lending),
+    (link, lending): (&ResultSender, &Lending),
 ) -> Result<Option<Tally>, String> {
     let go_on = || {
         link.progress.fetch_add(1, Ordering::Relaxed);

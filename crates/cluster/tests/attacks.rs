@@ -18,7 +18,7 @@ use net::{
     BULK, Bulky, Raw, SINGLE, assert_done, bulky, honest, identity, knock, never, run, toy_of, until_dropped,
 };
 use protocol::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
-use protocol::{Coordinator, Ending, Limits, Plan};
+use protocol::{Coordinator, Ending, JobPlan, Limits};
 use toy::{BUILD, READY, SCENE_HASH, hash, plan, result_of};
 
 /// What an attacker in between does to a record.
@@ -257,7 +257,7 @@ fn until_dropped_by_patience(access: &Access) {
 
 #[test]
 fn workers_that_are_not_sound_are_dropped_with_what_they_sent() {
-    let bulky_plan = Plan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(400, 10) };
+    let bulky_plan = JobPlan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(400, 10) };
     let run = run(bulky_plan, never, |access| {
         let whole = |lease, walks: u64| result_of(lease, &bulky(walks));
         let join = || {

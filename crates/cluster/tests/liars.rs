@@ -12,7 +12,7 @@ use std::thread;
 use cluster::{Access, work};
 use net::{BULK, Bulky, Raw, Run, SINGLE, assert_done, bulky, honest, identity, never, run};
 use protocol::message::{Hello, LeaseResult, PIECE, ToCoordinator, ToWorker};
-use protocol::{Deliveries, Delivery, Limits, Plan, Provenance};
+use protocol::{Deliveries, Delivery, JobPlan, LeaseProvenance, Limits};
 use toy::{JOB_HASH, READY, SCENE_HASH, hello, plan, result, result_of, sealed};
 
 const PATHS: u64 = 20_000;
@@ -144,12 +144,12 @@ fn results_that_cannot_be_are_refused_and_their_senders_banned() {
 }
 
 /// Checks a relay that reports an impossible provenance of its first lease.
-fn told(name: &str, change: impl FnOnce(&mut Provenance) + Send) {
+fn told(name: &str, change: impl FnOnce(&mut LeaseProvenance) + Send) {
     against(name, Banned, true, |access, hello| {
         let (mut raw, lease, walks) = join(access, hello);
         let mut result = result(lease, walks.clone());
         let part = Delivery::lease(walks.end - walks.start, 0, result.digest);
-        result.provenance = Provenance { names: vec!["w".into()], parts: vec![part] };
+        result.provenance = LeaseProvenance { names: vec!["w".into()], parts: vec![part] };
         change(&mut result.provenance);
         raw.say(&ToCoordinator::Result(result));
         Some(raw)
@@ -158,7 +158,7 @@ fn told(name: &str, change: impl FnOnce(&mut Provenance) + Send) {
 
 #[test]
 fn relays_that_tell_what_cannot_be_of_their_workers_are_banned() {
-    told("of no parts", |told| *told = Provenance::default());
+    told("of no parts", |told| *told = LeaseProvenance::default());
     told("of other walks", |told| told.parts[0].walks += 1);
     told("of walks without end", |told| told.parts = vec![Delivery { walks: u64::MAX, ..told.parts[0] }; 2]);
     told("of another digest", |told| told.parts[0].digest ^= 1);
@@ -173,14 +173,14 @@ fn relays_that_tell_what_cannot_be_of_their_workers_are_banned() {
     told("of a worker behind too many", |told| told.names[0] = ["w"; 9].join(" > "));
     changed("a worker with parts", |result| {
         let parts = vec![Delivery::lease(u64::from(result.counts[0] as u32), 0, result.digest)];
-        LeaseResult { provenance: Provenance { names: vec!["w".into()], parts }, ..result }
+        LeaseResult { provenance: LeaseProvenance { names: vec!["w".into()], parts }, ..result }
     });
     // No frame may be that long.
     against("of a name without end", Dropped, true, |access, hello| {
         let (mut raw, lease, walks) = join(access, hello);
         let names = vec!["w".repeat(1 << 20)];
         let result = result(lease, walks);
-        let result = LeaseResult { provenance: Provenance { names, parts: vec![] }, ..result };
+        let result = LeaseResult { provenance: LeaseProvenance { names, parts: vec![] }, ..result };
         let said = raw.sealed(&ToCoordinator::Result(result));
         // The coordinator may hang up in the middle of it.
         let _ = std::io::Write::write_all(&mut raw.stream, &said);
@@ -334,7 +334,7 @@ fn who_is_not_of_this_job_or_speaks_out_of_turn_is_sent_away() {
 /// never sent.
 #[test]
 fn pieces_out_of_order_are_found_out() {
-    let plan = Plan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(400, 10) };
+    let plan = JobPlan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(400, 10) };
     let run = run(plan, never, |access| {
         let (mut raw, lease, walks) = join(access, hello("shuffles", 1));
         let mut result = result_of(lease, &bulky(walks.end - walks.start));

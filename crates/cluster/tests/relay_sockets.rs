@@ -9,13 +9,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread::{self, Scope, ScopedJoinHandle};
 
-use cluster::{Access, Identity, Work, WorkerError, relay, work};
+use cluster::{Access, Work, WorkerError, WorkerIntroduction, relay, work};
 use net::{
     BULK, Bulky, Raw, SINGLE, Toy, access_of, assert_done, await_that, bulky, honest, identity, never, run,
 };
 use protocol::digest::Digester;
 use protocol::message::{ToCoordinator, ToWorker};
-use protocol::{Coordinator, Ending, Limits, Plan};
+use protocol::{Coordinator, Ending, JobPlan, Limits};
 use toy::{READY, SCENE_HASH, plan, straight, welcome};
 
 type Ended<'s> = ScopedJoinHandle<'s, Result<(), WorkerError>>;
@@ -34,7 +34,7 @@ fn start<'s, W: Work + 's>(
         sender.send(own.clone()).unwrap();
         Ok((listener, own))
     };
-    let identity = Identity { name: "a relay".into(), leave, ..identity(0) };
+    let identity = WorkerIntroduction { name: "a relay".into(), leave, ..identity(0) };
     let ended = scope.spawn(move || relay(&access, &identity, |_| Ok(make()), open, |_| {}));
     (ended, receiver)
 }
@@ -111,7 +111,8 @@ fn is_accounted_for(coordinator: &Coordinator) {
 
 #[test]
 fn large_results_pass_relays_and_a_stop_during_a_transfer_does_no_harm() {
-    let bulky_plan = |paths| Plan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(paths, 10) };
+    let bulky_plan =
+        |paths| JobPlan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(paths, 10) };
     let done = run(bulky_plan(400), never, |access| tree(access, || Bulky));
     assert_eq!(done.ending, Ending::BudgetSpent);
     assert!(done.coordinator.prefix() == &bulky(400));

@@ -14,13 +14,13 @@ use std::thread;
 use std::time::Duration;
 
 use cluster::noise::{self, HANDSHAKE_RECORD};
-use cluster::{Access, Identity, Wish, Work, WorkerError, serve, work};
+use cluster::{Access, Wish, Work, WorkerError, WorkerIntroduction, serve, work};
 use net::{
     BULK, Bulky, Raw, SINGLE, Toy, access_of, assert_done, await_that, bulky, honest, identity, knock, never,
     run, toy_of, until_dropped,
 };
 use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
-use protocol::{Coordinator, Ending, Foreign, Limits, Plan};
+use protocol::{Coordinator, Ending, Foreign, JobPlan, Limits};
 use radiosity::{Hands, Overflow, Tally};
 use toy::{
     BUILD, Board, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result,
@@ -111,7 +111,7 @@ fn a_worker_with_another_key_or_build_is_told_why_it_is_refused() {
         let keyless = Access::new(access.address.clone(), BUILD, SCENE_HASH).unwrap();
         let error = work(&keyless, &identity(1), toy_of, || 0.0).unwrap_err();
         assert!(matches!(&error, WorkerError::Impostor(Foreign::NoEntry)), "{error}");
-        let old = Identity { build: "0.0.1".into(), ..identity(1) };
+        let old = WorkerIntroduction { build: "0.0.1".into(), ..identity(1) };
         let error = work(access, &old, toy_of, || 0.0).unwrap_err();
         assert!(matches!(&error, WorkerError::OtherBuild { ours, .. } if ours == "0.0.1"), "{error}");
         // The coordinator finds out another build whose access file was made to fit.
@@ -363,7 +363,8 @@ fn after_a_stop_every_worker_goes_home_in_peace() {
 
 #[test]
 fn large_results_come_in_whole_and_a_stop_during_a_transfer_does_no_harm() {
-    let bulky_plan = |paths| Plan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(paths, 10) };
+    let bulky_plan =
+        |paths| JobPlan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(paths, 10) };
     let workers = |access: &Access| together(access, &[2, 2, 2], || Bulky);
     let done = run(bulky_plan(400), never, workers);
     assert_eq!(done.ending, Ending::BudgetSpent);

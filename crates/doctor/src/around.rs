@@ -43,14 +43,14 @@ pub struct Around {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Lightless {
     /// It has closed rooms.
-    Rooms(Vec<Room>),
+    Rooms(Vec<ClosedRoom>),
     /// It lies under a sky, or opens to one; the mean part of directions within its bounds that leads out.
     Open(f64),
 }
 
 /// A closed room.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Room {
+pub struct ClosedRoom {
     /// The area of its bounds seen from above [m²].
     pub floor: f64,
     /// The height at the lamp [m].
@@ -71,7 +71,7 @@ pub enum Shine {
 }
 
 /// A place, and what its rays met.
-struct Place {
+struct ProbePoint {
     point: DVec3,
     escaped: f64,
     fronts: f64,
@@ -99,10 +99,10 @@ impl Around {
             return Lightless::Open(1.0);
         }
         let places = self.look_around();
-        let mean = |places: &[&Place], of: fn(&Place) -> f64| {
+        let mean = |places: &[&ProbePoint], of: fn(&ProbePoint) -> f64| {
             places.iter().map(|place| of(place)).sum::<f64>() / places.len().max(1) as f64
         };
-        let inside: Vec<&Place> = places.iter().filter(|place| place.escaped < OUTSIDE).collect();
+        let inside: Vec<&ProbePoint> = places.iter().filter(|place| place.escaped < OUTSIDE).collect();
         let part = |count: usize| count as f64 / f64::from(PLACES);
         let (mut closed, mut opened, mut rooms) = (0.0, 0.0, Vec::new());
         for room in self.connected(&inside) {
@@ -125,7 +125,7 @@ impl Around {
     }
 
     /// Looks around from places that fill the bounds of the scene evenly: an additive recurrence (Roberts 2018).
-    fn look_around(&self) -> Vec<Place> {
+    fn look_around(&self) -> Vec<ProbePoint> {
         const RATIO: f64 = 1.220_744_084_605_76;
         let (low, high) = self.bounds();
         let mut lookout = Lookout::new(&self.scene);
@@ -139,7 +139,7 @@ impl Around {
             let hits = lookout.closest_hits(&rays);
             let met = hits.iter().flatten().count();
             let fronts = hits.iter().flatten().filter(|hit| hit.side == Side::Front).count();
-            Place {
+            ProbePoint {
                 point,
                 escaped: 1.0 - met as f64 / f64::from(RAYS),
                 fronts: fronts as f64 / met.max(1) as f64,
@@ -156,7 +156,7 @@ impl Around {
     }
 
     /// Groups places that see each other, perhaps over others.
-    fn connected<'a>(&self, places: &[&'a Place]) -> Vec<Vec<&'a Place>> {
+    fn connected<'a>(&self, places: &[&'a ProbePoint]) -> Vec<Vec<&'a ProbePoint>> {
         let mut group: Vec<usize> = (0..places.len()).collect();
         fn root(group: &mut [usize], mut of: usize) -> usize {
             while group[of] != of {
@@ -173,7 +173,7 @@ impl Around {
                 }
             }
         }
-        let mut groups: Vec<Vec<&Place>> = vec![Vec::new(); places.len()];
+        let mut groups: Vec<Vec<&ProbePoint>> = vec![Vec::new(); places.len()];
         for (number, place) in places.iter().enumerate() {
             groups[root(&mut group, number)].push(place);
         }
@@ -191,7 +191,7 @@ impl Around {
     }
 
     /// The room of some places, with a lamp near the middle of its ceiling; `None` where there is no ceiling above any of them.
-    fn room(&self, places: &[&Place]) -> Option<Room> {
+    fn room(&self, places: &[&ProbePoint]) -> Option<ClosedRoom> {
         let points = || places.iter().map(|place| place.point);
         let (low, high) = points().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
             (low.min(point), high.max(point))
@@ -220,7 +220,7 @@ impl Around {
         }
         let corner = centre + self.scene.origin() - DVec3::new(half, half, 0.0);
         let [u, v] = [DVec3::X, DVec3::Y].map(|axis| corner + axis * (2.0 * half));
-        Some(Room { floor, height, lamp: [corner, v, u] })
+        Some(ClosedRoom { floor, height, lamp: [corner, v, u] })
     }
 
     /// Says for some surfaces which side looks into a room, and not at something close by, at other surfaces that `is_own`, or

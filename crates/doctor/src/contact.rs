@@ -6,9 +6,9 @@ use glam::DVec3;
 use radiosity::{Ray, Scene, SceneSpec, Shape};
 
 use crate::finding::{Finding, Kind};
-use crate::nearby::{Near, Nearby, triangles};
+use crate::nearby::{NearPoint, Nearby, triangles};
 use crate::pierce::pierces;
-use crate::pilot::{Draws, Pilot, extent};
+use crate::pilot::{Draws, LightPilot, extent};
 
 /// The number of points on every edge at which neighbours are looked for; in large scenes fewer, [`MOST_POINTS`] in
 /// all.
@@ -34,7 +34,7 @@ struct Free {
     /// The length of edge that the point stands for [m].
     length: f64,
     /// The nearest other surface within the gap.
-    nearest: Option<Near>,
+    nearest: Option<NearPoint>,
 }
 
 impl Free {
@@ -69,7 +69,7 @@ impl Contacts {
         for number in 0..count as u32 {
             let shape = &spec.surfaces[number as usize].shape;
             for (start, end) in edges(shape) {
-                let edge = Edge { surface: number, start, end, points: on_edges };
+                let edge = ProbedEdge { surface: number, start, end, points: on_edges };
                 let free = edge.free_points(&nearby, touch, GAP * extent);
                 contacts.free.extend(free.filter(|free| !free.is_beyond(spec)));
             }
@@ -78,7 +78,7 @@ impl Contacts {
     }
 
     /// Gaps between an edge and its neighbour that light leaves the scene through, a finding for each pair of surfaces.
-    pub(crate) fn leaks(&self, scene: &Scene, pilot: &Pilot) -> Vec<Finding> {
+    pub(crate) fn leaks(&self, scene: &Scene, pilot: &LightPilot) -> Vec<Finding> {
         let mut pairs: BTreeMap<[u32; 2], (f64, f64, DVec3)> = BTreeMap::new();
         let near_gaps = self.free.iter().filter(|free| free.nearest.is_some());
         let every = near_gaps.clone().count() / MOST_GAPS + 1;
@@ -138,20 +138,20 @@ fn edges(shape: &Shape) -> Vec<(DVec3, DVec3)> {
 }
 
 /// An edge and the number of points at which it is examined.
-struct Edge {
+struct ProbedEdge {
     surface: u32,
     start: DVec3,
     end: DVec3,
     points: u32,
 }
 
-impl Edge {
+impl ProbedEdge {
     /// The points that no other surface touches, with the nearest within `gap` [m].
     fn free_points(self, nearby: &Nearby, touch: f64, gap: f64) -> impl Iterator<Item = Free> {
-        let Edge { surface, start, end, points } = self;
+        let ProbedEdge { surface, start, end, points } = self;
         (0..points).filter_map(move |i| {
             let point = start.lerp(end, (f64::from(i) + 0.5) / f64::from(points));
-            let mut nearest: Option<Near> = None;
+            let mut nearest: Option<NearPoint> = None;
             nearby.within(point, gap, |near| {
                 if near.surface != surface && nearest.is_none_or(|nearest| near.distance < nearest.distance) {
                     nearest = Some(near);
@@ -166,7 +166,7 @@ impl Edge {
 
 /// Whether rays from the middle of a gap leave the scene, and others arrive at sides that the pilot has seen lit: beneath
 /// a floor, by the foot of a leg that goes through it, they arrive at the floor's underside, where no light is.
-fn leads_out(scene: &Scene, pilot: &Pilot, free: &Free, near: &Near) -> bool {
+fn leads_out(scene: &Scene, pilot: &LightPilot, free: &Free, near: &NearPoint) -> bool {
     let middle = 0.5 * (free.point + near.point) - scene.origin();
     let mut draws = Draws::new(u64::from(free.surface) ^ middle.x.to_bits());
     let (mut out, mut inside) = (false, false);

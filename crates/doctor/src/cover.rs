@@ -6,7 +6,7 @@ use glam::DVec3;
 use radiosity::{Overlap, Scene, Side, Sides};
 
 use crate::finding::{Finding, Kind};
-use crate::pilot::Pilot;
+use crate::pilot::LightPilot;
 
 /// The pairs of surfaces that overlap in one plane, with the exact areas that they share.
 pub(crate) struct Covers {
@@ -17,7 +17,7 @@ impl Covers {
     /// Takes the overlaps of the stacks. Two one-sided surfaces back to back are the two sides of a wall and no fault. Nor
     /// are bodies that touch, as a cupboard and the floor that it stands on: to where they touch no light comes, from
     /// either side.
-    pub(crate) fn find(scene: &Scene, pilot: &Pilot) -> Self {
+    pub(crate) fn find(scene: &Scene, pilot: &LightPilot) -> Self {
         let surfaces = scene.surfaces();
         let one_sided = |surface: u32| surfaces[surface as usize].sides() == Sides::Front;
         let back_to_back = |overlap: &Overlap| {
@@ -60,7 +60,7 @@ impl Covers {
 
 /// Whether light comes to the middle of an overlap, from above its upper surface or from below its lower one; `up` is the
 /// normal of their plane.
-fn comes_light(scene: &Scene, pilot: &Pilot, overlap: &Overlap, up: DVec3) -> bool {
+fn comes_light(scene: &Scene, pilot: &LightPilot, overlap: &Overlap, up: DVec3) -> bool {
     let surfaces = scene.surfaces();
     let origin = overlap.middle(surfaces);
     [(overlap.upper, up), (overlap.lower, -up)].into_iter().any(|(surface, outwards)| {

@@ -5,7 +5,7 @@ use radiosity::Scene;
 use crate::contact::Contacts;
 use crate::cover::Covers;
 use crate::finding::{Finding, Kind};
-use crate::pilot::Pilot;
+use crate::pilot::LightPilot;
 use crate::votes::Votes;
 
 /// The part of the scene's power below which losses are not reported one by one.
@@ -14,7 +14,7 @@ const TOLD: f64 = 1e-4;
 /// The part of an emitting side's light that must be lost or shaded for the side to be dark.
 const DARK: f64 = 0.9;
 
-pub(crate) fn flipped(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Finding> {
+pub(crate) fn flipped(scene: &Scene, pilot: &LightPilot, flipped: &[u32]) -> Vec<Finding> {
     let finding = |&surface: &u32| Finding {
         kind: Kind::Flipped,
         surfaces: vec![surface],
@@ -28,7 +28,7 @@ pub(crate) fn flipped(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Find
 }
 
 /// Finds emitters whose light goes nowhere.
-pub(crate) fn dark_emitters(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Finding> {
+pub(crate) fn dark_emitters(scene: &Scene, pilot: &LightPilot, flipped: &[u32]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (surface, sides) in (0..).zip(&pilot.emission) {
         let name = scene.surface_name(surface);
@@ -74,7 +74,7 @@ pub(crate) fn buried(scene: &Scene, votes: &Votes, flipped: &[u32], covers: &Cov
 }
 
 /// Finds backs at which light is lost, those of flipped surfaces aside.
-pub(crate) fn backs(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Finding> {
+pub(crate) fn backs(scene: &Scene, pilot: &LightPilot, flipped: &[u32]) -> Vec<Finding> {
     let lost = (0..scene.surfaces().len() as u32)
         .map(|surface| (surface, pilot.back(surface)))
         .filter(|(surface, power)| *power > TOLD * pilot.power && !flipped.contains(surface));
@@ -88,7 +88,7 @@ pub(crate) fn backs(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Findin
 }
 
 /// Finds the opening through which light leaves, described by the edges around it.
-pub(crate) fn opening(scene: &Scene, pilot: &Pilot, contacts: &Contacts) -> Option<Finding> {
+pub(crate) fn opening(scene: &Scene, pilot: &LightPilot, contacts: &Contacts) -> Option<Finding> {
     const NAMED: usize = 6;
     let mut surfaces = contacts.rims(scene, &pilot.ways_out);
     surfaces.truncate(NAMED);

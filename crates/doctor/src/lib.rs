@@ -26,14 +26,14 @@ mod votes;
 
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 
-pub use around::{Around, Lightless, Room, Shine};
+pub use around::{Around, ClosedRoom, Lightless, Shine};
 pub use finding::{Finding, Kind};
 pub use repair::{Repair, repair, turn_flipped};
 pub use told::{lines, warnings};
 
 use crate::contact::Contacts;
 use crate::cover::Covers;
-use crate::pilot::Pilot;
+use crate::pilot::LightPilot;
 use crate::votes::Votes;
 
 /// The part of its light below which a scene that loses it counts as closed: in such a scene, a gap through which light
@@ -46,7 +46,7 @@ const CLOSED: f64 = 0.02;
 /// What [`Scene::build`] refuses.
 pub fn examine(spec: &SceneSpec) -> Result<Vec<Finding>, SceneError> {
     let scene = Scene::build(spec, IndexChoice::Auto)?;
-    let pilot = Pilot::follow(&scene);
+    let pilot = LightPilot::follow(&scene);
     let votes = Votes::take(&scene, &pilot);
     let contacts = Contacts::find(spec, &scene);
     let mut findings = Vec::new();

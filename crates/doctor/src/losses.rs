@@ -2,7 +2,7 @@
 
 use radiosity::Scene;
 
-use crate::pilot::Pilot;
+use crate::pilot::LightPilot;
 
 /// The number of walks that are followed. A part of a hundredth is known to a tenth of itself.
 const WALKS: u64 = 8192;
@@ -26,11 +26,11 @@ pub(crate) struct Losses {
 
 /// Follows light from the emitters of a scene. The answer depends on the scene alone.
 pub(crate) fn losses(scene: &Scene) -> Losses {
-    Losses::of(&Pilot::follow_some(scene, WALKS..=WALKS))
+    Losses::of(&LightPilot::follow_some(scene, WALKS..=WALKS))
 }
 
 impl Losses {
-    pub(crate) fn of(pilot: &Pilot) -> Self {
+    pub(crate) fn of(pilot: &LightPilot) -> Self {
         let ranked = |power: &dyn Fn(u32) -> f64| {
             let lossy = (0..pilot.emission.len() as u32).map(|surface| (surface, power(surface)));
             let mut ranked: Vec<(u32, f64)> = lossy.filter(|&(_, power)| power > 0.0).collect();

@@ -9,10 +9,10 @@ const LEAF: usize = 4;
 /// The triangles of every surface in a binary tree of boxes.
 pub(crate) struct Nearby {
     triangles: Vec<([DVec3; 3], u32)>,
-    nodes: Vec<Node>,
+    nodes: Vec<BoxNode>,
 }
 
-struct Node {
+struct BoxNode {
     min: DVec3,
     max: DVec3,
     /// The first of the triangles below the node.
@@ -24,7 +24,7 @@ struct Node {
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Near {
+pub(crate) struct NearPoint {
     pub(crate) surface: u32,
     pub(crate) point: DVec3,
     /// The distance from the point that was asked about [m].
@@ -47,7 +47,7 @@ impl Nearby {
         let min = corners().fold(DVec3::INFINITY, |min, corner| min.min(*corner));
         let max = corners().fold(DVec3::NEG_INFINITY, |max, corner| max.max(*corner));
         let number = self.nodes.len();
-        self.nodes.push(Node { min, max, start, end, second: None });
+        self.nodes.push(BoxNode { min, max, start, end, second: None });
         if end - start <= LEAF {
             return;
         }
@@ -63,7 +63,7 @@ impl Nearby {
     }
 
     /// Calls back for every triangle of a surface within a distance of a point.
-    pub(crate) fn within(&self, point: DVec3, distance: f64, mut found: impl FnMut(Near)) {
+    pub(crate) fn within(&self, point: DVec3, distance: f64, mut found: impl FnMut(NearPoint)) {
         let mut waiting = vec![0];
         while let Some(number) = waiting.pop() {
             let node = &self.nodes[number];
@@ -77,7 +77,7 @@ impl Nearby {
                         let nearest = nearest(triangle, point);
                         let away = nearest.distance(point);
                         if away <= distance {
-                            found(Near { surface: *surface, point: nearest, distance: away });
+                            found(NearPoint { surface: *surface, point: nearest, distance: away });
                         }
                     }
                 }

@@ -56,10 +56,10 @@ impl Draws {
 
 /// What became of one side's own light.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Emission {
+pub(crate) struct EmissionOutcome {
     /// The power that left the side [W].
     pub(crate) power: f64,
-    /// The power that met something within [`Pilot::close`] [W].
+    /// The power that met something within [`LightPilot::close`] [W].
     pub(crate) close: f64,
     /// The power that met no active side [W].
     pub(crate) lost: f64,
@@ -75,19 +75,19 @@ struct LitPlace {
 }
 
 /// At most [`MOST_LIT_PLACES`] of the items that are offered, at equal steps.
-struct Sample<T> {
+struct EvenSample<T> {
     kept: Vec<T>,
     offered: usize,
     step: usize,
 }
 
-impl<T> Default for Sample<T> {
+impl<T> Default for EvenSample<T> {
     fn default() -> Self {
-        Sample { kept: Vec::new(), offered: 0, step: 1 }
+        EvenSample { kept: Vec::new(), offered: 0, step: 1 }
     }
 }
 
-impl<T> Sample<T> {
+impl<T> EvenSample<T> {
     fn offer(&mut self, item: T) {
         if self.kept.len() == MOST_LIT_PLACES {
             let mut number = 0_usize;
@@ -105,7 +105,7 @@ impl<T> Sample<T> {
 }
 
 /// The pilot's findings. Powers are sums over channels [W].
-pub(crate) struct Pilot {
+pub(crate) struct LightPilot {
     /// The power Φ_T of all emitters [W].
     pub(crate) power: f64,
     /// The power that left the scene [W], and the sum of the squares of what each walk took along [W²].
@@ -117,19 +117,19 @@ pub(crate) struct Pilot {
     /// Whether light left or arrived at the sides of each surface: front, back.
     lit: Vec<[bool; 2]>,
     /// Some places where light arrived at an active side.
-    lit_places: Sample<LitPlace>,
+    lit_places: EvenSample<LitPlace>,
     /// The first rays of walks, by surface: front, back.
-    pub(crate) emission: Vec<[Emission; 2]>,
+    pub(crate) emission: Vec<[EmissionOutcome; 2]>,
     /// Some rays that left the scene: origin, direction, the surface they left [m, of the scene].
     pub(crate) ways_out: Vec<Ray>,
     /// What is closer than this to an emitter shades it [m]: a hundredth of the scene's extent.
     pub(crate) close: f64,
 }
 
-impl Pilot {
+impl LightPilot {
     /// Follows enough walks to name what is wrong with a scene.
     pub(crate) fn follow(scene: &Scene) -> Self {
-        Pilot::follow_some(scene, LEAST_WALKS..=MOST_WALKS)
+        LightPilot::follow_some(scene, LEAST_WALKS..=MOST_WALKS)
     }
 
     /// Follows a number of walks in a range, the more the more emitters there are.
@@ -138,22 +138,22 @@ impl Pilot {
         let faces = scene.faces();
         let of_pieces = (0..faces.piece_count() as u32).map(|piece| {
             let face = faces.piece(piece);
-            (Birth::Piece(piece), (0..channels).map(|channel| face.power(channel)).sum())
+            (WalkOrigin::Piece(piece), (0..channels).map(|channel| face.power(channel)).sum())
         });
         let of_lamps = (0..scene.lamp_count()).map(|lamp| {
-            (Birth::Lamp(lamp), (0..channels).map(|channel| scene.lamp_power(lamp, channel)).sum())
+            (WalkOrigin::Lamp(lamp), (0..channels).map(|channel| scene.lamp_power(lamp, channel)).sum())
         });
-        let emitters: Vec<(Birth, f64)> =
+        let emitters: Vec<(WalkOrigin, f64)> =
             of_pieces.chain(of_lamps).filter(|&(_, power)| power > 0.0).collect();
         let surfaces = scene.surfaces().len();
-        let mut pilot = Pilot {
+        let mut pilot = LightPilot {
             power: emitters.iter().map(|(_, power)| power).sum(),
             escaped: [0.0; 2],
             walks: 0.0,
             backs: vec![0.0; surfaces],
             lit: vec![[false; 2]; surfaces],
-            lit_places: Sample::default(),
-            emission: vec![[Emission::default(); 2]; surfaces],
+            lit_places: EvenSample::default(),
+            emission: vec![[EmissionOutcome::default(); 2]; surfaces],
             ways_out: Vec::new(),
             close: 0.01 * extent(scene),
         };
@@ -161,7 +161,7 @@ impl Pilot {
         pilot.walks = walks as f64;
         let step = pilot.power / pilot.walks;
         let (mut passed, mut emitter) = (0.0, 0);
-        let births: Vec<Birth> = (0..walks)
+        let births: Vec<WalkOrigin> = (0..walks)
             .map(|walk| {
                 // Births are at equal steps of power: every emitter gets its share.
                 let at = (walk as f64 + 0.5) * step;
@@ -174,14 +174,15 @@ impl Pilot {
             .collect();
         let mut lookout = Lookout::new(scene);
         for (births, first) in births.chunks(TOGETHER).zip((0..).step_by(TOGETHER)) {
-            let walks = births.iter().zip(first..).map(|(&birth, walk)| Walk::born(scene, birth, step, walk));
+            let walks =
+                births.iter().zip(first..).map(|(&birth, walk)| PilotWalk::born(scene, birth, step, walk));
             pilot.walk(scene, &mut lookout, walks.collect());
         }
         pilot
     }
 
     /// Follows some walks to their ends.
-    fn walk(&mut self, scene: &Scene, lookout: &mut Lookout, mut walks: Vec<Walk>) {
+    fn walk(&mut self, scene: &Scene, lookout: &mut Lookout, mut walks: Vec<PilotWalk>) {
         for hits in 0.. {
             if walks.is_empty() {
                 return;
@@ -200,8 +201,8 @@ impl Pilot {
     }
 
     /// Takes down where the power of a walk has come, or is lost.
-    fn note(&mut self, scene: &Scene, walk: &Walk, hit: &Option<Hit>) {
-        let Walk { ray, left, .. } = walk;
+    fn note(&mut self, scene: &Scene, walk: &PilotWalk, hit: &Option<Hit>) {
+        let PilotWalk { ray, left, .. } = walk;
         let power: f64 = left.iter().sum();
         match hit {
             None => {
@@ -222,7 +223,7 @@ impl Pilot {
         }
     }
 
-    fn note_emission(&mut self, scene: &Scene, walk: &Walk, hit: Option<Hit>) {
+    fn note_emission(&mut self, scene: &Scene, walk: &PilotWalk, hit: Option<Hit>) {
         let (surface, back, power) = (walk.ray.from, walk.born_on == Side::Back, walk.power);
         if surface == Ray::FREE {
             return;
@@ -286,7 +287,7 @@ impl Pilot {
         self.escaped() / self.power
     }
 
-    /// The standard error of [`Pilot::escaped_part`], at most: births at equal steps of power only lessen it. It is that of
+    /// The standard error of [`LightPilot::escaped_part`], at most: births at equal steps of power only lessen it. It is that of
     /// one walk more, which takes all of its power along, so that it is not 0 where no walk has escaped.
     pub(crate) fn escaped_error(&self) -> f64 {
         let squares = self.escaped[1] * (self.walks / self.power).powi(2);
@@ -312,14 +313,14 @@ impl Pilot {
 
 /// Where a walk sets out.
 #[derive(Clone, Copy)]
-enum Birth {
+enum WalkOrigin {
     Piece(u32),
     /// A lamp without area.
     Lamp(usize),
 }
 
 /// A walk on its way.
-struct Walk {
+struct PilotWalk {
     ray: Ray,
     born_on: Side,
     /// What it set out with, and what is left of that in each channel [W].
@@ -328,12 +329,12 @@ struct Walk {
     draws: Draws,
 }
 
-impl Walk {
+impl PilotWalk {
     /// A walk that sets out from an emitter.
-    fn born(scene: &Scene, birth: Birth, power: f64, number: u64) -> Self {
+    fn born(scene: &Scene, birth: WalkOrigin, power: f64, number: u64) -> Self {
         match birth {
-            Birth::Piece(piece) => Walk::born_on(scene, piece, power, number),
-            Birth::Lamp(lamp) => Walk::born_at(scene, lamp, power, number),
+            WalkOrigin::Piece(piece) => PilotWalk::born_on(scene, piece, power, number),
+            WalkOrigin::Lamp(lamp) => PilotWalk::born_at(scene, lamp, power, number),
         }
     }
 
@@ -345,7 +346,7 @@ impl Walk {
         let all: f64 = (0..channels).map(|channel| scene.lamp_power(lamp, channel)).sum();
         let left =
             [0, 1, 2].map(|c| if c < channels { power * scene.lamp_power(lamp, c) / all } else { 0.0 });
-        Walk { ray, born_on: Side::Front, power, left, draws }
+        PilotWalk { ray, born_on: Side::Front, power, left, draws }
     }
 
     /// A walk that sets out from a piece.
@@ -360,7 +361,7 @@ impl Walk {
         let cell = birth - surface.piece(0, side);
         let origin = surface.point(surface.point_in_cell(cell, [draws.uniform(), draws.uniform()]));
         let ray = Ray { origin, direction: surface.direction(side, draws.bits()), from };
-        Walk { ray, born_on: side, power, left, draws }
+        PilotWalk { ray, born_on: side, power, left, draws }
     }
 
     /// Leaves from where it has arrived; false where it ends. A walk that is faint, or `old`, survives by chance, and carries

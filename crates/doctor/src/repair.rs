@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, SurfaceSpec};
 
-use crate::pilot::Pilot;
+use crate::pilot::LightPilot;
 use crate::sheets::Sheets;
 use crate::votes::Votes;
 
@@ -44,7 +44,7 @@ pub fn turn_flipped(spec: &mut SceneSpec) -> Result<Vec<String>, SceneError> {
     let mut turned = BTreeSet::new();
     for _ in 0..ROUNDS {
         let scene = Scene::build(spec, IndexChoice::Auto)?;
-        let pilot = Pilot::follow(&scene);
+        let pilot = LightPilot::follow(&scene);
         let votes = Votes::take(&scene, &pilot);
         let flipped = votes.flipped(&pilot);
         let wrong = Sheets::of(spec).turned(&flipped, |surface| votes.is_right(surface));

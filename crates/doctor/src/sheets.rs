@@ -18,7 +18,7 @@ pub(crate) struct Sheets {
 }
 
 /// An edge of a surface by its two vertices, the lesser first, and whether the surface runs along it from the greater.
-type Edge = ([u32; 2], bool);
+type SheetEdge = ([u32; 2], bool);
 
 impl Sheets {
     pub(crate) fn of(spec: &SceneSpec) -> Self {
@@ -102,7 +102,7 @@ fn sheet(
 }
 
 /// The edges of every one-sided surface.
-fn edges(spec: &SceneSpec) -> Vec<(u32, Vec<Edge>)> {
+fn edges(spec: &SceneSpec) -> Vec<(u32, Vec<SheetEdge>)> {
     let one_sided = || (0_u32..).zip(&spec.surfaces).filter(|(_, surface)| surface.sides == Sides::Front);
     let outlines: Vec<(u32, Vec<DVec3>)> =
         one_sided().map(|(number, surface)| (number, surface.shape.corners().to_vec())).collect();

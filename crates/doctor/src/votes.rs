@@ -3,7 +3,7 @@
 use radiosity::{Ray, Scene, Side, Sides, Surface};
 
 use crate::losses::Losses;
-use crate::pilot::{Draws, Pilot};
+use crate::pilot::{Draws, LightPilot};
 
 /// The number of rays from each side of a one-sided surface, and the most of all together; in large scenes each side
 /// has fewer.
@@ -16,7 +16,7 @@ const MOST: f64 = 0.9;
 
 /// What became of the rays from one side.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct View {
+pub(crate) struct SideVotes {
     /// The part that left the scene.
     pub(crate) escaped: f64,
     /// The part that met the back of a one-sided surface.
@@ -25,7 +25,7 @@ pub(crate) struct View {
     pub(crate) lit: f64,
 }
 
-impl View {
+impl SideVotes {
     /// The part that met no active side.
     pub(crate) fn lost(self) -> f64 {
         self.escaped + self.backs
@@ -34,19 +34,19 @@ impl View {
 
 /// The views of every surface: front and back.
 pub(crate) struct Votes {
-    views: Vec<[View; 2]>,
+    views: Vec<[SideVotes; 2]>,
     one_sided: Vec<bool>,
 }
 
 impl Votes {
-    pub(crate) fn take(scene: &Scene, pilot: &Pilot) -> Self {
+    pub(crate) fn take(scene: &Scene, pilot: &LightPilot) -> Self {
         let is_asked = |surface: &Surface| surface.sides() == Sides::Front;
         let asked = scene.surfaces().iter().filter(|surface| is_asked(surface)).count();
         let rays = (MOST_RAYS / (2 * asked).max(1)).clamp(LEAST_RAYS, RAYS) as u32;
         // Neither side of a two-sided surface is the wrong one.
         let views = (0..).zip(scene.surfaces()).map(|(number, surface)| match is_asked(surface) {
             true => [Side::Front, Side::Back].map(|side| view(scene, pilot, number, surface, side, rays)),
-            false => [View::default(); 2],
+            false => [SideVotes::default(); 2],
         });
         Votes {
             views: views.collect(),
@@ -54,7 +54,7 @@ impl Votes {
         }
     }
 
-    pub(crate) fn front(&self, surface: u32) -> View {
+    pub(crate) fn front(&self, surface: u32) -> SideVotes {
         self.views[surface as usize][0]
     }
 
@@ -72,7 +72,7 @@ impl Votes {
     /// holds: the front sees nothing that reflects and the back does; the front looks out of the scene and the back
     /// into it; or the front sees darkness, as within a body that is inside out, and the back sees light. If most faces
     /// are flipped, no light arrives at any back, since all of it leaves the scene at once.
-    pub(crate) fn flipped(&self, pilot: &Pilot) -> Vec<u32> {
+    pub(crate) fn flipped(&self, pilot: &LightPilot) -> Vec<u32> {
         let is_wrong = |surface: u32| {
             let [front, back] = self.views[surface as usize];
             let turned = front.lost() >= MOST && back.lost() <= 0.5;
@@ -87,9 +87,16 @@ impl Votes {
     }
 }
 
-fn view(scene: &Scene, pilot: &Pilot, number: u32, surface: &Surface, side: Side, rays: u32) -> View {
+fn view(
+    scene: &Scene,
+    pilot: &LightPilot,
+    number: u32,
+    surface: &Surface,
+    side: Side,
+    rays: u32,
+) -> SideVotes {
     let mut draws = Draws::new(0x51DE ^ (u64::from(number) << 1) ^ (side == Side::Back) as u64);
-    let mut view = View::default();
+    let mut view = SideVotes::default();
     for _ in 0..rays {
         let point = surface.point(surface.point_in_cell(0, [draws.uniform(), draws.uniform()]));
         let ray = Ray { origin: point, direction: surface.direction(side, draws.bits()), from: number };

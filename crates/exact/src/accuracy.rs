@@ -9,7 +9,7 @@ const ROUNDING: f64 = 1e-12;
 /// The errors of a solution of the radiosity system. They do not include the discretisation: the system takes
 /// the radiosity of a face to be uniform.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Accuracy {
+pub struct SystemAccuracy {
     /// How the form factors were found.
     pub form_factors: FormFactors,
     /// The least and the greatest Σ_j F_ij: 1 in a closed scene; what is missing is light that leaves the
@@ -27,7 +27,7 @@ pub struct Accuracy {
     pub radiosity_error: Vec<f64>,
 }
 
-impl Accuracy {
+impl SystemAccuracy {
     /// The face where δB_i/B_i is greatest, and that error, among those that are not [`Self::undetermined`].
     pub fn worst(&self, exact: &Exact) -> Option<(usize, f64)> {
         let relative = |(error, b): (&f64, &f64)| error / b;
@@ -56,7 +56,7 @@ impl Accuracy {
         let sources: Vec<f64> = errors.into_iter().enumerate().map(source).collect();
         let (row_sums, row_errors) = (exchange.row_sums(), exchange.row_errors());
         let possible = |(sum, error): (&f64, &f64)| *sum <= 1.0 + error.max(ROUNDING);
-        Accuracy {
+        SystemAccuracy {
             form_factors: exact.form_factors().clone(),
             row_sums: [
                 row_sums.iter().copied().fold(f64::INFINITY, f64::min),

@@ -9,7 +9,7 @@ use crate::box_scene::{BoxScene, NotABox};
 use crate::exchange::ExchangeMatrix;
 use crate::found::FormFactors;
 use crate::general;
-use crate::system::{RadiositySystem, Singular, Solution};
+use crate::system::{RadiositySystem, Singular, SystemSolution};
 
 /// The most patches that are solved for: two dense matrices of them take 1.6 GB.
 pub const MAX_PATCHES: u64 = 10_000;
@@ -55,6 +55,11 @@ pub enum ExactError {
         "the scene has lamps without area, and the system that is solved is that of light between patches (theirs would be missing); remove each [[lamp]], or run the job"
     )]
     Lamps,
+    /// Light that is weakened on its way.
+    #[error(
+        "the scene has panes, and the form factors of the system that is solved are those of free sight (light would be too much); remove each [[pane]], or run the job"
+    )]
+    Panes,
     /// The system cannot be solved.
     #[error(transparent)]
     Singular(#[from] Singular),
@@ -67,7 +72,7 @@ pub struct Exact {
     form_factors: FormFactors,
     system: RadiositySystem,
     emittance: Vec<f64>,
-    solution: Solution,
+    solution: SystemSolution,
     total_power: f64,
     xi: Vec<f64>,
     squared: OnceLock<Squared>,
@@ -77,12 +82,12 @@ pub struct Exact {
 #[derive(Clone, Debug)]
 pub(crate) struct Squared {
     pub system: RadiositySystem,
-    pub solution: Solution,
+    pub solution: SystemSolution,
 }
 
 impl Exact {
     /// Solves a scene: closed boxes of axis-aligned rectangles in closed form, to about 10⁻¹²; any other, open
-    /// or closed, with shadows, to what [`crate::Accuracy::of`] then says. Every machine finds the same, however many
+    /// or closed, with shadows, to what [`crate::SystemAccuracy::of`] then says. Every machine finds the same, however many
     /// threads it has, but for the last digits of its mathematical functions.
     ///
     /// # Errors
@@ -101,6 +106,9 @@ impl Exact {
         check_size(spec)?;
         if !spec.lamps.list.is_empty() {
             return Err(ExactError::Lamps);
+        }
+        if !spec.panes.is_empty() {
+            return Err(ExactError::Panes);
         }
         let scene = Scene::build(spec, IndexChoice::Flat)?;
         let (form_factors, exchange) = match BoxScene::recognise(spec) {
@@ -194,7 +202,7 @@ impl Exact {
     }
 
     /// B, b, H, φ and the residual.
-    pub fn solution(&self) -> &Solution {
+    pub fn solution(&self) -> &SystemSolution {
         &self.solution
     }
 
@@ -205,7 +213,7 @@ impl Exact {
 
     /// The solution of the scene whose every reflectance is replaced by its square (SInf §3): its incoming powers
     /// are ψ_i [W], its reflected radiosities β_i [W/m²].
-    pub fn squared_solution(&self) -> &Solution {
+    pub fn squared_solution(&self) -> &SystemSolution {
         &self.squared().solution
     }
 
@@ -214,7 +222,7 @@ impl Exact {
     ///
     /// # Panics
     /// If there is no such face.
-    pub fn solution_of_source(&self, source: usize) -> Solution {
+    pub fn solution_of_source(&self, source: usize) -> SystemSolution {
         self.system.solve(&self.alone(source))
     }
 
@@ -222,7 +230,7 @@ impl Exact {
     ///
     /// # Panics
     /// If there is no such face.
-    pub fn squared_solution_of_source(&self, source: usize) -> Solution {
+    pub fn squared_solution_of_source(&self, source: usize) -> SystemSolution {
         self.squared().system.solve(&self.alone(source))
     }
 

@@ -6,7 +6,7 @@ use crate::answer::Exact;
 
 /// The few numbers of a scene that S97's bounds depend on.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Bounds {
+pub struct VarianceBounds {
     /// R_max: the largest reflectance.
     pub max_reflectance: f64,
     /// A_min: the area of the smallest patch [m²].
@@ -21,7 +21,7 @@ pub struct Bounds {
     sources: Vec<[f64; 3]>,
 }
 
-impl Bounds {
+impl VarianceBounds {
     /// The bounds of a scene; only areas, reflectances and emittances are looked at.
     pub fn of(exact: &Exact) -> Self {
         let faces = exact.areas().iter().zip(exact.reflectance()).zip(exact.emittance());
@@ -36,7 +36,7 @@ impl Bounds {
 
     /// The bounds that A_i, R_i, E_i of every face imply.
     fn of_faces(faces: impl Iterator<Item = [f64; 3]>) -> Self {
-        let mut bounds = Bounds {
+        let mut bounds = VarianceBounds {
             max_reflectance: 0.0,
             min_area: f64::INFINITY,
             total_area: 0.0,

@@ -96,7 +96,7 @@ impl BoxScene {
     /// # Errors
     /// [`NotABox`] names the first surface or wall that does not fit.
     pub fn recognise(spec: &SceneSpec) -> Result<Self, NotABox> {
-        let frame = Frame::new(spec);
+        let frame = BoxGrid::new(spec);
         let tiles = spec.surfaces.iter().enumerate().map(|(number, surface)| frame.tile(number, surface));
         let tiles = tiles.collect::<Result<Vec<Rectangle>, NotABox>>()?;
         for axis in 0..3 {
@@ -115,14 +115,14 @@ impl BoxScene {
 }
 
 /// The bounding box, and per axis the coordinates at which surfaces end.
-struct Frame {
+struct BoxGrid {
     origin: DVec3,
     tolerance: DVec3,
     /// Ascending, relative to `origin`; coordinates that agree within the tolerance are one.
     levels: [Vec<f64>; 3],
 }
 
-impl Frame {
+impl BoxGrid {
     fn new(spec: &SceneSpec) -> Self {
         let corners: Vec<DVec3> = spec.surfaces.iter().flat_map(|surface| surface.shape.corners()).collect();
         let origin = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
@@ -130,7 +130,7 @@ impl Frame {
         let tolerance = TOLERANCE * (top - origin);
         let levels =
             [0, 1, 2].map(|k| merge(corners.iter().map(|c| c[k] - origin[k]).collect(), tolerance[k]));
-        Frame { origin, tolerance, levels }
+        BoxGrid { origin, tolerance, levels }
     }
 
     /// The place of a surface on the wall that it belongs to.
@@ -213,7 +213,7 @@ fn merge(mut coordinates: Vec<f64>, tolerance: f64) -> Vec<f64> {
 }
 
 /// Disjoint tiles on a wall whose areas add up to that of the wall leave no hole.
-fn check_wall(tiles: &[Rectangle], frame: &Frame, axis: usize, facing: Facing) -> Result<(), NotABox> {
+fn check_wall(tiles: &[Rectangle], frame: &BoxGrid, axis: usize, facing: Facing) -> Result<(), NotABox> {
     let on_wall = tiles.iter().enumerate().filter(|(_, tile)| (tile.axis, tile.facing) == (axis, facing));
     let on_wall: Vec<(usize, &Rectangle)> = on_wall.collect();
     for (n, &(first, a)) in on_wall.iter().enumerate() {

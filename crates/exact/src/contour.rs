@@ -35,7 +35,7 @@ pub(crate) fn exchange_area(i: &[DVec3], j: &[DVec3]) -> f64 {
     let tolerance = TOLERANCE * (area(i) * area(j)).sqrt();
     // Any unit of length does, as outlines are closed; this one keeps the logarithms small.
     let unit = j.iter().map(|corner| corner.distance(i[0])).fold(0.0, f64::max);
-    let edges: Vec<Edge> = edges(j).map(|[from, to]| Edge::new(from, to, unit)).collect();
+    let edges: Vec<ContourEdge> = edges(j).map(|[from, to]| ContourEdge::new(from, to, unit)).collect();
     let along = |[from, to]: [DVec3; 2]| {
         let span = to - from;
         let weights: Vec<f64> = edges.iter().map(|edge| edge.direction.dot(span)).collect();
@@ -57,7 +57,7 @@ fn edges_of(polygon: &[DVec3], along: impl Fn([DVec3; 2]) -> f64) -> f64 {
 }
 
 /// An edge that is integrated along in closed form.
-struct Edge {
+struct ContourEdge {
     from: DVec3,
     direction: DVec3,
     length: f64,
@@ -65,10 +65,10 @@ struct Edge {
     scale: f64,
 }
 
-impl Edge {
+impl ContourEdge {
     fn new(from: DVec3, to: DVec3, unit: f64) -> Self {
         let length = from.distance(to);
-        Edge { from, direction: (to - from).normalize_or_zero(), length, scale: 1.0 / (unit * unit) }
+        ContourEdge { from, direction: (to - from).normalize_or_zero(), length, scale: 1.0 / (unit * unit) }
     }
 
     /// ∫ (1 + ln r) dt along the edge, r being the distance from a point in the unit of length; the 1 cancels

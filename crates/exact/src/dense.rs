@@ -10,24 +10,24 @@ const BLOCK: usize = 64;
 
 /// A dense rows × columns matrix, stored column by column.
 #[derive(Clone, Debug)]
-pub(crate) struct Matrix {
+pub(crate) struct DenseMatrix {
     rows: usize,
     values: Vec<f64>,
 }
 
-impl Matrix {
+impl DenseMatrix {
     /// The matrix whose element (i, j) is `element(i, j)`.
     pub(crate) fn from_fn(rows: usize, columns: usize, element: impl Fn(usize, usize) -> f64) -> Self {
         let mut values = Vec::with_capacity(rows * columns);
         for j in 0..columns {
             values.extend((0..rows).map(|i| element(i, j)));
         }
-        Matrix { rows, values }
+        DenseMatrix { rows, values }
     }
 
     /// The rows × columns matrix of zeros.
     pub(crate) fn zeros(rows: usize, columns: usize) -> Self {
-        Matrix { rows, values: vec![0.0; rows * columns] }
+        DenseMatrix { rows, values: vec![0.0; rows * columns] }
     }
 
     /// Column j, from its first row on.
@@ -47,7 +47,7 @@ impl Matrix {
     }
 }
 
-impl Index<(usize, usize)> for Matrix {
+impl Index<(usize, usize)> for DenseMatrix {
     type Output = f64;
 
     fn index(&self, (i, j): (usize, usize)) -> &f64 {
@@ -55,7 +55,7 @@ impl Index<(usize, usize)> for Matrix {
     }
 }
 
-impl IndexMut<(usize, usize)> for Matrix {
+impl IndexMut<(usize, usize)> for DenseMatrix {
     fn index_mut(&mut self, (i, j): (usize, usize)) -> &mut f64 {
         &mut self.values[j * self.rows..][..self.rows][i]
     }
@@ -63,12 +63,12 @@ impl IndexMut<(usize, usize)> for Matrix {
 
 /// Cholesky's factor L with L Lᵀ = A, in the lower triangle; what is above it has no meaning.
 #[derive(Clone, Debug)]
-pub(crate) struct Cholesky(Matrix);
+pub(crate) struct Cholesky(DenseMatrix);
 
 impl Cholesky {
     /// The factor of a symmetric n × n matrix, of which only the lower triangle is read. None unless it is positive
     /// definite to working precision.
-    pub(crate) fn new(mut a: Matrix) -> Option<Self> {
+    pub(crate) fn new(mut a: DenseMatrix) -> Option<Self> {
         let n = a.rows;
         for start in (0..n).step_by(BLOCK) {
             let block = start..n.min(start + BLOCK);
@@ -82,7 +82,7 @@ impl Cholesky {
     }
 
     /// Replaces every column x of a matrix by L⁻¹x.
-    pub(crate) fn solve_lower(&self, x: &mut Matrix) {
+    pub(crate) fn solve_lower(&self, x: &mut DenseMatrix) {
         let n = self.0.rows;
         for start in (0..n).step_by(BLOCK) {
             let block = start..n.min(start + BLOCK);
@@ -111,7 +111,7 @@ impl Cholesky {
 }
 
 /// Factors the columns of a block that owes nothing to earlier ones any more, down to the last row.
-fn factor_columns(a: &mut Matrix, block: Range<usize>) -> Option<()> {
+fn factor_columns(a: &mut DenseMatrix, block: Range<usize>) -> Option<()> {
     for k in block.clone() {
         for j in block.start..k {
             let (left, column) = a.column_pair(j, k);
@@ -137,7 +137,7 @@ fn subtract(y: &mut [f64], factor: f64, x: &[f64]) {
 }
 
 /// A ← A − L Lᵀ in `columns`, from their diagonal down, where L is the `block` of columns left of them.
-fn subtract_outer(a: &mut Matrix, columns: Range<usize>, block: Range<usize>) {
+fn subtract_outer(a: &mut DenseMatrix, columns: Range<usize>, block: Range<usize>) {
     let stride = a.rows;
     let (left, right) = a.values.split_at_mut(columns.start * stride);
     let factor = &left[block.start * stride..block.end * stride];
@@ -168,7 +168,7 @@ fn subtract_outer(a: &mut Matrix, columns: Range<usize>, block: Range<usize>) {
 }
 
 /// X ← X − L X_block in the rows below a block, where X_block are the block's own rows.
-fn subtract_product(l: &Matrix, x: &mut Matrix, block: Range<usize>) {
+fn subtract_product(l: &DenseMatrix, x: &mut DenseMatrix, block: Range<usize>) {
     let stride = l.rows;
     let (m, k, n) = (stride - block.end, block.len(), x.columns());
     if m == 0 || n == 0 {
@@ -206,11 +206,11 @@ mod tests {
     use super::*;
 
     /// A = I + G Gᵀ of fixed numbers without pattern: positive definite.
-    fn symmetric(n: usize) -> Matrix {
-        let g = Matrix::from_fn(n, n, |i, j| {
+    fn symmetric(n: usize) -> DenseMatrix {
+        let g = DenseMatrix::from_fn(n, n, |i, j| {
             ((i * 7919 + j * 104_729 + i * j * 31) % 1000) as f64 / 1000.0 - 0.5
         });
-        Matrix::from_fn(n, n, |i, j| {
+        DenseMatrix::from_fn(n, n, |i, j| {
             let product: f64 = (0..n).map(|k| g[(i, k)] * g[(j, k)]).sum();
             if i == j { 1.0 + product } else { product }
         })
@@ -235,9 +235,10 @@ mod tests {
         for n in [1, BLOCK, 2 * BLOCK + 5] {
             let a = symmetric(n);
             let factor = Cholesky::new(a.clone()).unwrap();
-            let truth =
-                Matrix::from_fn(n, 3, |i, c| (i + 1) as f64 * if c == 1 { -0.25 } else { c as f64 + 0.5 });
-            let mut x = Matrix::from_fn(n, 3, |i, c| (0..n).map(|j| a[(i, j)] * truth[(j, c)]).sum());
+            let truth = DenseMatrix::from_fn(n, 3, |i, c| {
+                (i + 1) as f64 * if c == 1 { -0.25 } else { c as f64 + 0.5 }
+            });
+            let mut x = DenseMatrix::from_fn(n, 3, |i, c| (0..n).map(|j| a[(i, j)] * truth[(j, c)]).sum());
             factor.solve_lower(&mut x);
             for c in 0..3 {
                 let mut column = x.column(c).to_vec();
@@ -254,8 +255,8 @@ mod tests {
 
     #[test]
     fn a_singular_or_indefinite_matrix_has_no_factor() {
-        assert!(Cholesky::new(Matrix::from_fn(100, 100, |_, _| 1.0)).is_none());
-        assert!(Cholesky::new(Matrix::from_fn(2, 2, |i, j| if i == j { 1.0 } else { 2.0 })).is_none());
-        assert!(Cholesky::new(Matrix::from_fn(1, 1, |_, _| f64::NAN)).is_none());
+        assert!(Cholesky::new(DenseMatrix::from_fn(100, 100, |_, _| 1.0)).is_none());
+        assert!(Cholesky::new(DenseMatrix::from_fn(2, 2, |i, j| if i == j { 1.0 } else { 2.0 })).is_none());
+        assert!(Cholesky::new(DenseMatrix::from_fn(1, 1, |_, _| f64::NAN)).is_none());
     }
 }

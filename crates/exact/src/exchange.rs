@@ -1,7 +1,7 @@
 //! The form factors of a scene as one symmetric matrix.
 
 use crate::box_scene::BoxScene;
-use crate::dense::Matrix;
+use crate::dense::DenseMatrix;
 use crate::form_factor::exchange_area;
 
 /// The areas of faces and the dense, symmetric matrix of exchange areas A_iF_ij. Geometry only: every set of
@@ -9,7 +9,7 @@ use crate::form_factor::exchange_area;
 #[derive(Clone, Debug)]
 pub struct ExchangeMatrix {
     areas: Vec<f64>,
-    exchange: Matrix,
+    exchange: DenseMatrix,
     /// The error of every exchange area relative to itself.
     relative_error: f64,
     /// Pairs that err by more.
@@ -29,7 +29,7 @@ impl ExchangeMatrix {
     /// i ≥ j; taken as exact.
     pub fn new(areas: Vec<f64>, exchange_area: impl Fn(usize, usize) -> f64) -> Self {
         let n = areas.len();
-        let mut exchange = Matrix::zeros(n, n);
+        let mut exchange = DenseMatrix::zeros(n, n);
         for j in 0..n {
             for i in j..n {
                 let area = exchange_area(i, j);
@@ -52,7 +52,7 @@ impl ExchangeMatrix {
     /// The exchange areas of faces that are groups of these: face i is part of face `face_of[i]` of `faces`.
     pub(crate) fn grouped(&self, face_of: &[u32], faces: usize) -> Self {
         let mut areas = vec![0.0; faces];
-        let mut exchange = Matrix::zeros(faces, faces);
+        let mut exchange = DenseMatrix::zeros(faces, faces);
         for (i, &group) in face_of.iter().enumerate() {
             areas[group as usize] += self.areas[i];
             for (j, area) in self.exchange.column(i).iter().enumerate() {

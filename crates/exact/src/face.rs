@@ -4,13 +4,13 @@ use glam::DVec3;
 use radiosity::{SceneSpec, Shape, Side, Sides, Stack, SurfaceSpec};
 
 use crate::cubature::{GAUSS_3, GAUSS_4, GAUSS_5, Rule};
-use crate::layers::{Layers, Part};
-use crate::polygon::{Plane, Polygon, area, bounding_sphere, doubled_area_vector, fan};
+use crate::layers::{PlaneLayers, SideRegion};
+use crate::polygon::{CutPlane, Polygon, area, bounding_sphere, doubled_area_vector, fan};
 use crate::rectangle::{Facing, Rectangle};
 
 /// One side of a patch that exchanges light.
 #[derive(Clone, Debug)]
-pub(crate) struct Face {
+pub(crate) struct ExchangeFace {
     pub surface: u32,
     pub side: Side,
     /// The whole of it.
@@ -18,14 +18,14 @@ pub(crate) struct Face {
     /// The area of the face [m²].
     pub area: f64,
     /// What no layer in front covers: the whole of it where surfaces do not coincide.
-    pub exposed: Vec<Piece>,
+    pub exposed: Vec<ConvexPiece>,
 }
 
 /// A convex piece of a face.
 #[derive(Clone, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct ConvexPiece {
     pub polygon: Polygon,
-    pub plane: Plane,
+    pub plane: CutPlane,
     pub center: DVec3,
     pub radius: f64,
     /// The area of the piece [m²].
@@ -42,9 +42,9 @@ pub(crate) const FAR: [(f64, Rule); 3] = [(8.0, GAUSS_3), (4.0, GAUSS_4), (2.0, 
 
 /// The faces of a scene around the origin, in the order of the pieces of [`radiosity::Faces`], and the outlines of its surfaces.
 pub(crate) struct FaceScene {
-    pub faces: Vec<Face>,
+    pub faces: Vec<ExchangeFace>,
     pub outlines: Vec<Polygon>,
-    pub layers: Layers,
+    pub layers: PlaneLayers,
     /// Lengths below this are rounding [m].
     pub tolerance: f64,
 }
@@ -63,7 +63,7 @@ impl FaceScene {
             surface.shape.corners().into_iter().map(|corner| corner - center).collect()
         };
         let outlines: Vec<Polygon> = spec.surfaces.iter().map(outline).collect();
-        let layers = Layers::new(&outlines, stacks, tolerance);
+        let layers = PlaneLayers::new(&outlines, stacks, tolerance);
         let faces_on = |side: Side| {
             let surfaces =
                 (0..).zip(&spec.surfaces).filter(move |(_, s)| side == Side::Front || s.sides == Sides::Both);
@@ -75,7 +75,7 @@ impl FaceScene {
                     if side == Side::Back {
                         polygon.reverse();
                     }
-                    Face::new(number, side, polygon, layers, tolerance)
+                    ExchangeFace::new(number, side, polygon, layers, tolerance)
                 })
             })
         };
@@ -84,29 +84,29 @@ impl FaceScene {
     }
 }
 
-impl Face {
-    fn new(surface: u32, side: Side, polygon: Polygon, layers: &Layers, tolerance: f64) -> Self {
-        let exposed = layers.exposed(&Part { surface, side, polygon: &polygon });
-        Face {
+impl ExchangeFace {
+    fn new(surface: u32, side: Side, polygon: Polygon, layers: &PlaneLayers, tolerance: f64) -> Self {
+        let exposed = layers.exposed(&SideRegion { surface, side, polygon: &polygon });
+        ExchangeFace {
             surface,
             side,
             area: area(&polygon),
             polygon,
-            exposed: exposed.into_iter().map(|polygon| Piece::new(polygon, tolerance)).collect(),
+            exposed: exposed.into_iter().map(|polygon| ConvexPiece::new(polygon, tolerance)).collect(),
         }
     }
 
     /// All of it as a part of its surface.
-    pub(crate) fn whole(&self) -> Part<'_> {
-        Part { surface: self.surface, side: self.side, polygon: &self.polygon }
+    pub(crate) fn whole(&self) -> SideRegion<'_> {
+        SideRegion { surface: self.surface, side: self.side, polygon: &self.polygon }
     }
 }
 
-impl Piece {
+impl ConvexPiece {
     fn new(polygon: Polygon, tolerance: f64) -> Self {
         let (center, radius) = bounding_sphere(&polygon);
-        Piece {
-            plane: Plane::through(polygon[0], doubled_area_vector(&polygon)),
+        ConvexPiece {
+            plane: CutPlane::through(polygon[0], doubled_area_vector(&polygon)),
             center,
             radius,
             area: area(&polygon),

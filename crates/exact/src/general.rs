@@ -4,11 +4,11 @@ use radiosity::{SceneSpec, Stack};
 
 use crate::contour;
 use crate::exchange::{ExchangeMatrix, Uncertain};
-use crate::face::{FAR, Face, FaceScene, Piece};
+use crate::face::{ConvexPiece, ExchangeFace, FAR, FaceScene};
 use crate::form_factor;
 use crate::occlusion::{Between, Occluders};
 use crate::penumbra::{Estimated, Penumbra};
-use crate::polygon::{Plane, Polygon, in_front};
+use crate::polygon::{CutPlane, Polygon, in_front};
 
 /// The relative error of exchanges without occlusion: closed forms, contour integrals, cubature from afar.
 const CLEAR_ERROR: f64 = 1e-9;
@@ -20,17 +20,17 @@ fn penumbra_error(n: usize) -> f64 {
 }
 
 /// Hears which part of the work is done.
-pub(crate) type Watch<'a> = &'a (dyn Fn(f64) + Sync);
+pub(crate) type ProgressWatch<'a> = &'a (dyn Fn(f64) + Sync);
 
 /// One row of the lower triangle: its exchange areas up to the diagonal, and the pairs that were hard.
-struct Row {
+struct ExchangeRow {
     i: usize,
     exchange: Vec<f64>,
     uncertain: Vec<Uncertain>,
 }
 
 /// Everything that the exchange of two faces depends on.
-struct Geometry {
+struct PairGeometry {
     scene: FaceScene,
     occluders: Occluders,
     /// The relative error that partly occluded exchanges aim at: see [`penumbra_error`].
@@ -44,16 +44,16 @@ struct Geometry {
 /// proves, err by about 10⁻⁹ of themselves. Others are integrated adaptively, with an estimated error that
 /// [`ExchangeMatrix::row_errors`] sums up. Rows are shared out to threads; the result does not depend on them.
 /// `watch` hears now and then which part of the pairs is done.
-pub(crate) fn exchange(spec: &SceneSpec, stacks: &[Stack], watch: Watch<'_>) -> ExchangeMatrix {
+pub(crate) fn exchange(spec: &SceneSpec, stacks: &[Stack], watch: ProgressWatch<'_>) -> ExchangeMatrix {
     let scene = FaceScene::new(spec, stacks);
     let penumbra_error = penumbra_error(scene.faces.len());
     exchange_to(penumbra_error, scene, watch)
 }
 
 /// The exchange areas with partly occluded ones aiming at this relative error.
-fn exchange_to(penumbra_error: f64, scene: FaceScene, watch: Watch<'_>) -> ExchangeMatrix {
+fn exchange_to(penumbra_error: f64, scene: FaceScene, watch: ProgressWatch<'_>) -> ExchangeMatrix {
     let occluders = Occluders::new(&scene.outlines, scene.tolerance);
-    let geometry = Geometry { scene, occluders, penumbra_error };
+    let geometry = PairGeometry { scene, occluders, penumbra_error };
     let mut rows = geometry.rows(watch);
     rows.sort_by_key(|row| row.i);
     let areas = geometry.scene.faces.iter().map(|face| face.area).collect();
@@ -62,9 +62,9 @@ fn exchange_to(penumbra_error: f64, scene: FaceScene, watch: Watch<'_>) -> Excha
     matrix.with_errors(CLEAR_ERROR, uncertain)
 }
 
-impl Geometry {
+impl PairGeometry {
     /// All rows, the last one first. Long rows come first, so that the threads end together.
-    fn rows(&self, watch: Watch<'_>) -> Vec<Row> {
+    fn rows(&self, watch: ProgressWatch<'_>) -> Vec<ExchangeRow> {
         let all = self.scene.faces.len();
         parallel::on_all_cores(all, |done| {
             // Row n has n pairs, and the long ones come first.
@@ -74,8 +74,8 @@ impl Geometry {
         })
     }
 
-    fn row(&self, i: usize) -> Row {
-        let mut row = Row { i, exchange: Vec::with_capacity(i + 1), uncertain: vec![] };
+    fn row(&self, i: usize) -> ExchangeRow {
+        let mut row = ExchangeRow { i, exchange: Vec::with_capacity(i + 1), uncertain: vec![] };
         for j in 0..=i {
             let Estimated { value, error } = self.pair(&self.scene.faces[i], &self.scene.faces[j]);
             row.exchange.push(value);
@@ -88,7 +88,7 @@ impl Geometry {
 
     /// The exchange area of two faces, with an error only if it is beyond [`CLEAR_ERROR`]: through the gap between two
     /// layers, or between what no layers cover of them.
-    fn pair(&self, i: &Face, j: &Face) -> Estimated {
+    fn pair(&self, i: &ExchangeFace, j: &ExchangeFace) -> Estimated {
         if let Some(area) = self.scene.layers.exchange_area(&i.whole(), &j.whole()) {
             return Estimated::certain(area);
         }
@@ -97,7 +97,7 @@ impl Geometry {
     }
 
     /// The exchange area of pieces of two faces.
-    fn pieces(&self, i: &Piece, j: &Piece) -> Estimated {
+    fn pieces(&self, i: &ConvexPiece, j: &ConvexPiece) -> Estimated {
         let tolerance = self.scene.tolerance;
         let (p, q) = (in_front(&i.polygon, &j.plane, tolerance), in_front(&j.polygon, &i.plane, tolerance));
         if p.is_empty() || q.is_empty() {
@@ -122,7 +122,7 @@ impl Geometry {
     }
 
     /// The exchange area of parts of faces, to about `goal` [m²] where something occludes.
-    fn parts(&self, p: (&Polygon, &Plane), q: (&Polygon, &Plane), goal: f64) -> Estimated {
+    fn parts(&self, p: (&Polygon, &CutPlane), q: (&Polygon, &CutPlane), goal: f64) -> Estimated {
         match self.occluders.between(p.0, q.0) {
             Between::Everything => Estimated::default(),
             Between::Nothing => Estimated::certain(contour::exchange_area(p.0, q.0)),
@@ -136,7 +136,7 @@ impl Geometry {
 
 /// Unoccluded exchanges that have an easier way than contours: axis-aligned rectangles, and pieces far apart of
 /// which each is wholly in front of the other.
-fn clear(i: &Piece, j: &Piece, whole: bool) -> Option<f64> {
+fn clear(i: &ConvexPiece, j: &ConvexPiece, whole: bool) -> Option<f64> {
     if let (Some(i), Some(j)) = (&i.rectangle, &j.rectangle) {
         return Some(form_factor::exchange_area(i, j));
     }
@@ -147,7 +147,7 @@ fn clear(i: &Piece, j: &Piece, whole: bool) -> Option<f64> {
 }
 
 /// ∫∫ cosθ cosθ′/(πr²) by product rules.
-fn cubature(i: &Piece, j: &Piece, rule: usize) -> f64 {
+fn cubature(i: &ConvexPiece, j: &ConvexPiece, rule: usize) -> f64 {
     let mut sum = 0.0;
     for &(x, w_x) in &i.nodes[rule] {
         for &(y, w_y) in &j.nodes[rule] {
@@ -160,7 +160,7 @@ fn cubature(i: &Piece, j: &Piece, rule: usize) -> f64 {
 }
 
 /// The size of an exchange area [m²]: that of two small patches at this distance, but no larger than either.
-fn at_most(i: &Piece, j: &Piece) -> f64 {
+fn at_most(i: &ConvexPiece, j: &ConvexPiece) -> f64 {
     let square = i.center.distance_squared(j.center).max((i.radius + j.radius).powi(2) / 4.0);
     (i.area * j.area / (std::f64::consts::PI * square)).min(i.area).min(j.area)
 }
@@ -171,7 +171,7 @@ mod tests {
 
     use super::*;
     use crate::shapes::{bumpy_ball, furnished_room, l_room, painted, turned};
-    use crate::{Accuracy, Exact};
+    use crate::{Exact, SystemAccuracy};
 
     /// The relative error aimed at where pairs are many.
     const GOAL: f64 = 2e-3;
@@ -215,7 +215,7 @@ mod tests {
             row: greatest(&mut rows.iter().copied(), &coarse.row_errors()),
             radiosity: greatest(
                 &mut pairs.map(|(coarse, fine)| (coarse - fine).abs()),
-                &Accuracy::of(&b).radiosity_error,
+                &SystemAccuracy::of(&b).radiosity_error,
             ),
         }
     }

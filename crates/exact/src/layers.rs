@@ -4,36 +4,36 @@
 use glam::DVec3;
 use radiosity::{Side, Stack};
 
-use crate::polygon::{Plane, Polygon, Polygons, area, doubled_area_vector, in_front};
+use crate::polygon::{CutPlane, Polygon, Polygons, area, doubled_area_vector, in_front};
 
 /// The layers of a scene.
 #[derive(Clone, Debug)]
-pub(crate) struct Layers {
-    surfaces: Vec<Layer>,
+pub(crate) struct PlaneLayers {
+    surfaces: Vec<LayerMember>,
     tolerance: f64,
 }
 
 /// A surface among the layers of its plane.
 #[derive(Clone, Debug, Default)]
-struct Layer {
+struct LayerMember {
     /// Surfaces in front of its front, and of its back.
     covers: [Vec<u32>; 2],
     /// Planes through its edges, perpendicular to it, with their fronts outside. Empty where it is alone in its plane.
-    prism: Vec<Plane>,
+    prism: Vec<CutPlane>,
 }
 
 /// A part of one side of a surface.
-pub(crate) struct Part<'a> {
+pub(crate) struct SideRegion<'a> {
     pub surface: u32,
     pub side: Side,
     pub polygon: &'a [DVec3],
 }
 
-impl Layers {
+impl PlaneLayers {
     /// The layers of surfaces with these outlines, counterclockwise seen from their fronts. Lengths below `tolerance` [m]
     /// count as 0: surfaces that are nearer to each other without being in one of the `stacks` are layers by height.
     pub(crate) fn new(outlines: &[Polygon], stacks: &[Stack], tolerance: f64) -> Self {
-        let mut layers = Layers { surfaces: vec![Layer::default(); outlines.len()], tolerance };
+        let mut layers = PlaneLayers { surfaces: vec![LayerMember::default(); outlines.len()], tolerance };
         let mut stack_of = vec![None; outlines.len()];
         for (number, stack) in stacks.iter().enumerate() {
             for (place, &surface) in stack.surfaces.iter().enumerate() {
@@ -44,7 +44,7 @@ impl Layers {
                 below.iter().for_each(|&other| layers.put(surface, other, !looks_up));
             }
         }
-        let planes: Vec<Plane> = outlines.iter().map(|outline| plane_of(outline)).collect();
+        let planes: Vec<CutPlane> = outlines.iter().map(|outline| plane_of(outline)).collect();
         let areas: Vec<f64> = outlines.iter().map(|outline| area(outline)).collect();
         for (a, b) in (0..outlines.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
             // The plane of the larger one is known more exactly.
@@ -73,24 +73,24 @@ impl Layers {
     }
 
     /// Whether a polygon lies in a plane, but for roundings, and overlaps with another one there.
-    fn near(&self, polygon: &[DVec3], plane: &Plane, other: &[DVec3]) -> bool {
+    fn near(&self, polygon: &[DVec3], plane: &CutPlane, other: &[DVec3]) -> bool {
         let [low, high] = plane.range(polygon);
         low >= -self.tolerance && high <= self.tolerance && !self.common(polygon, other).is_empty()
     }
 
     /// The layers in front of a part of a surface.
-    fn covers(&self, part: &Part) -> &[u32] {
+    fn covers(&self, part: &SideRegion) -> &[u32] {
         &self.surfaces[part.surface as usize].covers[usize::from(part.side == Side::Back)]
     }
 
     /// What no layer in front covers of a part of a surface, in convex pieces.
-    pub(crate) fn exposed(&self, part: &Part) -> Vec<Polygon> {
+    pub(crate) fn exposed(&self, part: &SideRegion) -> Vec<Polygon> {
         self.uncovered(part.polygon.to_vec(), self.covers(part))
     }
 
     /// A_iF_ij [m²] of parts of two layers that face each other: the area of their overlap that no layer between covers.
     /// `None` unless each has the other in front.
-    pub(crate) fn exchange_area(&self, i: &Part, j: &Part) -> Option<f64> {
+    pub(crate) fn exchange_area(&self, i: &SideRegion, j: &SideRegion) -> Option<f64> {
         let (before_i, before_j) = (self.covers(i), self.covers(j));
         if !before_i.contains(&j.surface) || !before_j.contains(&i.surface) {
             return None;
@@ -112,18 +112,18 @@ impl Layers {
 
     /// The polygon that two polygons in one plane share; empty if they share none.
     fn common(&self, i: &[DVec3], j: &[DVec3]) -> Polygon {
-        let inside = |polygon: Polygon, plane: Plane| in_front(&polygon, &plane.flipped(), self.tolerance);
+        let inside = |polygon: Polygon, plane: CutPlane| in_front(&polygon, &plane.flipped(), self.tolerance);
         prism(j).into_iter().fold(i.to_vec(), inside)
     }
 }
 
-fn plane_of(polygon: &[DVec3]) -> Plane {
-    Plane::through(polygon[0], doubled_area_vector(polygon))
+fn plane_of(polygon: &[DVec3]) -> CutPlane {
+    CutPlane::through(polygon[0], doubled_area_vector(polygon))
 }
 
 /// Planes through the edges of a polygon that are perpendicular to it, with their fronts outside.
-fn prism(polygon: &[DVec3]) -> Vec<Plane> {
+fn prism(polygon: &[DVec3]) -> Vec<CutPlane> {
     let normal = doubled_area_vector(polygon);
     let edges = polygon.iter().enumerate().map(|(k, &from)| (from, polygon[(k + 1) % polygon.len()]));
-    edges.map(|(from, to)| Plane::through(from, (to - from).cross(normal))).collect()
+    edges.map(|(from, to)| CutPlane::through(from, (to - from).cross(normal))).collect()
 }

@@ -2,9 +2,9 @@
 //! exact variance of the walks.
 //!
 //! Data flows one way: geometry → [`ExchangeMatrix`] (form factors) → [`RadiositySystem`] (one set of
-//! reflectances) → [`Solution`] (one set of emittances); [`Exact`] holds one of each for a scene, and [`Accuracy`]
+//! reflectances) → [`SystemSolution`] (one set of emittances); [`Exact`] holds one of each for a scene, and [`SystemAccuracy`]
 //! says how far it may be off. Predictions about walks ([`Exact::shooting_variances`], [`Exact::gathering_variances`], [`WeightedWalk`],
-//! [`Bounds`]) read an [`Exact`].
+//! [`VarianceBounds`]) read an [`Exact`].
 //!
 //! The unknowns are faces, the active sides of patches, numbered as [`radiosity::Faces`] does: a two-sided patch has
 //! two, and nothing passes from one to the other. Every vector here is in the order of faces.
@@ -53,16 +53,16 @@ mod shapes;
 mod system;
 mod variance;
 
-pub use accuracy::Accuracy;
+pub use accuracy::SystemAccuracy;
 pub use answer::{Exact, ExactError, MAX_GENERAL_FACES, MAX_PATCHES};
-pub use bounds::Bounds;
+pub use bounds::VarianceBounds;
 pub use box_scene::{BoxScene, NotABox};
 pub use colour::{SharedPath, WeightedWalk};
 pub use exchange::ExchangeMatrix;
 pub use form_factor::{exchange_area, form_factor};
 pub use found::FormFactors;
 pub use rectangle::{Facing, Rectangle};
-pub use system::{RadiositySystem, Singular, Solution};
+pub use system::{RadiositySystem, Singular, SystemSolution};
 pub use variance::{
     ESTIMATORS, best_gathering_weights, best_shooting_weights, gathering_covariance, jacobi_variances,
     shooting_covariance, systematic_jacobi_variances,

@@ -2,19 +2,19 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::polygon::{Plane, Polygon, Polygons, bounding_sphere, in_front};
+use crate::polygon::{CutPlane, Polygon, Polygons, bounding_sphere, in_front};
 
 /// Corners of a surface at most.
 const MOST_CORNERS: usize = 4;
 
 /// Behind all of these planes there is no light.
 struct Shadow {
-    planes: [Plane; MOST_CORNERS + 1],
+    planes: [CutPlane; MOST_CORNERS + 1],
     count: usize,
 }
 
 impl Shadow {
-    fn planes(&self) -> &[Plane] {
+    fn planes(&self) -> &[CutPlane] {
         &self.planes[..self.count]
     }
 }
@@ -23,7 +23,7 @@ impl Shadow {
 #[derive(Clone, Debug)]
 struct Occluder {
     outline: Polygon,
-    plane: Plane,
+    plane: CutPlane,
     center: DVec3,
     radius: f64,
     /// Axes within the plane, in which `flat` is the outline, counterclockwise.
@@ -127,7 +127,7 @@ impl Occluders {
 impl Occluder {
     fn new(outline: Polygon) -> Self {
         let (u, v) = (outline[1] - outline[0], outline[outline.len() - 1] - outline[0]);
-        let plane = Plane::through(outline[0], u.cross(v));
+        let plane = CutPlane::through(outline[0], u.cross(v));
         let along = u.normalize();
         let axes = [along, plane.normal.cross(along)];
         let (center, radius) = bounding_sphere(&outline);
@@ -168,20 +168,20 @@ impl Occluder {
     }
 
     /// The plane, with `point` in front; `None` where the point is in the plane itself.
-    fn towards(&self, point: DVec3, tolerance: f64) -> Option<Plane> {
+    fn towards(&self, point: DVec3, tolerance: f64) -> Option<CutPlane> {
         let height = self.plane.height(point);
         (height.abs() > tolerance).then(|| if height > 0.0 { self.plane } else { self.plane.flipped() })
     }
 
     /// The shadow of a light at `point`, which is in front of the plane `towards`.
-    fn shadow(&self, point: DVec3, towards: Plane) -> Shadow {
+    fn shadow(&self, point: DVec3, towards: CutPlane) -> Shadow {
         // Counterclockwise seen from the light, the shadow is on the left of every edge.
         let sign = towards.normal.dot(self.plane.normal).signum();
         let mut planes = [towards; MOST_CORNERS + 1];
         for (k, &from) in self.outline.iter().enumerate() {
             let to = self.outline[(k + 1) % self.outline.len()];
             let inwards = (to - from).cross(from - point) * sign;
-            planes[k + 1] = Plane::through(point, -inwards);
+            planes[k + 1] = CutPlane::through(point, -inwards);
         }
         Shadow { planes, count: self.outline.len() + 1 }
     }

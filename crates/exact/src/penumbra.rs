@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use crate::cubature::GAUSS_3;
 use crate::occlusion::Occluders;
-use crate::polygon::{Plane, Polygons, area, bounding_sphere, fan, point_form_factor};
+use crate::polygon::{CutPlane, Polygons, area, bounding_sphere, fan, point_form_factor};
 
 /// Cuts of a triangle at most; the least then is 4⁻⁸ of the largest.
 const DEPTH: u32 = 8;
@@ -54,7 +54,7 @@ impl Estimated {
 }
 
 /// A point of the integration: it looks along `normal` at `target`.
-struct View<'a> {
+struct IntegrationPoint<'a> {
     normal: DVec3,
     target: &'a [DVec3],
 }
@@ -71,12 +71,12 @@ impl<'a> Penumbra<'a> {
     /// other's, so that the errors are not, either. No error below the tolerance is claimed.
     pub(crate) fn exchange_area(
         &self,
-        p: (&[DVec3], &Plane),
-        q: (&[DVec3], &Plane),
+        p: (&[DVec3], &CutPlane),
+        q: (&[DVec3], &CutPlane),
         tolerance: f64,
     ) -> Estimated {
-        let towards_q = View { normal: p.1.normal, target: q.0 };
-        let towards_p = View { normal: q.1.normal, target: p.0 };
+        let towards_q = IntegrationPoint { normal: p.1.normal, target: q.0 };
+        let towards_p = IntegrationPoint { normal: q.1.normal, target: p.0 };
         let both = |round: u32| {
             let goal = tolerance * 0.5_f64.powi(round as i32);
             Estimated::between(
@@ -96,18 +96,30 @@ impl<'a> Penumbra<'a> {
     }
 
     /// The integral over parts, each cut `least` times at least, to an error per area of about `density`.
-    fn integral(&self, view: &View, parts: &[Part], density: f64, least: u32) -> Estimated {
+    fn integral(
+        &self,
+        view: &IntegrationPoint,
+        parts: &[QuadratureDomain],
+        density: f64,
+        least: u32,
+    ) -> Estimated {
         let parts = parts.iter().map(|part| self.refined(view, part, density, [least, DEPTH]));
         parts.fold(Estimated::default(), Estimated::plus)
     }
 
     /// The integral over a part, cut in four until the error per area is below `density`, at least `least` and at
     /// most `most` times.
-    fn refined(&self, view: &View, part: &Part, density: f64, [least, most]: [u32; 2]) -> Estimated {
+    fn refined(
+        &self,
+        view: &IntegrationPoint,
+        part: &QuadratureDomain,
+        density: f64,
+        [least, most]: [u32; 2],
+    ) -> Estimated {
         if least == 0 {
             let whole = match part {
-                Part::Triangle(corners) => self.over_triangle(view, *corners),
-                Part::Parallelogram(corners) => self.over_parallelogram(view, *corners),
+                QuadratureDomain::Triangle(corners) => self.over_triangle(view, *corners),
+                QuadratureDomain::Parallelogram(corners) => self.over_parallelogram(view, *corners),
             };
             if most == 0 || whole.error <= density * part.area() {
                 return whole;
@@ -120,7 +132,11 @@ impl<'a> Penumbra<'a> {
 
     /// The integral over a parallelogram, given by a corner and its two neighbours, by Gauss's product rule of degree 5. Its error
     /// is taken as an eighth of the difference to the rule of degree 3 on five of the same nine points.
-    fn over_parallelogram(&self, view: &View, [corner, corner_u, corner_v]: [DVec3; 3]) -> Estimated {
+    fn over_parallelogram(
+        &self,
+        view: &IntegrationPoint,
+        [corner, corner_u, corner_v]: [DVec3; 3],
+    ) -> Estimated {
         let (u, v) = (corner_u - corner, corner_v - corner);
         let seen = |s: f64, t: f64| self.seen(view, corner + u * s + v * t);
         let (mut fine, mut diagonal) = (0.0, 0.0);
@@ -142,7 +158,7 @@ impl<'a> Penumbra<'a> {
 
     /// The integral over a triangle by Radon's rule of degree 5 (1948). Its error is taken as an eighth of the
     /// difference to the rule of degree 2 on four of the same seven points: at kinks, too, it is the better.
-    fn over_triangle(&self, view: &View, [a, b, c]: [DVec3; 3]) -> Estimated {
+    fn over_triangle(&self, view: &IntegrationPoint, [a, b, c]: [DVec3; 3]) -> Estimated {
         let root = 15.0_f64.sqrt();
         let (outer, w_outer) = ((6.0 - root) / 21.0, (155.0 - root) / 400.0);
         let (inner, w_inner) = ((6.0 + root) / 21.0, (155.0 + root) / 400.0);
@@ -160,7 +176,7 @@ impl<'a> Penumbra<'a> {
     }
 
     /// The form factor from a point to what it sees of the target.
-    fn seen(&self, view: &View, point: DVec3) -> f64 {
+    fn seen(&self, view: &IntegrationPoint, point: DVec3) -> f64 {
         let mut seen = self.seen.borrow_mut();
         self.occluders.see(point, view.target, self.between, &mut seen);
         seen.iter().map(|part| point_form_factor(point, view.normal, part)).sum()
@@ -168,32 +184,32 @@ impl<'a> Penumbra<'a> {
 }
 
 /// What is integrated over by one rule.
-enum Part {
+enum QuadratureDomain {
     /// The corners.
     Triangle([DVec3; 3]),
     /// A corner and its two neighbours.
     Parallelogram([DVec3; 3]),
 }
 
-impl Part {
+impl QuadratureDomain {
     fn area(&self) -> f64 {
         match self {
-            Part::Triangle(corners) => area(corners),
-            Part::Parallelogram([corner, u, v]) => (u - corner).cross(v - corner).length(),
+            QuadratureDomain::Triangle(corners) => area(corners),
+            QuadratureDomain::Parallelogram([corner, u, v]) => (u - corner).cross(v - corner).length(),
         }
     }
 
     /// Its four equal quarters.
-    fn quarters(&self) -> [Part; 4] {
+    fn quarters(&self) -> [QuadratureDomain; 4] {
         match *self {
-            Part::Triangle([a, b, c]) => {
+            QuadratureDomain::Triangle([a, b, c]) => {
                 let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
-                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]].map(Part::Triangle)
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]].map(QuadratureDomain::Triangle)
             }
-            Part::Parallelogram([corner, corner_u, corner_v]) => {
+            QuadratureDomain::Parallelogram([corner, corner_u, corner_v]) => {
                 let (u, v) = (0.5 * (corner_u - corner), 0.5 * (corner_v - corner));
                 [corner, corner + u, corner + v, corner + u + v]
-                    .map(|corner| Part::Parallelogram([corner, corner + u, corner + v]))
+                    .map(|corner| QuadratureDomain::Parallelogram([corner, corner + u, corner + v]))
             }
         }
     }
@@ -206,19 +222,19 @@ fn is_parallelogram(polygon: &[DVec3]) -> bool {
 }
 
 /// A parallelogram as it is, other convex polygons in triangles.
-fn wholes(polygon: &[DVec3]) -> Vec<Part> {
+fn wholes(polygon: &[DVec3]) -> Vec<QuadratureDomain> {
     match is_parallelogram(polygon) {
-        true => vec![Part::Parallelogram([polygon[0], polygon[1], polygon[3]])],
-        false => fan(polygon).map(Part::Triangle).collect(),
+        true => vec![QuadratureDomain::Parallelogram([polygon[0], polygon[1], polygon[3]])],
+        false => fan(polygon).map(QuadratureDomain::Triangle).collect(),
     }
 }
 
 /// The triangles of a parallelogram on either side of a diagonal, of other convex polygons around the mean of the corners.
-fn triangles(polygon: &[DVec3]) -> Vec<Part> {
+fn triangles(polygon: &[DVec3]) -> Vec<QuadratureDomain> {
     if is_parallelogram(polygon) {
-        return fan(polygon).map(Part::Triangle).collect();
+        return fan(polygon).map(QuadratureDomain::Triangle).collect();
     }
     let (middle, _) = bounding_sphere(polygon);
     let edge = |k: usize| [middle, polygon[k], polygon[(k + 1) % polygon.len()]];
-    (0..polygon.len()).map(edge).map(Part::Triangle).collect()
+    (0..polygon.len()).map(edge).map(QuadratureDomain::Triangle).collect()
 }

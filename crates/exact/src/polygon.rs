@@ -9,17 +9,17 @@ pub(crate) type Polygon = Vec<DVec3>;
 
 /// A plane: the points x with normal·x = offset.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Plane {
+pub(crate) struct CutPlane {
     /// Unit normal; points to the front.
     pub normal: DVec3,
     offset: f64,
 }
 
-impl Plane {
+impl CutPlane {
     /// The plane through a point with a normal of any length above 0.
     pub(crate) fn through(point: DVec3, normal: DVec3) -> Self {
         let normal = normal.normalize();
-        Plane { normal, offset: normal.dot(point) }
+        CutPlane { normal, offset: normal.dot(point) }
     }
 
     /// How far a point is in front [m].
@@ -29,7 +29,7 @@ impl Plane {
 
     /// The plane seen from behind.
     pub(crate) fn flipped(&self) -> Self {
-        Plane { normal: -self.normal, offset: -self.offset }
+        CutPlane { normal: -self.normal, offset: -self.offset }
     }
 
     /// Whether no point is further behind than `tolerance` [m].
@@ -44,7 +44,7 @@ impl Plane {
 }
 
 /// The part of a polygon in front of a plane. What is within `tolerance` [m] of the plane follows the rest.
-pub(crate) fn in_front(polygon: &[DVec3], plane: &Plane, tolerance: f64) -> Polygon {
+pub(crate) fn in_front(polygon: &[DVec3], plane: &CutPlane, tolerance: f64) -> Polygon {
     let [low, high] = plane.range(polygon);
     if high <= tolerance {
         return vec![];
@@ -125,7 +125,7 @@ impl Polygons {
     }
 
     /// Takes away all that is behind every one of some planes. The rest stays, in convex parts.
-    pub(crate) fn take_away(&mut self, planes: &[Plane], tolerance: f64) {
+    pub(crate) fn take_away(&mut self, planes: &[CutPlane], tolerance: f64) {
         let whole = |polygon: &[DVec3]| planes.iter().any(|plane| plane.is_all_in_front(polygon, tolerance));
         let Polygons { list, kept, rest: [rest, next], heights } = self;
         let Some(first) = list.iter().position(|polygon| !whole(polygon)) else { return };
@@ -153,7 +153,7 @@ impl Polygons {
 /// sides of the plane, together.
 fn split(
     polygon: &[DVec3],
-    plane: &Plane,
+    plane: &CutPlane,
     tolerance: f64,
     (front, behind): (&mut List, &mut Polygon),
     heights: &mut Vec<f64>,
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn both_parts_of_a_cut_polygon_make_the_whole() {
-        let plane = Plane::through(DVec3::new(0.5, 0.6, 0.0), DVec3::new(1.0, 2.0, 0.5));
+        let plane = CutPlane::through(DVec3::new(0.5, 0.6, 0.0), DVec3::new(1.0, 2.0, 0.5));
         let parts = [plane, plane.flipped()].map(|plane| in_front(&ceiling(), &plane, 1e-12));
         let whole = point_form_factor(DVec3::ZERO, DVec3::Z, &ceiling());
         let sum: f64 = parts.iter().map(|part| point_form_factor(DVec3::ZERO, DVec3::Z, part)).sum();

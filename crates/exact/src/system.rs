@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::dense::{Cholesky, Matrix};
+use crate::dense::{Cholesky, DenseMatrix};
 use crate::exchange::ExchangeMatrix;
 
 /// Right-hand sides solved for at a time: enough to be fast, few against the matrix.
@@ -35,7 +35,7 @@ pub struct RadiositySystem {
 
 /// The solution of the radiosity system for one set of emittances, face by face.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Solution {
+pub struct SystemSolution {
     /// B_i: the radiosity of each face [W/m²].
     pub radiosity: Vec<f64>,
     /// b_i = B_i − E_i: reflected radiosity [W/m²].
@@ -60,7 +60,7 @@ impl RadiositySystem {
         let n = exchange.face_count();
         assert_eq!(reflectance.len(), n, "one reflectance per face");
         let scale: Vec<f64> = reflectance.iter().zip(exchange.areas()).map(|(r, a)| (r / a).sqrt()).collect();
-        let matrix = Matrix::from_fn(n, n, |i, j| {
+        let matrix = DenseMatrix::from_fn(n, n, |i, j| {
             let identity = if i == j { 1.0 } else { 0.0 };
             identity - scale[i] * exchange.exchange_area(i, j) * scale[j]
         });
@@ -93,9 +93,9 @@ impl RadiositySystem {
     ///
     /// # Panics
     /// Unless there is one emittance per face.
-    pub fn solve(&self, emittance: &[f64]) -> Solution {
+    pub fn solve(&self, emittance: &[f64]) -> SystemSolution {
         let direct = self.exchange.incoming(emittance);
-        let mut whitened = Matrix::from_fn(direct.len(), 1, |i, _| self.scale[i] * direct[i]);
+        let mut whitened = DenseMatrix::from_fn(direct.len(), 1, |i, _| self.scale[i] * direct[i]);
         self.factor.solve_lower(&mut whitened);
         let mut y = whitened.column(0).to_vec();
         self.factor.solve_transposed(&mut y);
@@ -104,14 +104,14 @@ impl RadiositySystem {
     }
 
     /// One more bounce of a radiosity that already solves the system: gives φ where R = 0, too.
-    fn gather(&self, emittance: &[f64], shot: &[f64]) -> Solution {
+    fn gather(&self, emittance: &[f64], shot: &[f64]) -> SystemSolution {
         let incoming = self.exchange.incoming(shot);
         let irradiance: Vec<f64> =
             incoming.iter().zip(self.exchange.areas()).map(|(phi, a)| phi / a).collect();
         let reflected: Vec<f64> = irradiance.iter().zip(&self.reflectance).map(|(h, r)| r * h).collect();
         let radiosity: Vec<f64> = emittance.iter().zip(&reflected).map(|(e, b)| e + b).collect();
         let residual = self.residual(emittance, &radiosity);
-        Solution { radiosity, reflected, irradiance, incoming, residual }
+        SystemSolution { radiosity, reflected, irradiance, incoming, residual }
     }
 
     fn residual(&self, emittance: &[f64], radiosity: &[f64]) -> f64 {
@@ -141,8 +141,8 @@ impl RadiositySystem {
     }
 
     /// L⁻¹k_i of some faces i, column by column.
-    fn whitened(&self, faces: &[usize]) -> Matrix {
-        let mut k = Matrix::from_fn(self.scale.len(), faces.len(), |j, c| {
+    fn whitened(&self, faces: &[usize]) -> DenseMatrix {
+        let mut k = DenseMatrix::from_fn(self.scale.len(), faces.len(), |j, c| {
             let i = faces[c];
             self.scale[j] * self.exchange.exchange_area(j, i) / self.exchange.areas()[i].sqrt()
         });

@@ -13,7 +13,7 @@ pub const ESTIMATORS: [EstimatorKind; 4] =
     [EstimatorKind::Absorption, EstimatorKind::Survival, EstimatorKind::Collision, EstimatorKind::Infinite];
 
 /// What the variance of shooting on one face is made of.
-struct Terms {
+struct VarianceTerms {
     /// b_i [W/m²]; β_i for the infinite walk, that of one bounce for direct light.
     b: f64,
     /// R_i: the reflectance of the face.
@@ -28,11 +28,11 @@ impl Exact {
     /// The variance of B_i [W²/m⁴] for one shooting walk, face by face; 0 where R_i = 0.
     pub fn shooting_variances(&self, estimator: EstimatorKind) -> Vec<f64> {
         let terms = match estimator.course() {
-            Course::Chance => Terms::of(self, &self.solution().reflected),
-            Course::Weighted => Terms::of(self, &self.squared_solution().reflected),
-            Course::FirstHit => Terms::of(self, &self.direct()),
+            Course::Chance => VarianceTerms::of(self, &self.solution().reflected),
+            Course::Weighted => VarianceTerms::of(self, &self.squared_solution().reflected),
+            Course::FirstHit => VarianceTerms::of(self, &self.direct()),
         };
-        let variance = |(terms, b): (Terms, f64)| shooting_second_moment(estimator, &terms) - b * b;
+        let variance = |(terms, b): (VarianceTerms, f64)| shooting_second_moment(estimator, &terms) - b * b;
         terms.into_iter().zip(self.scored(estimator)).map(variance).collect()
     }
 
@@ -64,7 +64,10 @@ impl Exact {
 
 /// The expected square of a shooting walk's whole score on a face [W²/m⁴]: that of one score, times 1 + 2R_iξ_i where the walk
 /// may come back and score again.
-fn shooting_second_moment(estimator: EstimatorKind, &Terms { b, r, xi, power_density }: &Terms) -> f64 {
+fn shooting_second_moment(
+    estimator: EstimatorKind,
+    &VarianceTerms { b, r, xi, power_density }: &VarianceTerms,
+) -> f64 {
     let once = match (estimator.course(), estimator.event()) {
         // φ_i += Φ_T·ΠR over the earlier hits, at every hit of a walk that never ends: SInf eq. (2), b being β
         (Course::Weighted, _) => b * power_density,
@@ -84,7 +87,7 @@ fn shooting_second_moment(estimator: EstimatorKind, &Terms { b, r, xi, power_den
 fn gathering_second_moments(estimator: EstimatorKind, exact: &Exact) -> Vec<f64> {
     // b_i += R_iE_s/(p_ip) at an event of probability p on a source: where the walk dies, S97 eq. (10); at every hit but the
     // last, eq. (13); at every hit, eq. (14). 2b_s is what the walk still gathers.
-    let c = |s: Source| {
+    let c = |s: EmittingFace| {
         let later = if estimator.scores_again() { 2.0 * s.b } else { 0.0 };
         (s.e + later) / estimator.event().probability(s.r)
     };
@@ -108,10 +111,10 @@ fn once(exact: &Exact, emittance: &[f64]) -> Vec<f64> {
     densities.zip(exact.reflectance()).map(|(h, r)| r * h).collect()
 }
 
-impl Terms {
+impl VarianceTerms {
     /// The terms of every face, b being given.
     fn of(exact: &Exact, b: &[f64]) -> Vec<Self> {
-        let face = |i: usize| Terms {
+        let face = |i: usize| VarianceTerms {
             b: b[i],
             r: exact.reflectance()[i],
             xi: exact.xi()[i],
@@ -122,23 +125,23 @@ impl Terms {
 }
 
 /// A source face s: R_s, E_s > 0, b_s [W/m²].
-struct Source {
+struct EmittingFace {
     r: f64,
     e: f64,
     b: f64,
 }
 
 /// c_sE_s of every face.
-fn weighted_emittance(exact: &Exact, c: impl Fn(Source) -> f64) -> Vec<f64> {
+fn weighted_emittance(exact: &Exact, c: impl Fn(EmittingFace) -> f64) -> Vec<f64> {
     let weighted = |(face, &e): (usize, &f64)| {
         let (r, b) = (exact.reflectance()[face], exact.solution().reflected[face]);
-        if e > 0.0 { c(Source { r, e, b }) * e } else { 0.0 }
+        if e > 0.0 { c(EmittingFace { r, e, b }) * e } else { 0.0 }
     };
     exact.emittance().iter().enumerate().map(weighted).collect()
 }
 
 /// R_i Σ_s c_s b_is of every face.
-fn reflected(exact: &Exact, system: &RadiositySystem, c: impl Fn(Source) -> f64) -> Vec<f64> {
+fn reflected(exact: &Exact, system: &RadiositySystem, c: impl Fn(EmittingFace) -> f64) -> Vec<f64> {
     let sums = system.solve(&weighted_emittance(exact, c)).reflected;
     sums.iter().zip(exact.reflectance()).map(|(sum, r)| r * sum).collect()
 }
@@ -157,8 +160,8 @@ fn has_black_source(exact: &Exact) -> bool {
 /// The covariance of B_i [W²/m⁴] by absorption and by survival of one shooting walk (S97 proposition 2.19):
 /// (R_i/A_i)² (Φ_Tξ_iφ_i − φ_i²).
 pub fn shooting_covariance(exact: &Exact) -> Vec<f64> {
-    let covariance = |Terms { b, r, xi, power_density }| r * power_density * xi * b - b * b;
-    Terms::of(exact, &exact.solution().reflected).into_iter().map(covariance).collect()
+    let covariance = |VarianceTerms { b, r, xi, power_density }| r * power_density * xi * b - b * b;
+    VarianceTerms::of(exact, &exact.solution().reflected).into_iter().map(covariance).collect()
 }
 
 /// The weight α of survival at which α·survival + (1 − α)·absorption has the least variance for shooting

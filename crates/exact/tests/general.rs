@@ -8,7 +8,7 @@ mod shapes;
 use std::f64::consts::TAU;
 
 use common::{Numbers, assert_near, cube_54, random_box};
-use exact::{Accuracy, Exact, FormFactors};
+use exact::{Exact, FormFactors, SystemAccuracy};
 use glam::DVec3;
 use radiosity::{SceneSpec, Shape};
 use shapes::{ball, painted, quad, tetrahedron, turned};
@@ -104,7 +104,7 @@ fn closed_forms_contours_and_cubature_agree() {
 /// Exact and Accuracy of a furnace with E/(1 − R) = 2.
 fn furnace(shapes: Vec<Shape>) {
     let exact = solve(&painted(shapes, 0.75, 0.5));
-    let accuracy = Accuracy::of(&exact);
+    let accuracy = SystemAccuracy::of(&exact);
     for (b, error) in exact.solution().radiosity.iter().zip(&accuracy.radiosity_error) {
         assert_near(*b, 2.0, *error);
     }

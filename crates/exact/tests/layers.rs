@@ -9,7 +9,7 @@ mod shapes;
 mod rays;
 
 use common::{Numbers, assert_near};
-use exact::{Accuracy, BoxScene, Exact, NotABox};
+use exact::{BoxScene, Exact, NotABox, SystemAccuracy};
 use glam::DVec3;
 use radiosity::{IndexChoice, Scene, SceneSpec, Shape, Side, Sides, SurfaceSpec};
 use rays::assert_rays_agree;
@@ -67,7 +67,7 @@ fn a_doubled_cube_has_the_light_of_the_plain_one() {
 /// A twin has no light; everything else is as in the plain cube.
 #[track_caller]
 fn assert_covers(doubled: &Exact, plain: &Exact) {
-    assert_eq!(Accuracy::of(doubled).undetermined(doubled), 0, "it is known what is dark");
+    assert_eq!(SystemAccuracy::of(doubled).undetermined(doubled), 0, "it is known what is dark");
     let (doubled, plain) = (doubled.solution(), plain.solution());
     for (irradiance, expected) in doubled.irradiance.iter().zip(&plain.irradiance[..6]) {
         assert_near(*irradiance, *expected, 1e-10);
@@ -275,7 +275,7 @@ fn layers_exchange_through_what_is_between_them() {
             assert_near(all, areas[i], 1e-9 * areas[i]);
             assert_near(sum, 1.0 - fates.lost[i] / areas[i], errors[i] + 1e-9);
         }
-        assert!(Accuracy::of(&exact).rows_possible);
+        assert!(SystemAccuracy::of(&exact).rows_possible);
     }
 }
 
@@ -415,7 +415,7 @@ fn rays_among_rugs() {
 fn layers_with_gaps_between_have_nearly_the_same_light() {
     let gap = 1e-6;
     let [layers, gaps] = [0.0, gap].map(|gap| Exact::of_scene(&rugs(gap)).unwrap());
-    let errors = [&layers, &gaps].map(|exact| Accuracy::of(exact).radiosity_error);
+    let errors = [&layers, &gaps].map(|exact| SystemAccuracy::of(exact).radiosity_error);
     let pairs = layers.solution().radiosity.iter().zip(&gaps.solution().radiosity);
     for (i, (layered, apart)) in pairs.enumerate() {
         assert_near(*layered, *apart, 10.0 * gap + errors[0][i] + errors[1][i]);

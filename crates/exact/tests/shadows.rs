@@ -8,7 +8,7 @@ mod rays;
 mod shapes;
 
 use common::{Numbers, assert_near};
-use exact::{Accuracy, Exact};
+use exact::{Exact, SystemAccuracy};
 use radiosity::{EstimatorKind, IndexChoice, Scene, SceneSpec, Sides};
 use rays::{Rays, assert_rays_agree};
 use shapes::{bumpy_ball, grey, l_room, painted, quad, room, turned};
@@ -42,7 +42,7 @@ fn furnaces_in_shapes_that_hide_parts_of_themselves() {
     ];
     for spec in scenes {
         let exact = Exact::of_scene(&spec).unwrap();
-        let accuracy = Accuracy::of(&exact);
+        let accuracy = SystemAccuracy::of(&exact);
         for (b, error) in exact.solution().radiosity.iter().zip(&accuracy.radiosity_error) {
             assert_near(*b, 2.0, *error);
             assert!(*error < 0.02, "a useful bound, not {error:e}");
@@ -108,7 +108,7 @@ fn rays_in_a_room_with_a_corner() {
 #[test]
 fn backs_absorb() {
     let exact = Exact::of_scene(&room_with(plate(), Sides::Front)).unwrap();
-    let [least, greatest] = Accuracy::of(&exact).row_sums;
+    let [least, greatest] = SystemAccuracy::of(&exact).row_sums;
     assert!(least < 0.97 && greatest < 1.0 + 2e-3, "{least} {greatest}");
     let both = Exact::of_scene(&room_with(plate(), Sides::Both)).unwrap();
     assert!(both.exchange().closure_defect() < 2e-3);

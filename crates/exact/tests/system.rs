@@ -86,7 +86,7 @@ fn light_is_the_sum_of_what_the_sources_give() {
     spec.surfaces[3].cell_emittance = vec![(0, 2.0.into()), (8, 0.5.into())];
     let exact = Exact::of_scene(&spec).unwrap();
     let sources = [4, 27, 35];
-    let sum = |of_source: &dyn Fn(usize) -> exact::Solution, i: usize| -> f64 {
+    let sum = |of_source: &dyn Fn(usize) -> exact::SystemSolution, i: usize| -> f64 {
         sources.iter().map(|&s| of_source(s).reflected[i]).sum()
     };
     for i in [0, 4, 27, 30, 53] {

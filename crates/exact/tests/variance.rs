@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use common::{Numbers, assert_near, cube_54, plain_box, random_box};
 use exact::{
-    Bounds, ESTIMATORS, Exact, ExchangeMatrix, best_gathering_weights, best_shooting_weights,
+    ESTIMATORS, Exact, ExchangeMatrix, VarianceBounds, best_gathering_weights, best_shooting_weights,
     gathering_covariance, jacobi_variances, shooting_covariance, systematic_jacobi_variances,
 };
 use glam::DVec3;
@@ -222,7 +222,7 @@ fn gathering_on_chosen_patches() {
 fn bounds_of_a_scene_are_those_of_its_solution() {
     let scene = radiosity::Scene::build(&cube_54(), radiosity::IndexChoice::Flat).unwrap();
     let (of_scene, of_exact) =
-        (Bounds::of_scene(&scene, 0), Bounds::of(&Exact::of_scene(&cube_54()).unwrap()));
+        (VarianceBounds::of_scene(&scene, 0), VarianceBounds::of(&Exact::of_scene(&cube_54()).unwrap()));
     assert_near(of_scene.shooting_variance() / of_exact.shooting_variance(), 1.0, 1e-12);
     assert_near(of_scene.gathering_variance() / of_exact.gathering_variance(), 1.0, 1e-12);
 }
@@ -234,7 +234,7 @@ fn bounds_bound() {
     let mut scenes: Vec<Exact> = (0..5).map(|_| coloured_box(&mut numbers)).collect();
     scenes.push(Exact::of_scene(&cube_54()).unwrap());
     for exact in scenes {
-        let bounds = Bounds::of(&exact);
+        let bounds = VarianceBounds::of(&exact);
         let birth = by_area(&exact);
         let mean = |variances: &[f64]| variances.iter().zip(&birth).map(|(v, p)| v * p).sum::<f64>();
         for estimator in ESTIMATORS {

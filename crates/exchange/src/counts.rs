@@ -2,20 +2,20 @@
 
 /// How many walks of each group were taken where.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Counts {
+pub struct ExchangeCounts {
     rows: Vec<Vec<u64>>,
 }
 
-impl Counts {
+impl ExchangeCounts {
     /// No walk yet, between `groups` groups.
     pub fn none(groups: usize) -> Self {
-        Counts { rows: vec![vec![0; groups + 2]; groups] }
+        ExchangeCounts { rows: vec![vec![0; groups + 2]; groups] }
     }
 
     /// Counts that are these rows.
     #[cfg(test)]
     pub(crate) fn of(rows: &[Vec<u64>]) -> Self {
-        let mut counts = Counts::none(rows.len());
+        let mut counts = ExchangeCounts::none(rows.len());
         counts.add(rows);
         counts
     }

@@ -3,7 +3,7 @@
 //! Plans follow from counts and from nothing else, so that the answer is a function of the job. The first plan is a pilot. What it
 //! has found says how many walks each group needs; at the next look that is known better.
 
-use crate::counts::Counts;
+use crate::counts::ExchangeCounts;
 use crate::factors::Factors;
 
 /// Walks of each group in a pilot, where the budget has room.
@@ -31,7 +31,7 @@ pub struct Tolerance {
 
 impl Tolerance {
     /// Whether the factors are known so well.
-    pub fn is_met(&self, counts: &Counts) -> bool {
+    pub fn is_met(&self, counts: &ExchangeCounts) -> bool {
         let factors = Factors::new(counts, self.level);
         (0..counts.groups()).all(|i| self.excess(i, &factors) <= 1.0)
     }
@@ -51,20 +51,20 @@ impl Tolerance {
 
 /// The walks that each group has at a look: powers of two.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Plan {
+pub struct WalkPlan {
     walks: Vec<u64>,
 }
 
-impl Plan {
+impl WalkPlan {
     /// The first plan: as many walks for each of `groups` groups. `None` where `budget` has none for each.
     pub fn pilot(groups: usize, budget: u64) -> Option<Self> {
         let each = budget / groups as u64;
         let walks = floor_power_of_two(each)?.min(PILOT).min((each / PILOT_PART).max(1).next_power_of_two());
-        Some(Plan { walks: vec![walks; groups] })
+        Some(WalkPlan { walks: vec![walks; groups] })
     }
 
     /// The plan that follows from what is counted, within `budget` walks in all; `None` where there is nothing more to do.
-    pub fn next(counts: &Counts, budget: u64, tolerance: Option<&Tolerance>) -> Option<Self> {
+    pub fn next(counts: &ExchangeCounts, budget: u64, tolerance: Option<&Tolerance>) -> Option<Self> {
         let have: Vec<u64> = (0..counts.groups()).map(|i| counts.walks(i)).collect();
         let walks = match tolerance {
             None => spread(counts, &have, budget),
@@ -74,7 +74,7 @@ impl Plan {
                 within(have.iter().enumerate().map(needed).collect(), &have, budget)
             }
         };
-        (walks != have).then_some(Plan { walks })
+        (walks != have).then_some(WalkPlan { walks })
     }
 
     /// The walks of each group.
@@ -89,7 +89,7 @@ fn floor_power_of_two(n: u64) -> Option<u64> {
 
 /// The walks of all rows that leave the least sum of variances Σ_i V_i/N_i, V_i = 1 − Σ_j p_ij²: while the budget has room, the
 /// row is doubled that loses most for each walk it takes, V_i/(2N_i²).
-fn spread(counts: &Counts, have: &[u64], budget: u64) -> Vec<u64> {
+fn spread(counts: &ExchangeCounts, have: &[u64], budget: u64) -> Vec<u64> {
     let variance = |i: usize| {
         let walks = counts.walks(i) as f64;
         // As if one walk more had gone elsewhere: a row that seems certain is not left out for ever.
@@ -135,37 +135,38 @@ mod tests {
 
     #[test]
     fn pilots_keep_an_eighth_of_the_budget() {
-        assert_eq!(Plan::pilot(3, 2), None);
-        assert_eq!(Plan::pilot(3, 3).unwrap().walks(), [1, 1, 1]);
-        assert_eq!(Plan::pilot(2, 2048).unwrap().walks(), [128, 128]);
-        assert_eq!(Plan::pilot(2, 1 << 40).unwrap().walks(), [PILOT, PILOT]);
+        assert_eq!(WalkPlan::pilot(3, 2), None);
+        assert_eq!(WalkPlan::pilot(3, 3).unwrap().walks(), [1, 1, 1]);
+        assert_eq!(WalkPlan::pilot(2, 2048).unwrap().walks(), [128, 128]);
+        assert_eq!(WalkPlan::pilot(2, 1 << 40).unwrap().walks(), [PILOT, PILOT]);
     }
 
     /// A row that is certain gets nothing, the others all there is: powers of two that the budget holds.
     #[test]
     fn the_budget_goes_where_the_variance_is() {
-        let known = Counts::of(&[vec![0, 64, 0, 0, 0], vec![32, 0, 32, 0, 0], vec![8, 8, 16, 16, 16]]);
-        let plan = Plan::next(&known, 10_000, None).unwrap();
+        let known =
+            ExchangeCounts::of(&[vec![0, 64, 0, 0, 0], vec![32, 0, 32, 0, 0], vec![8, 8, 16, 16, 16]]);
+        let plan = WalkPlan::next(&known, 10_000, None).unwrap();
         let walks = plan.walks();
         assert!(walks.iter().all(|walks| walks.is_power_of_two()), "{walks:?}");
         let total: u64 = walks.iter().sum();
         assert!((5_000..=10_000).contains(&total), "{walks:?}");
         assert!(4 * walks[0] <= walks[1] && walks[1] <= walks[2], "{walks:?}");
-        assert_eq!(Plan::next(&known, 200, None), None);
+        assert_eq!(WalkPlan::next(&known, 200, None), None);
     }
 
     /// A pair of p = 1/4 at 1 %: z²·(1 − p)/p/T² = 115,000 walks, a row of 2 cells: 38,400.
     #[test]
     fn tolerances_say_how_many_walks_are_needed() {
-        let known = Counts::of(&[vec![0, 1024, 3072, 0], vec![4096, 0, 0, 0]]);
+        let known = ExchangeCounts::of(&[vec![0, 1024, 3072, 0], vec![4096, 0, 0, 0]]);
         let tolerance = |pairs| Tolerance { relative: 0.01, pairs, level: 0.95 };
-        let next = |pairs| Plan::next(&known, 1 << 40, Some(&tolerance(pairs)));
+        let next = |pairs| WalkPlan::next(&known, 1 << 40, Some(&tolerance(pairs)));
         assert_eq!(next(Some(vec![(0, 1)])).unwrap().walks(), [1 << 17, 4096]);
         assert_eq!(next(None).unwrap().walks(), [1 << 16, 4096]);
         // Nothing is known of this pair yet.
         assert_eq!(next(Some(vec![(1, 1)])).unwrap().walks(), [4096, 4096 * GROWTH]);
         assert_eq!(next(Some(vec![])), None);
-        let poor = Plan::next(&known, 70_000, Some(&tolerance(Some(vec![(0, 1)])))).unwrap();
+        let poor = WalkPlan::next(&known, 70_000, Some(&tolerance(Some(vec![(0, 1)])))).unwrap();
         assert_eq!(poor.walks(), [1 << 16, 4096]);
         assert!(tolerance(Some(vec![(1, 0)])).is_met(&known) && !tolerance(None).is_met(&known));
     }

@@ -2,7 +2,7 @@
 
 use stats::{Interval, Moments, proportion_interval};
 
-use crate::counts::Counts;
+use crate::counts::ExchangeCounts;
 
 /// One exchange factor with its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +36,9 @@ impl Factor {
 /// All exchange factors, with intervals of one level.
 #[derive(Clone, Debug)]
 pub struct Factors<'a> {
-    counts: &'a Counts,
+    counts: &'a ExchangeCounts,
     level: f64,
-    /// The factors, row by row, in the columns of [`Counts::row`].
+    /// The factors, row by row, in the columns of [`ExchangeCounts::row`].
     rows: Vec<Vec<f64>>,
 }
 
@@ -64,13 +64,13 @@ fn row_of(counts: &[u64]) -> Vec<f64> {
 
 impl<'a> Factors<'a> {
     /// The factors that some counts give, with intervals that hold each with the probability `level`.
-    pub fn new(counts: &'a Counts, level: f64) -> Self {
+    pub fn new(counts: &'a ExchangeCounts, level: f64) -> Self {
         let rows = (0..counts.groups()).map(|i| row_of(counts.row(i))).collect();
         Factors { counts, level, rows }
     }
 
     /// The counts that the factors are estimated from.
-    pub fn counts(&self) -> &'a Counts {
+    pub fn counts(&self) -> &'a ExchangeCounts {
         self.counts
     }
 

@@ -1,6 +1,6 @@
 //! What counted walks between groups of faces say: exchange factors with intervals, smoothed factors, and net heat.
 //!
-//! Data flows one way: a [`Plan`] says how many walks each group is given, walks become [`Counts`], and [`Factors`] are read off
+//! Data flows one way: a [`WalkPlan`] says how many walks each group is given, walks become [`ExchangeCounts`], and [`Factors`] are read off
 //! them. [`smooth`] adjusts all factors together; [`Balance`] solves for temperatures and heat. Everything is a pure function.
 //!
 //! A group always walks a power of two of walks: so every factor n/N is a binary fraction, and the factors of a row add up to
@@ -18,10 +18,10 @@ mod smooth;
 mod system;
 mod thermal;
 
-pub use counts::Counts;
-pub use effort::{Plan, Tolerance};
+pub use counts::ExchangeCounts;
+pub use effort::{Tolerance, WalkPlan};
 pub use factors::{Factor, Factors};
 pub use matrix::SparseFactors;
 pub use row::{Dropped, Intervals, SparseRow};
 pub use smooth::{Smoothed, smooth};
-pub use thermal::{Balance, BoundaryCondition, Estimate, SIGMA, Thermal, ThermalFault};
+pub use thermal::{Balance, BoundaryCondition, HeatEstimate, SIGMA, Thermal, ThermalFault};

@@ -1,9 +1,9 @@
 //! Factors of all groups, of each row those that walks have met.
 
-use crate::counts::Counts;
+use crate::counts::ExchangeCounts;
 use crate::row::SparseRow;
 
-/// Factors between groups in compressed rows, in the columns of [`Counts::row`].
+/// Factors between groups in compressed rows, in the columns of [`ExchangeCounts::row`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SparseFactors {
     /// Where the entries of each row end.
@@ -60,8 +60,8 @@ impl SparseFactors {
     }
 }
 
-impl From<&Counts> for SparseFactors {
-    fn from(counts: &Counts) -> Self {
+impl From<&ExchangeCounts> for SparseFactors {
+    fn from(counts: &ExchangeCounts) -> Self {
         let mut factors = SparseFactors::default();
         for i in 0..counts.groups() {
             let met = (0..).zip(counts.row(i).iter().copied()).filter(|&(_, count)| count > 0);

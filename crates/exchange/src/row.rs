@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn errors_are_about_those_of_dense_rows() {
-        let counts = crate::Counts::of(&[vec![1000, 20, 0, 4], vec![1024, 0, 0, 0]]);
+        let counts = crate::ExchangeCounts::of(&[vec![1000, 20, 0, 4], vec![1024, 0, 0, 0]]);
         let dense = crate::Factors::new(&counts, 0.95);
         let row = SparseRow::new(vec![(0, 1000), (1, 20), (3, 4)]);
         let mut intervals = Intervals::new(0.95);

@@ -11,10 +11,10 @@
 //! that they are. Both counts of a pair have the mean x_ij·N_i/A_i and x_ij·N_j/A_j: together they say x_ij = (n_ij + n_ji)/(N_i/A_i +
 //! N_j/A_j), of variance x_ij/(N_i/A_i + N_j/A_j). With the multipliers λ of the rows, x_ij is moved by v_ij·(λ_i + λ_j).
 
-use crate::counts::Counts;
+use crate::counts::ExchangeCounts;
 use crate::linear::{inverse, times};
 
-/// Smoothed factors, row by row, in the columns of [`Counts::row`].
+/// Smoothed factors, row by row, in the columns of [`ExchangeCounts::row`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smoothed {
     /// The smoothed factors, row by row.
@@ -33,9 +33,9 @@ const RIDGE: f64 = 1e-11;
 ///
 /// # Panics
 /// Where there are other areas than groups, or a group without walks.
-pub fn smooth(counts: &Counts, areas: &[f64]) -> Option<Smoothed> {
+pub fn smooth(counts: &ExchangeCounts, areas: &[f64]) -> Option<Smoothed> {
     assert_eq!(counts.groups(), areas.len(), "each group has an area");
-    let mut cells = Cells::counted(counts, areas);
+    let mut cells = ExchangeAreas::counted(counts, areas);
     for _ in 0..ROUNDS {
         let covariance = inverse(cells.normal_matrix())?;
         let moved = cells.moved(areas, &covariance);
@@ -48,13 +48,13 @@ pub fn smooth(counts: &Counts, areas: &[f64]) -> Option<Smoothed> {
 }
 
 /// What was counted of exchange areas, and its variances: G rows, each with G groups, backs, and what escapes.
-struct Cells {
+struct ExchangeAreas {
     areas: Vec<Vec<f64>>,
     variances: Vec<Vec<f64>>,
 }
 
-impl Cells {
-    fn counted(counts: &Counts, areas: &[f64]) -> Self {
+impl ExchangeAreas {
+    fn counted(counts: &ExchangeCounts, areas: &[f64]) -> Self {
         let groups = areas.len();
         let density: Vec<f64> = areas.iter().enumerate().map(|(i, a)| counts.walks(i) as f64 / a).collect();
         assert!(density.iter().all(|density| *density > 0.0), "each group has walks");
@@ -67,7 +67,7 @@ impl Cells {
         };
         let rows = (0..groups).map(|i| (0..groups + 2).map(|j| cell(i, j)).unzip());
         let (areas, variances) = rows.unzip();
-        Cells { areas, variances }
+        ExchangeAreas { areas, variances }
     }
 
     fn groups(&self) -> usize {
@@ -140,8 +140,11 @@ mod tests {
 
     #[test]
     fn smoothed_factors_are_reciprocal_and_add_up() {
-        let known =
-            Counts::of(&[vec![0, 270, 545, 0, 209], vec![90, 98, 57, 0, 11], vec![580, 170, 0, 100, 1198]]);
+        let known = ExchangeCounts::of(&[
+            vec![0, 270, 545, 0, 209],
+            vec![90, 98, 57, 0, 11],
+            vec![580, 170, 0, 100, 1198],
+        ]);
         let areas = [2.0, 1.5, 4.0];
         let Smoothed { factors, errors } = smooth(&known, &areas).unwrap();
         for i in 0..3 {
@@ -164,14 +167,14 @@ mod tests {
     #[test]
     fn rows_may_say_the_same_twice() {
         let Smoothed { factors, .. } =
-            smooth(&Counts::of(&[vec![0, 8, 0, 0], vec![16, 0, 0, 0]]), &[3.0, 3.0]).unwrap();
+            smooth(&ExchangeCounts::of(&[vec![0, 8, 0, 0], vec![16, 0, 0, 0]]), &[3.0, 3.0]).unwrap();
         assert!((factors[0][1] - 1.0).abs() < 1e-12 && (factors[1][0] - 1.0).abs() < 1e-12, "{factors:?}");
     }
 
     /// A pair that few walks found may be pushed below 0 by the rest of its row, and is held at 0 then.
     #[test]
     fn no_factor_is_negative() {
-        let known = Counts::of(&[vec![0, 1, 63, 0, 0], vec![1, 0, 7, 0, 56], vec![64, 0, 0, 0, 0]]);
+        let known = ExchangeCounts::of(&[vec![0, 1, 63, 0, 0], vec![1, 0, 7, 0, 56], vec![64, 0, 0, 0, 0]]);
         let Smoothed { factors, .. } = smooth(&known, &[1.0, 1.0, 1.0]).unwrap();
         assert!(factors.iter().flatten().all(|factor| *factor >= 0.0), "{factors:?}");
         assert!(factors.iter().all(|row| (row.iter().sum::<f64>() - 1.0).abs() < 1e-9), "{factors:?}");

@@ -30,7 +30,7 @@ const RESIDUAL: f64 = 1e-13;
 const FAILURE: f64 = 1e-9;
 
 /// The equations for some groups.
-pub(crate) struct System<'a> {
+pub(crate) struct HeatSystem<'a> {
     /// The groups whose temperature is not given.
     free: &'a [usize],
     /// M⁻¹; `None` where it is not used.
@@ -40,7 +40,7 @@ pub(crate) struct System<'a> {
 }
 
 /// The errors of what was solved for.
-pub(crate) struct Errors {
+pub(crate) struct HeatErrors {
     /// The variance of σT⁴ of each free group.
     pub(crate) of_free: Vec<f64>,
     /// The variance of each group's flux by that of what it sees.
@@ -50,14 +50,14 @@ pub(crate) struct Errors {
 }
 
 /// Numbers of one unknown, of right-hand sides side by side.
-type Lanes = [f64; LANES];
+type SideBySide = [f64; LANES];
 
-impl<'a> System<'a> {
+impl<'a> HeatSystem<'a> {
     /// The equations of a balance; `None` where they are singular.
     pub(crate) fn new(balance: &Balance<'_>, free: &'a [usize], by_inverse: bool) -> Option<Self> {
         let mut number = vec![None; balance.factors.groups() + 1];
         (0..).zip(free).for_each(|(place, &group)| number[group] = Some(place));
-        let mut system = System { free, inverse: None, number };
+        let mut system = HeatSystem { free, inverse: None, number };
         if by_inverse {
             system.inverse = Some(inverse(system.matrix(balance))?);
         }
@@ -91,15 +91,15 @@ impl<'a> System<'a> {
         }
         let alone =
             |(x, &i): (&f64, &usize)| [x / balance.emitting_areas[i], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let right: Vec<Lanes> = right.iter().zip(self.free).map(alone).collect();
+        let right: Vec<SideBySide> = right.iter().zip(self.free).map(alone).collect();
         Some(self.iterate(balance, &right)?.into_iter().map(|lanes| lanes[0]).collect())
     }
 
     /// The errors by rows of these standard errors, those of the free groups.
-    pub(crate) fn errors(&self, balance: &Balance<'_>, of_rows: &[f64]) -> Option<Errors> {
+    pub(crate) fn errors(&self, balance: &Balance<'_>, of_rows: &[f64]) -> Option<HeatErrors> {
         let groups = balance.factors.groups();
         let mut errors =
-            Errors { of_free: vec![0.0; self.free.len()], carried: vec![0.0; groups], probes: None };
+            HeatErrors { of_free: vec![0.0; self.free.len()], carried: vec![0.0; groups], probes: None };
         let blocks = match &self.inverse {
             Some(_) => self.free.len().div_ceil(LANES),
             None => PROBES / LANES,
@@ -125,7 +125,7 @@ impl<'a> System<'a> {
     }
 
     /// Right-hand sides of random signs, over E. The signs are fixed, so that the answer is.
-    fn probes(&self, balance: &Balance<'_>, of_rows: &[f64], block: usize) -> Vec<Lanes> {
+    fn probes(&self, balance: &Balance<'_>, of_rows: &[f64], block: usize) -> Vec<SideBySide> {
         let sequence = Sequence::new(block as u64);
         let rows = self.free.iter().zip(of_rows).zip(sequence.walks_from(0));
         rows.map(|((&i, error), mut rng)| {
@@ -139,18 +139,18 @@ impl<'a> System<'a> {
     }
 
     /// Σ_j B_ij x_j over the free groups.
-    fn weighted(&self, balance: &Balance<'_>, i: usize, x: &[Lanes]) -> Lanes {
+    fn weighted(&self, balance: &Balance<'_>, i: usize, x: &[SideBySide]) -> SideBySide {
         self.seen(balance, i).fold([0.0; LANES], |sum, (j, factor)| axpy(sum, [factor; LANES], &x[j]))
     }
 
     /// (I − B) x.
-    fn apply(&self, balance: &Balance<'_>, x: &[Lanes]) -> Vec<Lanes> {
-        let row = |(own, &i): (&Lanes, &usize)| axpy(*own, [-1.0; LANES], &self.weighted(balance, i, x));
+    fn apply(&self, balance: &Balance<'_>, x: &[SideBySide]) -> Vec<SideBySide> {
+        let row = |(own, &i): (&SideBySide, &usize)| axpy(*own, [-1.0; LANES], &self.weighted(balance, i, x));
         x.iter().zip(self.free).map(row).collect()
     }
 
     /// The solutions of (I − B) x = `right`; `None` where they are not found.
-    fn iterate(&self, balance: &Balance<'_>, right: &[Lanes]) -> Option<Vec<Lanes>> {
+    fn iterate(&self, balance: &Balance<'_>, right: &[SideBySide]) -> Option<Vec<SideBySide>> {
         let size = dot(right, right).map(f64::sqrt);
         let mut x = vec![[0.0; LANES]; right.len()];
         let (mut residual, mut direction) = (right.to_vec(), right.to_vec());
@@ -179,7 +179,7 @@ impl<'a> System<'a> {
 }
 
 /// Columns of the inverse, as many as there are lanes, each times the error of its row.
-fn columns(inverse: &[Vec<f64>], of_rows: &[f64], block: usize) -> Vec<Lanes> {
+fn columns(inverse: &[Vec<f64>], of_rows: &[f64], block: usize) -> Vec<SideBySide> {
     let lane = |row: &[f64], lane: usize| {
         let column = block * LANES + lane;
         of_rows.get(column).map_or(0.0, |error| row[column] * error)
@@ -187,28 +187,28 @@ fn columns(inverse: &[Vec<f64>], of_rows: &[f64], block: usize) -> Vec<Lanes> {
     inverse.iter().map(|row| std::array::from_fn(|at| lane(row, at))).collect()
 }
 
-fn axpy(y: Lanes, a: Lanes, x: &Lanes) -> Lanes {
+fn axpy(y: SideBySide, a: SideBySide, x: &SideBySide) -> SideBySide {
     std::array::from_fn(|lane| y[lane] + a[lane] * x[lane])
 }
 
-fn moved(y: &[Lanes], a: Lanes, x: &[Lanes]) -> Vec<Lanes> {
+fn moved(y: &[SideBySide], a: SideBySide, x: &[SideBySide]) -> Vec<SideBySide> {
     y.iter().zip(x).map(|(y, x)| axpy(*y, a, x)).collect()
 }
 
-fn dot(x: &[Lanes], y: &[Lanes]) -> Lanes {
+fn dot(x: &[SideBySide], y: &[SideBySide]) -> SideBySide {
     x.iter().zip(y).fold([0.0; LANES], |sum, (x, y)| axpy(sum, *x, y))
 }
 
-fn square(x: &Lanes) -> f64 {
+fn square(x: &SideBySide) -> f64 {
     x.iter().map(|x| x * x).sum()
 }
 
 /// Quotients; 0 where there is nothing to divide by, for lanes that are done.
-fn ratio(x: Lanes, y: Lanes) -> Lanes {
+fn ratio(x: SideBySide, y: SideBySide) -> SideBySide {
     std::array::from_fn(|lane| if y[lane] == 0.0 { 0.0 } else { x[lane] / y[lane] })
 }
 
 /// Whether the residuals of all lanes are below this part of the sizes.
-fn is_below(residual: &[Lanes], size: Lanes, part: f64) -> bool {
+fn is_below(residual: &[SideBySide], size: SideBySide, part: f64) -> bool {
     dot(residual, residual).iter().zip(size).all(|(square, size)| square.sqrt() <= part * size)
 }

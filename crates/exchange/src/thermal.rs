@@ -7,7 +7,7 @@
 //! the sum over all groups and the environment, which what escapes meets (B. Gebhart, *Heat Transfer*, 2nd ed. 1971, §5.10). Every
 //! walk of group i is a sample of the sum. Groups whose flux is given have unknown T⁴; the equations are linear in these.
 //!
-//! Where few temperatures are unknown the equations are solved by the inverse of their matrix, else by iteration ([`System`]).
+//! Where few temperatures are unknown the equations are solved by the inverse of their matrix, else by iteration ([`HeatSystem`]).
 //!
 //! Rows are independent. To first order the error of row i is r_i = E_i Σ_j δB_ij (σT_i⁴ − σT_j⁴), of the variance that its walks
 //! show. With M the matrix of the unknown T⁴, they err by −M⁻¹r, and every flux by its own r_i and by the part of these that its group
@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use stats::{normal_quantile, student_quantile};
 
 use crate::matrix::SparseFactors;
-use crate::system::{Errors, System};
+use crate::system::{HeatErrors, HeatSystem};
 
 /// σ: Stefan and Boltzmann's constant [W/(m²K⁴)] (CODATA 2018, exact).
 pub const SIGMA: f64 = 5.670374419e-8;
@@ -33,7 +33,7 @@ pub enum BoundaryCondition {
 
 /// An estimate with its interval; a number that was given has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct HeatEstimate {
     /// The number that is estimated or given.
     pub value: f64,
     /// The standard error of the number, to first order; `None` of a number that was given.
@@ -44,13 +44,13 @@ pub struct Estimate {
     pub high: f64,
 }
 
-impl Estimate {
+impl HeatEstimate {
     fn given(value: f64) -> Self {
-        Estimate { value, std_error: None, low: value, high: value }
+        HeatEstimate { value, std_error: None, low: value, high: value }
     }
 
     fn normal(value: f64, error: f64, z: f64) -> Self {
-        Estimate { value, std_error: Some(error), low: value - z * error, high: value + z * error }
+        HeatEstimate { value, std_error: Some(error), low: value - z * error, high: value + z * error }
     }
 }
 
@@ -58,9 +58,9 @@ impl Estimate {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thermal {
     /// T of each group [K].
-    pub temperatures: Vec<Estimate>,
+    pub temperatures: Vec<HeatEstimate>,
     /// Q of each group [W].
-    pub fluxes: Vec<Estimate>,
+    pub fluxes: Vec<HeatEstimate>,
 }
 
 /// Why there is no balance.
@@ -122,7 +122,7 @@ impl Balance<'_> {
         if !self.is_determined() {
             return Err(ThermalFault::Undetermined);
         }
-        let system = System::new(self, free, by_inverse).ok_or(ThermalFault::Undetermined)?;
+        let system = HeatSystem::new(self, free, by_inverse).ok_or(ThermalFault::Undetermined)?;
         let emitted = self.emitted(free, &system)?;
         let noise: Vec<f64> = (0..groups).map(|i| self.noise(i, &emitted)).collect();
         let of_free: Vec<f64> = free.iter().map(|&i| noise[i].sqrt()).collect();
@@ -154,7 +154,7 @@ impl Balance<'_> {
     }
 
     /// σT⁴ of every group, and of the environment last [W/m²].
-    fn emitted(&self, free: &[usize], system: &System<'_>) -> Result<Vec<f64>, ThermalFault> {
+    fn emitted(&self, free: &[usize], system: &HeatSystem<'_>) -> Result<Vec<f64>, ThermalFault> {
         let known = self.given.iter().map(|given| match given {
             BoundaryCondition::Temperature(t) => SIGMA * t.powi(4),
             BoundaryCondition::Flux(_) => 0.0,
@@ -188,23 +188,23 @@ impl Balance<'_> {
         self.emitting_areas[i].powi(2) * variance
     }
 
-    fn thermal(&self, free: &[usize], emitted: &[f64], noise: &[f64], errors: &Errors) -> Thermal {
+    fn thermal(&self, free: &[usize], emitted: &[f64], noise: &[f64], errors: &HeatErrors) -> Thermal {
         let tail = 0.5 + 0.5 * self.level;
         let z = errors.probes.map_or_else(|| normal_quantile(tail), |probes| student_quantile(tail, probes));
-        let mut temperatures: Vec<Estimate> = (0..self.given.len())
+        let mut temperatures: Vec<HeatEstimate> = (0..self.given.len())
             .map(|i| match self.given[i] {
-                BoundaryCondition::Temperature(t) => Estimate::given(t),
-                BoundaryCondition::Flux(_) => Estimate::given(0.0),
+                BoundaryCondition::Temperature(t) => HeatEstimate::given(t),
+                BoundaryCondition::Flux(_) => HeatEstimate::given(0.0),
             })
             .collect();
         for (&group, variance) in free.iter().zip(&errors.of_free) {
             temperatures[group] = temperature(emitted[group], variance.sqrt(), z);
         }
         let fluxes = (0..self.given.len()).map(|i| match self.given[i] {
-            BoundaryCondition::Flux(flux) => Estimate::given(flux),
+            BoundaryCondition::Flux(flux) => HeatEstimate::given(flux),
             BoundaryCondition::Temperature(_) => {
                 let flux = self.emitting_areas[i] * (emitted[i] - self.seen(i, emitted));
-                Estimate::normal(flux, (noise[i] + errors.carried[i]).sqrt(), z)
+                HeatEstimate::normal(flux, (noise[i] + errors.carried[i]).sqrt(), z)
             }
         });
         Thermal { fluxes: fluxes.collect(), temperatures }
@@ -212,22 +212,22 @@ impl Balance<'_> {
 }
 
 /// T from σT⁴ and its standard error [W/m²]; the ends of the interval are those of T⁴.
-fn temperature(emitted: f64, error: f64, z: f64) -> Estimate {
+fn temperature(emitted: f64, error: f64, z: f64) -> HeatEstimate {
     let kelvin = |emitted: f64| (emitted.max(0.0) / SIGMA).sqrt().sqrt();
     let value = kelvin(emitted);
     let std_error = if emitted > 0.0 { 0.25 * value * error / emitted } else { 0.0 };
     let [low, high] = [-z, z].map(|z| kelvin(emitted + z * error));
-    Estimate { value, std_error: Some(std_error), low, high }
+    HeatEstimate { value, std_error: Some(std_error), low, high }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::counts::Counts;
+    use crate::counts::ExchangeCounts;
     use BoundaryCondition::{Flux, Temperature};
 
     fn solve(rows: &[Vec<u64>], areas: &[f64], given: &[BoundaryCondition]) -> Result<Thermal, ThermalFault> {
-        let factors = SparseFactors::from(&Counts::of(rows));
+        let factors = SparseFactors::from(&ExchangeCounts::of(rows));
         let balance =
             Balance { factors: &factors, emitting_areas: areas, given, environment: 3.0, level: 0.95 };
         let free: Vec<usize> =
@@ -266,7 +266,7 @@ mod tests {
         assert!(temperatures[2].low < mean && mean < temperatures[2].high);
         assert!((fluxes[0].value - 2.0 * 0.75 * (hot - cold)).abs() < 1e-9, "{fluxes:?}");
         assert!((fluxes[0].value + fluxes[1].value).abs() < 1e-9);
-        assert_eq!((fluxes[2], temperatures[0].std_error), (Estimate::given(0.0), None));
+        assert_eq!((fluxes[2], temperatures[0].std_error), (HeatEstimate::given(0.0), None));
     }
 
     #[test]
@@ -302,7 +302,7 @@ mod tests {
     /// The counts of some walks of each row, at random.
     fn drawn(rows: &[Vec<f64>], walks: u64, seed: u64) -> SparseFactors {
         let (sequence, groups) = (radiosity::Sequence::new(seed), rows.len());
-        let mut counts = Counts::none(groups);
+        let mut counts = ExchangeCounts::none(groups);
         let row = |(row, mut rng): (&Vec<f64>, radiosity::WalkRng)| {
             let mut counts = vec![0; groups + 2];
             for _ in 0..walks {
@@ -338,7 +338,7 @@ mod tests {
             .iter()
             .map(|row| row.iter().map(|p| (p * 2.0_f64.powi(50)) as u64).chain([0, 0]).collect())
             .collect();
-        let truth = solve(&SparseFactors::from(&Counts::of(&whole)), true);
+        let truth = solve(&SparseFactors::from(&ExchangeCounts::of(&whole)), true);
         let (mut kelvin, mut watt) = (stats::Coverage::default(), stats::Coverage::default());
         for run in 0..120 {
             let factors = drawn(&rows, 1000, run);

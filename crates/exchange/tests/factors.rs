@@ -171,7 +171,7 @@ fn walks_of_a_group_have_places_of_their_own() {
     for kind in KINDS {
         let whole = grouped.count(kind, 6, 0, 1 << 12);
         let mut pieces = grouped.count(kind, 6, 0, 1 << 10);
-        let rows = |counts: &exchange::Counts| {
+        let rows = |counts: &exchange::ExchangeCounts| {
             (0..grouped.groups).map(|i| counts.row(i).to_vec()).collect::<Vec<_>>()
         };
         pieces.add(&rows(&grouped.count(kind, 6, 1 << 10, 1 << 11)));

@@ -53,7 +53,7 @@ fn judge(
     grouped: &Grouped,
     given: &[BoundaryCondition],
     truth: f64,
-    read: impl Fn(&Thermal) -> exchange::Estimate,
+    read: impl Fn(&Thermal) -> exchange::HeatEstimate,
 ) {
     const RUNS: u64 = 400;
     let (mut z, mut coverage) = (Vec::new(), Coverage::default());

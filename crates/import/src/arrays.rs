@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use crate::error::{Error, Fault, Spot};
+use crate::error::{Error, FileSpot, UnplacedError};
 use crate::mesh::{MAX_TRIANGLES, Material, Mesh, Triangle};
 use crate::stem;
 
@@ -20,13 +20,18 @@ pub fn from_arrays(
     of_face: &[u32],
     materials: Vec<Material>,
 ) -> Result<Mesh, Error> {
-    let whole = |fault: Fault| fault.at(name, Spot::File);
+    let whole = |fault: UnplacedError| fault.at(name, FileSpot::File);
     check_counts(faces.len(), of_face.len()).map_err(whole)?;
-    let at =
-        |kind: &str, number: usize, fault: Fault| fault.at(name, Spot::Element(format!("{kind} {number}")));
+    let at = |kind: &str, number: usize, fault: UnplacedError| {
+        fault.at(name, FileSpot::Element(format!("{kind} {number}")))
+    };
     if let Some(bad) = vertices.iter().position(|vertex| vertex.iter().any(|x| !x.is_finite())) {
         let found = format!("{:?} is no point", vertices[bad]);
-        return Err(at("vertex", bad, Fault::new(found, "surfaces lie at finite places", "correct it")));
+        return Err(at(
+            "vertex",
+            bad,
+            UnplacedError::new(found, "surfaces lie at finite places", "correct it"),
+        ));
     }
     let triangle = |(number, (corners, &material)): (usize, (&[i64; 3], &u32))| {
         let corner = |corner: i64| {
@@ -34,13 +39,13 @@ pub fn from_arrays(
             found.ok_or_else(|| {
                 let (found, count) = (format!("there is no vertex {corner}"), vertices.len());
                 let why = format!("there are {count} vertices, numbered from 0");
-                at("face", number, Fault::new(found, why, "correct the index"))
+                at("face", number, UnplacedError::new(found, why, "correct the index"))
             })
         };
         if material as usize >= materials.len() {
             let (found, count) = (format!("there is no material {material}"), materials.len());
             let why = format!("there are {count} materials, numbered from 0");
-            return Err(at("face", number, Fault::new(found, why, "correct the index")));
+            return Err(at("face", number, UnplacedError::new(found, why, "correct the index")));
         }
         let [a, b, c] = *corners;
         let corners = [corner(a)?, corner(b)?, corner(c)?];
@@ -57,17 +62,29 @@ pub fn from_arrays(
     })
 }
 
-fn check_counts(faces: usize, of_face: usize) -> Result<(), Fault> {
+fn check_counts(faces: usize, of_face: usize) -> Result<(), UnplacedError> {
     if faces == 0 {
-        return Err(Fault::new("there are no faces", "light needs surfaces to meet", "give triangles"));
+        return Err(UnplacedError::new(
+            "there are no faces",
+            "light needs surfaces to meet",
+            "give triangles",
+        ));
     }
     if faces > MAX_TRIANGLES {
         let found = format!("{faces} faces are too many");
-        return Err(Fault::new(found, format!("scenes hold up to {MAX_TRIANGLES}"), "simplify the mesh"));
+        return Err(UnplacedError::new(
+            found,
+            format!("scenes hold up to {MAX_TRIANGLES}"),
+            "simplify the mesh",
+        ));
     }
     if faces != of_face {
         let found = format!("{of_face} materials do not fit {faces} faces");
-        return Err(Fault::new(found, "each face has one", "give as many indices of materials as faces"));
+        return Err(UnplacedError::new(
+            found,
+            "each face has one",
+            "give as many indices of materials as faces",
+        ));
     }
     Ok(())
 }

@@ -6,14 +6,14 @@ use crate::mesh::{Mesh, Triangle};
 
 /// The faulty triangles of a mesh, by their indices.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Faulty {
+pub(crate) struct FaultyTriangles {
     /// The triangles without area.
     pub(crate) degenerate: Vec<usize>,
     /// The triangles that cover an earlier one.
     pub(crate) doubled: Vec<usize>,
 }
 
-impl Faulty {
+impl FaultyTriangles {
     /// Finds the faulty triangles. `two_sided` says for each material whether both sides are active; a one-sided
     /// triangle is a double only of one that faces the same way.
     pub(crate) fn find(mesh: &Mesh, two_sided: &[bool]) -> Self {
@@ -37,7 +37,7 @@ impl Faulty {
         let mut doubled: Vec<usize> = pairs.map(|pair| pair[1].1).collect();
         doubled.retain(|i| degenerate.binary_search(i).is_err());
         doubled.sort_unstable();
-        Faulty { degenerate, doubled }
+        FaultyTriangles { degenerate, doubled }
     }
 
     pub(crate) fn is_empty(&self) -> bool {

@@ -12,7 +12,7 @@ pub struct Error {
     /// The file at fault.
     pub file: PathBuf,
     /// The spot of the problem in the file.
-    pub spot: Spot,
+    pub spot: FileSpot,
     /// The problem: what was found.
     pub problem: String,
     /// The reason why it cannot be used.
@@ -23,7 +23,7 @@ pub struct Error {
 
 /// A spot in a mesh file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Spot {
+pub enum FileSpot {
     /// The file as a whole.
     File,
     /// A line of a text file, from 1.
@@ -32,37 +32,37 @@ pub enum Spot {
     Element(String),
 }
 
-impl fmt::Display for Spot {
+impl fmt::Display for FileSpot {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Spot::File => Ok(()),
-            Spot::Line(line) => write!(f, ":{line}"),
-            Spot::Element(path) => write!(f, ": {path}"),
+            FileSpot::File => Ok(()),
+            FileSpot::Line(line) => write!(f, ":{line}"),
+            FileSpot::Element(path) => write!(f, ": {path}"),
         }
     }
 }
 
 /// A fault whose file is not yet known.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Fault {
+pub(crate) struct UnplacedError {
     pub(crate) problem: String,
     pub(crate) why: String,
     pub(crate) remedy: String,
 }
 
-impl Fault {
+impl UnplacedError {
     pub(crate) fn new(problem: impl Into<String>, why: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Fault { problem: problem.into(), why: why.into(), remedy: remedy.into() }
+        UnplacedError { problem: problem.into(), why: why.into(), remedy: remedy.into() }
     }
 
     /// The fault of a file that ends before it has said all that it announces.
     pub(crate) fn short() -> Self {
-        Fault::new("the file ends here", "it announces more than it holds", "export it again")
+        UnplacedError::new("the file ends here", "it announces more than it holds", "export it again")
     }
 
     /// The error at a spot of a file.
-    pub(crate) fn at(self, file: impl Into<PathBuf>, spot: Spot) -> Error {
-        let Fault { problem, why, remedy } = self;
+    pub(crate) fn at(self, file: impl Into<PathBuf>, spot: FileSpot) -> Error {
+        let UnplacedError { problem, why, remedy } = self;
         Error { file: file.into(), spot, problem, why, remedy }
     }
 }

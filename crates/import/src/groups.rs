@@ -1,8 +1,8 @@
 //! Groups of neighbouring cells: what meshes of many small faces are modelled by.
 //!
-//! Each kind of cells (one object in one material) is laid in boxes of equal size, at most [`Grouping::size`] along every axis. A
+//! Each kind of cells (one object in one material) is laid in boxes of equal size, at most [`GroupLimits::size`] along every axis. A
 //! group begins with the first cell that has none, and takes the neighbours of its cells that are of its kind, have their centre in
-//! its box, and face the same way as its first cell within [`Grouping::angle`]. Neighbours share an edge, along which they run in
+//! its box, and face the same way as its first cell within [`GroupLimits::angle`]. Neighbours share an edge, along which they run in
 //! opposite directions, so that their fronts are on one side. The groups are a function of the cells and their order.
 
 use std::collections::{HashMap, VecDeque};
@@ -12,14 +12,14 @@ use radiosity::SceneSpec;
 
 /// How far a group reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grouping {
+pub struct GroupLimits {
     /// The longest edge of the boxes that hold the centres of a group's cells [m].
     pub size: f64,
     /// The largest angle between the normals of a group's first cell and any other [degrees].
     pub angle: f64,
 }
 
-/// The default of [`Grouping::angle`] [degrees].
+/// The default of [`GroupLimits::angle`] [degrees].
 pub const GROUP_ANGLE: f64 = 20.0;
 
 /// Corners nearer to each other than this part of the scene's size are one.
@@ -29,7 +29,7 @@ const SAME_PLACE: f64 = 1e-9;
 const NONE: u32 = u32::MAX;
 
 /// A cell that may be grouped.
-struct Cell {
+struct GroupableCell {
     kind: u32,
     centre: DVec3,
     normal: DVec3,
@@ -41,7 +41,7 @@ type Edge = ([I64Vec3; 2], bool);
 
 /// A label for each cell of a scene, in the order of surfaces and their cells; cells of equal labels make a group. Cells of surfaces of
 /// equal `kind` may be grouped; those of surfaces without one stay alone, and those that emit cell by cell.
-pub fn groups(spec: &SceneSpec, kind: impl Fn(usize) -> Option<u32>, grouping: &Grouping) -> Vec<u32> {
+pub fn groups(spec: &SceneSpec, kind: impl Fn(usize) -> Option<u32>, grouping: &GroupLimits) -> Vec<u32> {
     let cells = cells(spec, kind);
     let boxes = boxes(&cells, grouping.size);
     let neighbours = neighbours(&cells);
@@ -58,7 +58,8 @@ pub fn groups(spec: &SceneSpec, kind: impl Fn(usize) -> Option<u32>, grouping: &
         queue.push_back(first);
         while let Some(cell) = queue.pop_front() {
             for &next in &neighbours[cell] {
-                let joins = |cell: &Cell| cell.kind == seed.kind && cell.normal.dot(seed.normal) >= least;
+                let joins =
+                    |cell: &GroupableCell| cell.kind == seed.kind && cell.normal.dot(seed.normal) >= least;
                 let fits = boxes[next as usize] == boxes[first];
                 if labels[next as usize] == NONE && fits && cells[next as usize].as_ref().is_some_and(joins) {
                     labels[next as usize] = label;
@@ -71,7 +72,7 @@ pub fn groups(spec: &SceneSpec, kind: impl Fn(usize) -> Option<u32>, grouping: &
 }
 
 /// The cells of all surfaces; `None` for those that stay alone.
-fn cells(spec: &SceneSpec, kind: impl Fn(usize) -> Option<u32>) -> Vec<Option<Cell>> {
+fn cells(spec: &SceneSpec, kind: impl Fn(usize) -> Option<u32>) -> Vec<Option<GroupableCell>> {
     let of_surface = |(number, surface): (usize, &radiosity::SurfaceSpec)| {
         let kind = kind(number).filter(|_| surface.cell_emittance.is_empty());
         let shape = surface.shape.clone();
@@ -81,14 +82,14 @@ fn cells(spec: &SceneSpec, kind: impl Fn(usize) -> Option<u32>) -> Vec<Option<Ce
             let kind = kind?;
             let corners = shape.cell_corners(cell);
             let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
-            Some(Cell { kind, centre, normal, corners })
+            Some(GroupableCell { kind, centre, normal, corners })
         })
     };
     spec.surfaces.iter().enumerate().flat_map(of_surface).collect()
 }
 
 /// The box of every cell: its place among those that its kind is laid in.
-fn boxes(cells: &[Option<Cell>], size: f64) -> Vec<I64Vec3> {
+fn boxes(cells: &[Option<GroupableCell>], size: f64) -> Vec<I64Vec3> {
     let mut bounds: HashMap<u32, [DVec3; 2]> = HashMap::new();
     for cell in cells.iter().flatten() {
         let [low, high] = bounds.entry(cell.kind).or_insert([DVec3::INFINITY, DVec3::NEG_INFINITY]);
@@ -96,7 +97,7 @@ fn boxes(cells: &[Option<Cell>], size: f64) -> Vec<I64Vec3> {
             (*low, *high) = (low.min(corner), high.max(corner));
         }
     }
-    let place = |cell: &Cell| {
+    let place = |cell: &GroupableCell| {
         let [low, high] = bounds[&cell.kind];
         let extent = high - low;
         let count = (extent / size).ceil().max(DVec3::ONE);
@@ -108,7 +109,7 @@ fn boxes(cells: &[Option<Cell>], size: f64) -> Vec<I64Vec3> {
 }
 
 /// The cells that share an edge with each cell, in ascending order.
-fn neighbours(cells: &[Option<Cell>]) -> Vec<Vec<u32>> {
+fn neighbours(cells: &[Option<GroupableCell>]) -> Vec<Vec<u32>> {
     let corners = || cells.iter().flatten().flat_map(|cell| &cell.corners);
     let low = corners().fold(DVec3::INFINITY, |low, corner| low.min(*corner));
     let high = corners().fold(DVec3::NEG_INFINITY, |high, corner| high.max(*corner));
@@ -131,7 +132,7 @@ fn neighbours(cells: &[Option<Cell>]) -> Vec<Vec<u32>> {
 }
 
 /// The edges of a cell, its corners being taken to a grid.
-fn edges(cell: &Cell, low: DVec3, grid: f64) -> impl Iterator<Item = Edge> {
+fn edges(cell: &GroupableCell, low: DVec3, grid: f64) -> impl Iterator<Item = Edge> {
     let place = |corner: &DVec3| ((corner - low) * grid).round().as_i64vec3();
     let corners: Vec<I64Vec3> = cell.corners.iter().map(place).collect();
     let count = corners.len();

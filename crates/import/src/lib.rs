@@ -39,12 +39,12 @@ use std::path::Path;
 use radiosity::Spectrum;
 
 pub use arrays::from_arrays;
-pub use error::{Error, Spot};
+pub use error::{Error, FileSpot};
 pub use files::Files;
-pub use groups::{GROUP_ANGLE, Grouping, groups};
-pub use mesh::{DEFAULT_REFLECTANCE, Lost, MAX_TRIANGLES, Material, Mesh, Triangle};
+pub use groups::{GROUP_ANGLE, GroupLimits, groups};
+pub use mesh::{DEFAULT_REFLECTANCE, LostProperty, MAX_TRIANGLES, Material, Mesh, Triangle};
 pub use notes::setting;
-pub use options::{Axis, Faults, MaterialOverride, Options, SidesChoice, matches};
+pub use options::{Faults, MaterialOverride, Options, SidesChoice, UpAxis, matches};
 pub use scene::{Imported, Spots};
 
 /// The formats of mesh files, chosen by the extension of the file's name.
@@ -109,12 +109,12 @@ pub fn read(
     }
     if mesh.triangles.is_empty() {
         let left_out: String = mesh.notes.iter().map(|note| format!("; {note}")).collect();
-        let fault = error::Fault::new(
+        let fault = error::UnplacedError::new(
             format!("the file has no faces{left_out}"),
             "light needs surfaces to meet",
             "export polygons or triangles",
         );
-        return Err(fault.at(path, Spot::File));
+        return Err(fault.at(path, FileSpot::File));
     }
     Ok(mesh)
 }

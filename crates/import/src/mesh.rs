@@ -75,12 +75,12 @@ pub struct Material {
     /// The file or the name of the texture whose mean is in the reflectance; `None` without one.
     pub texture: Option<String>,
     /// The parts of the material that its diffuse part leaves out.
-    pub lost: Vec<Lost>,
+    pub lost: Vec<LostProperty>,
 }
 
 /// A part of a material that is not modelled as the file has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Lost {
+pub enum LostProperty {
     /// Nothing defines the material: its reflectance is [`DEFAULT_REFLECTANCE`].
     Definition,
     /// A colour texture cannot be read: the colour stands alone.
@@ -114,7 +114,7 @@ impl Material {
 
     /// [`Material::unknown`] of a file that should define it.
     pub(crate) fn undefined(name: impl Into<String>) -> Self {
-        Material { lost: vec![Lost::Definition], ..Material::unknown(name) }
+        Material { lost: vec![LostProperty::Definition], ..Material::unknown(name) }
     }
 
     /// Multiplies the reflectance by the mean of a texture. A black one stands for the texture alone, as exporters mean it. Without a
@@ -129,7 +129,7 @@ impl Material {
             None => self.reflectance,
         };
         if mean.is_none() {
-            self.loses(Lost::Texture);
+            self.loses(LostProperty::Texture);
         }
     }
 
@@ -138,11 +138,11 @@ impl Material {
         if let Some(mean) = mean {
             self.emittance = if self.emittance.is_lit() { product(self.emittance, mean) } else { mean };
         }
-        self.loses(Lost::EmissionTexture);
+        self.loses(LostProperty::EmissionTexture);
     }
 
     /// Notes a part that is left out, once.
-    pub(crate) fn loses(&mut self, what: Lost) {
+    pub(crate) fn loses(&mut self, what: LostProperty) {
         if !self.lost.contains(&what) {
             self.lost.push(what);
         }
@@ -177,7 +177,7 @@ impl Names {
 
 /// The parts of a mesh, each of which counts its own faces.
 #[derive(Debug, Default)]
-pub(crate) struct Parts {
+pub(crate) struct MeshParts {
     names: Names,
     faces: Vec<u32>,
     current: Option<u32>,
@@ -185,7 +185,7 @@ pub(crate) struct Parts {
     cut: bool,
 }
 
-impl Parts {
+impl MeshParts {
     /// Makes a part the current one, new or known.
     pub(crate) fn enter(&mut self, mesh: &mut Mesh, name: &str) {
         let short = short(name);

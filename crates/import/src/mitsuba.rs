@@ -10,12 +10,12 @@ use glam::{DAffine3, DMat4, DVec3};
 use radiosity::{Sides, Spectrum};
 use roxmltree::{Document, Node};
 
-use crate::error::{Error, Fault, Spot};
+use crate::error::{Error, FileSpot, UnplacedError};
 use crate::files::Files;
-use crate::mesh::{Lost, Material, Mesh, Parts, Triangle};
+use crate::mesh::{LostProperty, Material, Mesh, MeshParts, Triangle};
 use crate::mgf::rgb_of_pairs;
 use crate::room::room;
-use crate::tally::Tally;
+use crate::tally::NoteCounts;
 use crate::texture::{self, Placing};
 use crate::{obj, ply};
 
@@ -28,7 +28,8 @@ const CUTS: u32 = 3;
 /// Reads a scene and the meshes that it names.
 pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Mesh, Error> {
     let whole = |problem: String| {
-        Fault::new(problem, "no geometry can be read from it", "export the scene again").at(path, Spot::File)
+        UnplacedError::new(problem, "no geometry can be read from it", "export the scene again")
+            .at(path, FileSpot::File)
     };
     let text = std::str::from_utf8(text).map_err(|error| whole(format!("the text is not UTF-8: {error}")))?;
     let document = Document::parse(text).map_err(|error| whole(format!("not XML: {error}")))?;
@@ -37,7 +38,7 @@ pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Me
         return Err(whole(format!("the XML is a {:?}, not a scene of Mitsuba", root.tag_name().name())));
     }
     let defaults = root.children().filter(|node| node.has_tag_name("default"));
-    let mut reader = Reader {
+    let mut reader = MitsubaReader {
         path,
         files,
         defaults: defaults
@@ -50,8 +51,8 @@ pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Me
             .collect(),
         numbers: HashMap::new(),
         mesh: Mesh::default(),
-        parts: Parts::default(),
-        tally: Tally::default(),
+        parts: MeshParts::default(),
+        tally: NoteCounts::default(),
     };
     for node in root.children().filter(Node::is_element) {
         let line = document.text_pos_at(node.range().start).row as usize;
@@ -64,12 +65,12 @@ pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Me
             _ => {}
         }
     }
-    let Reader { mut mesh, tally, .. } = reader;
+    let MitsubaReader { mut mesh, tally, .. } = reader;
     tally.report(&mut mesh);
     Ok(mesh)
 }
 
-struct Reader<'a, 'f, 'x> {
+struct MitsubaReader<'a, 'f, 'x> {
     path: &'a Path,
     files: &'a mut Files<'f>,
     /// The values of `$name`.
@@ -79,11 +80,11 @@ struct Reader<'a, 'f, 'x> {
     /// The numbers of materials that have been read, by their place in the file and whether they emit.
     numbers: HashMap<(usize, [u64; 3]), u32>,
     mesh: Mesh,
-    parts: Parts,
-    tally: Tally,
+    parts: MeshParts,
+    tally: NoteCounts,
 }
 
-impl<'x> Reader<'_, '_, 'x> {
+impl<'x> MitsubaReader<'_, '_, 'x> {
     /// The value of an attribute, with `$name` replaced.
     fn attribute(&self, node: Node<'x, 'x>, name: &str) -> Option<&'x str> {
         let value = node.attribute(name)?;
@@ -109,7 +110,7 @@ impl<'x> Reader<'_, '_, 'x> {
 
     fn shape(&mut self, node: Node<'x, 'x>, line: usize) -> Result<(), Error> {
         let path = self.path;
-        let at = |fault: Fault| fault.at(path, Spot::Line(line));
+        let at = |fault: UnplacedError| fault.at(path, FileSpot::Line(line));
         let kind = node.attribute("type").unwrap_or_default();
         let mut place = DAffine3::IDENTITY;
         for child in
@@ -118,7 +119,7 @@ impl<'x> Reader<'_, '_, 'x> {
             place = self.transform(child) * place;
         }
         if !place.is_finite() {
-            return Err(at(Fault::new(
+            return Err(at(UnplacedError::new(
                 "its transform is not finite",
                 "it puts vertices nowhere",
                 "correct it",
@@ -127,14 +128,14 @@ impl<'x> Reader<'_, '_, 'x> {
         let shape = match kind {
             "obj" | "ply" => {
                 let Some(name) = self.value(node, "filename") else {
-                    return Err(at(Fault::new(
+                    return Err(at(UnplacedError::new(
                         "the shape names no file",
                         "its faces are there",
                         "add filename",
                     )));
                 };
                 let (file, content) = self.files.beside(path, name).map_err(|error| {
-                    at(Fault::new(
+                    at(UnplacedError::new(
                         format!("{name:?} cannot be read"),
                         error.to_string(),
                         "put it beside the scene",
@@ -238,7 +239,7 @@ impl<'x> Reader<'_, '_, 'x> {
                     material.sides = Some(Sides::Both);
                 }
                 if kind == "mask" {
-                    material.loses(Lost::Transparency);
+                    material.loses(LostProperty::Transparency);
                 }
                 let is_inner = |child: &Node<'x, 'x>| child.has_tag_name("bsdf") || child.has_tag_name("ref");
                 let inner = bsdf.children().filter(is_inner).find_map(|child| self.target(child));
@@ -249,17 +250,17 @@ impl<'x> Reader<'_, '_, 'x> {
             }
             "diffuse" | "roughdiffuse" => {}
             "dielectric" | "thindielectric" | "roughdielectric" => {
-                material.loses(Lost::Transparency);
+                material.loses(LostProperty::Transparency);
                 material.reflectance = Spectrum::BLACK;
                 material.sides = Some(Sides::Both);
                 return;
             }
             "conductor" | "roughconductor" => {
-                material.loses(Lost::Mirror);
+                material.loses(LostProperty::Mirror);
                 material.reflectance = Spectrum::BLACK;
                 return;
             }
-            _ => material.loses(Lost::Mirror),
+            _ => material.loses(LostProperty::Mirror),
         }
         let Some(given) = colour(&["reflectance", "diffuse_reflectance", "diffuseReflectance", "base_color"])
         else {

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use radiosity::Spectrum;
 
-use crate::error::{Error, Fault, Spot};
-use crate::mesh::{Lost, Material};
-use crate::text::{Lines, name, number, rest, words};
+use crate::error::{Error, FileSpot, UnplacedError};
+use crate::mesh::{LostProperty, Material};
+use crate::text::{LogicalLines, name, number, rest, words};
 
 /// A material of a library, with the images that it names.
 #[derive(Debug)]
-pub(crate) struct Entry {
+pub(crate) struct MtlEntry {
     pub(crate) material: Material,
     /// The image of `map_Kd`, which the colour is multiplied by.
     pub(crate) colour: Option<String>,
@@ -19,17 +19,17 @@ pub(crate) struct Entry {
 }
 
 /// Reads a material library.
-pub(crate) fn read(path: &Path, text: &[u8]) -> Result<Vec<Entry>, Error> {
-    let mut entries: Vec<Entry> = Vec::new();
-    let mut lines = Lines::new(text);
+pub(crate) fn read(path: &Path, text: &[u8]) -> Result<Vec<MtlEntry>, Error> {
+    let mut entries: Vec<MtlEntry> = Vec::new();
+    let mut lines = LogicalLines::new(text);
     while let Some((number, line)) = lines.next() {
         let done = statement(line, &mut entries);
-        done.map_err(|fault| fault.at(path, Spot::Line(number)))?;
+        done.map_err(|fault| fault.at(path, FileSpot::Line(number)))?;
     }
     Ok(entries)
 }
 
-fn statement(line: &[u8], entries: &mut Vec<Entry>) -> Result<(), Fault> {
+fn statement(line: &[u8], entries: &mut Vec<MtlEntry>) -> Result<(), UnplacedError> {
     let mut arguments = words(line);
     let keyword = arguments.next().unwrap_or_default().to_ascii_lowercase();
     if keyword == b"newmtl" {
@@ -39,30 +39,30 @@ fn statement(line: &[u8], entries: &mut Vec<Entry>) -> Result<(), Fault> {
         };
         // The format's default of a material without Kd is black.
         let material = Material { reflectance: Spectrum::BLACK, ..Material::unknown(name) };
-        entries.push(Entry { material, colour: None, emission: None });
+        entries.push(MtlEntry { material, colour: None, emission: None });
         return Ok(());
     }
     // Lines before the first material belong to none.
-    let Some(Entry { material, colour: image, emission }) = entries.last_mut() else { return Ok(()) };
+    let Some(MtlEntry { material, colour: image, emission }) = entries.last_mut() else { return Ok(()) };
     match keyword.as_slice() {
         b"kd" => material.reflectance = colour(&mut arguments)?,
         b"ke" => material.emittance = colour(&mut arguments)?,
-        b"ks" if colour(&mut arguments)?.is_lit() => material.loses(Lost::Mirror),
-        b"d" if opacity(&mut arguments)? < 1.0 => material.loses(Lost::Transparency),
-        b"tr" if opacity(&mut arguments)? > 0.0 => material.loses(Lost::Transparency),
+        b"ks" if colour(&mut arguments)?.is_lit() => material.loses(LostProperty::Mirror),
+        b"d" if opacity(&mut arguments)? < 1.0 => material.loses(LostProperty::Transparency),
+        b"tr" if opacity(&mut arguments)? > 0.0 => material.loses(LostProperty::Transparency),
         b"map_kd" => *image = image_name(line),
         b"map_ke" => *emission = image_name(line),
-        b"map_d" => material.loses(Lost::Transparency),
+        b"map_d" => material.loses(LostProperty::Transparency),
         _ => {}
     }
     Ok(())
 }
 
 /// Reads three channels, or one number for all.
-fn colour<'a>(words: &mut impl Iterator<Item = &'a [u8]>) -> Result<Spectrum, Fault> {
+fn colour<'a>(words: &mut impl Iterator<Item = &'a [u8]>) -> Result<Spectrum, UnplacedError> {
     let first = words.next();
     if let Some(kind @ (b"spectral" | b"xyz")) = first {
-        return Err(Fault::new(
+        return Err(UnplacedError::new(
             format!("the colour is given as {}", name(kind)),
             "reflectance is read as red, green, blue",
             "write three numbers",
@@ -75,7 +75,7 @@ fn colour<'a>(words: &mut impl Iterator<Item = &'a [u8]>) -> Result<Spectrum, Fa
 }
 
 /// Reads a number, perhaps after the word `-halo`.
-fn opacity<'a>(words: &mut impl Iterator<Item = &'a [u8]>) -> Result<f64, Fault> {
+fn opacity<'a>(words: &mut impl Iterator<Item = &'a [u8]>) -> Result<f64, UnplacedError> {
     let first = words.next();
     number(if first == Some(b"-halo") { words.next() } else { first })
 }

@@ -3,7 +3,7 @@
 use radiosity::Spectrum;
 
 use crate::in_words;
-use crate::mesh::{Lost, Mesh};
+use crate::mesh::{LostProperty, Mesh};
 use crate::scene::Finish;
 
 /// The part of the area from which black materials are told of.
@@ -70,20 +70,22 @@ pub(crate) fn note_losses(mesh: &Mesh, finishes: &[Finish], areas: &[f64], notes
     let emit = |name: &str| format!("; {}", setting(name, "emittance", "100"));
     let pane = |name: &str| format!("; {}", setting(name, "leave_out", "true"));
     let as_given = |i: usize| finishes[i].own_reflectance;
-    let loses = |i: usize, what: Lost| mesh.materials[i].lost.contains(&what);
-    let undefined = Few::of(mesh, areas, |i| as_given(i) && loses(i, Lost::Definition));
+    let loses = |i: usize, what: LostProperty| mesh.materials[i].lost.contains(&what);
+    let undefined = Few::of(mesh, areas, |i| as_given(i) && loses(i, LostProperty::Definition));
     note("defined by no file, so reflectance 0.5 is assumed", undefined, &reflect("0.7"));
-    let textured = |i: usize| as_given(i) && mesh.materials[i].texture.is_some() && !loses(i, Lost::Texture);
+    let textured =
+        |i: usize| as_given(i) && mesh.materials[i].texture.is_some() && !loses(i, LostProperty::Texture);
     note("textures, for which their mean colours stand", Few::of(mesh, areas, textured), &reflect("0.5"));
-    let unread = Few::of(mesh, areas, |i| as_given(i) && loses(i, Lost::Texture));
+    let unread = Few::of(mesh, areas, |i| as_given(i) && loses(i, LostProperty::Texture));
     note("textures that are missing or of no known format, so colours stand alone", unread, &reflect("0.5"));
-    let panes = Few::of(mesh, areas, |i| loses(i, Lost::Transparency));
+    let panes = Few::of(mesh, areas, |i| loses(i, LostProperty::Transparency));
     note("transparent, and modelled as solid", panes, &pane);
-    let mirrors = Few::of(mesh, areas, |i| as_given(i) && loses(i, Lost::Mirror));
+    let mirrors = Few::of(mesh, areas, |i| as_given(i) && loses(i, LostProperty::Mirror));
     note("mirror-like in part, of which the diffuse part is modelled", mirrors, &reflect("0.8"));
-    let varied = Few::of(mesh, areas, |i| finishes[i].own_emittance && loses(i, Lost::EmissionTexture));
+    let varied =
+        Few::of(mesh, areas, |i| finishes[i].own_emittance && loses(i, LostProperty::EmissionTexture));
     note("emission that varies, of which the mean is taken", varied, &emit);
-    let saturated = Few::of(mesh, areas, |i| as_given(i) && loses(i, Lost::Saturation));
+    let saturated = Few::of(mesh, areas, |i| as_given(i) && loses(i, LostProperty::Saturation));
     note("colours that no red, green and blue make: the nearest are taken", saturated, &reflect("0.5"));
     let is_black = |i: usize| {
         let Finish { reflectance, emittance, .. } = finishes[i];

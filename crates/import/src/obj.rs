@@ -7,18 +7,18 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::error::{Error, Fault, Spot};
+use crate::error::{Error, FileSpot, UnplacedError};
 use crate::files::Files;
-use crate::mesh::{Material, Mesh, Names, Parts, Triangle};
+use crate::mesh::{Material, Mesh, MeshParts, Names, Triangle};
 use crate::mtl;
-use crate::tally::Tally;
-use crate::text::{Lines, name, number, numbers, rest, words};
-use crate::texture::{self, Placing, Shown};
+use crate::tally::NoteCounts;
+use crate::text::{LogicalLines, name, number, numbers, rest, words};
+use crate::texture::{self, Placing, TexturedFace};
 
 /// Reads an OBJ file and the MTL files that it names.
 pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Mesh, Error> {
-    let mut reader = Reader { stem: crate::stem(path), ..Reader::default() };
-    let mut lines = Lines::new(text);
+    let mut reader = ObjReader { stem: crate::stem(path), ..ObjReader::default() };
+    let mut lines = LogicalLines::new(text);
     while let Some((number, line)) = lines.next() {
         reader.line = number as u32;
         let done = reader.statement(path, line, files);
@@ -29,31 +29,31 @@ pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Me
 
 /// A fault of this file, or an error of one that it names.
 enum Trouble {
-    Here(Fault),
+    Here(UnplacedError),
     There(Error),
 }
 
 impl Trouble {
     fn at(self, path: &Path, line: usize) -> Error {
         match self {
-            Trouble::Here(fault) => fault.at(path, Spot::Line(line)),
+            Trouble::Here(fault) => fault.at(path, FileSpot::Line(line)),
             Trouble::There(error) => error,
         }
     }
 }
 
-impl From<Fault> for Trouble {
-    fn from(fault: Fault) -> Self {
+impl From<UnplacedError> for Trouble {
+    fn from(fault: UnplacedError) -> Self {
         Trouble::Here(fault)
     }
 }
 
 #[derive(Default)]
-struct Reader {
+struct ObjReader {
     stem: String,
     line: u32,
     mesh: Mesh,
-    parts: Parts,
+    parts: MeshParts,
     object: String,
     group: String,
     materials: Names,
@@ -66,22 +66,22 @@ struct Reader {
     /// The places of each triangle's corners, as far as faces have some; of a triangle without, [`NOWHERE`].
     placed: Vec<[u32; 3]>,
     /// The images that materials name: the number of the material, the library, colour and emission.
-    images: Vec<Images>,
-    tally: Tally,
+    images: Vec<ObjImages>,
+    tally: NoteCounts,
 }
 
 /// The corner of a face that names no place in an image.
 const NOWHERE: u32 = u32::MAX;
 
 /// The images of a material.
-struct Images {
+struct ObjImages {
     material: u32,
     library: PathBuf,
     colour: Option<String>,
     emission: Option<String>,
 }
 
-impl Reader {
+impl ObjReader {
     fn statement(&mut self, path: &Path, line: &[u8], files: &mut Files<'_>) -> Result<(), Trouble> {
         let mut arguments = words(line);
         match arguments.next().unwrap_or_default() {
@@ -123,13 +123,13 @@ impl Reader {
         self.parts.enter(&mut self.mesh, &part);
     }
 
-    fn face<'a>(&mut self, vertices: impl Iterator<Item = &'a [u8]>) -> Result<(), Fault> {
+    fn face<'a>(&mut self, vertices: impl Iterator<Item = &'a [u8]>) -> Result<(), UnplacedError> {
         self.corners.clear();
         self.places_of_face.clear();
         for vertex in vertices {
             let mut numbers = vertex.split(|&byte| byte == b'/');
             let corner = index(numbers.next(), self.mesh.positions.len()).ok_or_else(|| {
-                Fault::new(
+                UnplacedError::new(
                     format!("there is no vertex {:?}", name(vertex)),
                     format!(
                         "{} are defined above; they count from 1, or back from −1",
@@ -205,7 +205,7 @@ impl Reader {
             return Ok(());
         };
         for (file, text) in found {
-            for mtl::Entry { material, colour, emission } in mtl::read(&file, &text)? {
+            for mtl::MtlEntry { material, colour, emission } in mtl::read(&file, &text)? {
                 let (number, new) = self.materials.number(&material.name);
                 self.tally.undefined.remove(&number);
                 match new {
@@ -214,7 +214,7 @@ impl Reader {
                 }
                 self.images.retain(|images| images.material != number);
                 if colour.is_some() || emission.is_some() {
-                    self.images.push(Images { material: number, library: file.clone(), colour, emission });
+                    self.images.push(ObjImages { material: number, library: file.clone(), colour, emission });
                 }
             }
         }
@@ -223,7 +223,7 @@ impl Reader {
 
     fn finish(mut self, files: &mut Files<'_>) -> Mesh {
         self.look_up_images(files);
-        let Reader { mut mesh, tally, .. } = self;
+        let ObjReader { mut mesh, tally, .. } = self;
         tally.report(&mut mesh);
         mesh
     }
@@ -233,7 +233,7 @@ impl Reader {
         let mut shown = self.shown();
         self.images.retain(|images| shown.contains_key(&images.material));
         let points = texture::points(self.images.len());
-        let named = |images: &Images| {
+        let named = |images: &ObjImages| {
             let path =
                 |name: &Option<String>| name.as_ref().map(|name| (images.library.clone(), name.clone()));
             [path(&images.colour), path(&images.emission)]
@@ -264,9 +264,9 @@ impl Reader {
     }
 
     /// The faces of each used material with images, and the places of their corners, as far as they have some.
-    fn shown(&self) -> HashMap<u32, Vec<Shown>> {
+    fn shown(&self) -> HashMap<u32, Vec<TexturedFace>> {
         let asked: HashSet<u32> = self.images.iter().map(|images| images.material).collect();
-        let mut shown: HashMap<u32, Vec<Shown>> = HashMap::new();
+        let mut shown: HashMap<u32, Vec<TexturedFace>> = HashMap::new();
         for (number, face) in self.mesh.triangles.iter().enumerate() {
             if !asked.contains(&face.material) {
                 continue;
@@ -275,7 +275,7 @@ impl Reader {
             let places = self.placed.get(number).copied().unwrap_or([NOWHERE; 3]);
             if let [Some(a), Some(b), Some(c)] = places.map(|place| self.places.get(place as usize).copied())
             {
-                faces.push(Shown { area: self.mesh.area(face) as f32, corners: [a, b, c] });
+                faces.push(TexturedFace { area: self.mesh.area(face) as f32, corners: [a, b, c] });
             }
         }
         shown

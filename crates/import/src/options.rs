@@ -7,7 +7,7 @@ use radiosity::Spectrum;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// The file's up axis, which becomes z; `None` means y for glTF and OBJ, and z for the others.
-    pub up: Option<Axis>,
+    pub up: Option<UpAxis>,
     /// The length of the file's unit in metres.
     pub unit: f64,
     /// The choice of active sides.
@@ -56,7 +56,7 @@ impl Default for Options {
 
 /// An axis of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
+pub enum UpAxis {
     /// The axis of the first coordinate.
     X,
     /// The axis of the second coordinate.
@@ -65,13 +65,13 @@ pub enum Axis {
     Z,
 }
 
-impl Axis {
+impl UpAxis {
     /// Turns a point of a file so that this axis becomes z. Coordinates change places and signs, nothing is rounded.
     pub(crate) fn turn(self, point: DVec3) -> DVec3 {
         match self {
-            Axis::X => DVec3::new(point.y, point.z, point.x),
-            Axis::Y => DVec3::new(point.x, -point.z, point.y),
-            Axis::Z => point,
+            UpAxis::X => DVec3::new(point.y, point.z, point.x),
+            UpAxis::Y => DVec3::new(point.x, -point.z, point.y),
+            UpAxis::Z => point,
         }
     }
 }
@@ -161,11 +161,11 @@ mod tests {
 
     #[test]
     fn turns_keep_the_hand() {
-        for axis in [Axis::X, Axis::Y, Axis::Z] {
+        for axis in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
             let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|unit| axis.turn(unit));
             assert_eq!(x.cross(y), z);
         }
-        assert_eq!(Axis::Y.turn(DVec3::Y), DVec3::Z);
-        assert_eq!(Axis::X.turn(DVec3::X), DVec3::Z);
+        assert_eq!(UpAxis::Y.turn(DVec3::Y), DVec3::Z);
+        assert_eq!(UpAxis::X.turn(DVec3::X), DVec3::Z);
     }
 }

@@ -9,15 +9,15 @@ use glam::DVec3;
 use radiosity::Spectrum;
 
 use crate::bytes::Bytes;
-use crate::error::{Error, Fault, Spot};
+use crate::error::{Error, FileSpot, UnplacedError};
 use crate::mesh::{Material, Mesh, Triangle};
-use crate::tally::Tally;
+use crate::tally::NoteCounts;
 use crate::text::{name, number, words};
 use crate::texture;
 
 /// The encoding of numbers in the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Encoding {
+enum PlyEncoding {
     Ascii,
     Little,
     Big,
@@ -44,7 +44,7 @@ impl Scalar {
 }
 
 #[derive(Debug)]
-struct Property {
+struct PlyProperty {
     name: Vec<u8>,
     /// The type of the list's length; `None` for a single number.
     length: Option<Scalar>,
@@ -55,11 +55,11 @@ struct Property {
 struct Element {
     name: Vec<u8>,
     count: u64,
-    properties: Vec<Property>,
+    properties: Vec<PlyProperty>,
 }
 
-struct Header {
-    encoding: Encoding,
+struct PlyHeader {
+    encoding: PlyEncoding,
     elements: Vec<Element>,
     /// The number of lines in the header.
     lines: usize,
@@ -69,15 +69,15 @@ struct Header {
 
 /// Reads a PLY file.
 pub(crate) fn read(path: &Path, content: &[u8]) -> Result<Mesh, Error> {
-    let header = header(content).map_err(|(line, fault)| fault.at(path, Spot::Line(line)))?;
-    let mut numbers = Numbers {
+    let header = header(content).map_err(|(line, fault)| fault.at(path, FileSpot::Line(line)))?;
+    let mut numbers = PlyNumbers {
         encoding: header.encoding,
         bytes: Bytes::new(&content[header.end..]),
         words: Box::new(words_of(&content[header.end..], header.lines)),
         line: header.lines,
     };
     let mut body =
-        Body { mesh: Mesh { parts: vec![crate::stem(path)], ..Mesh::default() }, ..Body::default() };
+        PlyBody { mesh: Mesh { parts: vec![crate::stem(path)], ..Mesh::default() }, ..PlyBody::default() };
     // Elements without properties take no room in the file, however many it announces.
     for element in header.elements.iter().filter(|element| !element.properties.is_empty()) {
         for item in 0..element.count {
@@ -85,7 +85,7 @@ pub(crate) fn read(path: &Path, content: &[u8]) -> Result<Mesh, Error> {
             done.map_err(|fault| fault.at(path, numbers.spot(element, item)))?;
         }
     }
-    body.finish(&header).map_err(|fault| fault.at(path, Spot::File))
+    body.finish(&header).map_err(|fault| fault.at(path, FileSpot::File))
 }
 
 /// The words of a text with their lines; `above` lines precede the text.
@@ -94,12 +94,12 @@ fn words_of(text: &[u8], above: usize) -> impl Iterator<Item = (usize, &[u8])> {
     lines.flat_map(|(number, line)| words(line).map(move |word| (number, word)))
 }
 
-fn header(content: &[u8]) -> Result<Header, (usize, Fault)> {
-    let mut header = Header { encoding: Encoding::Ascii, elements: Vec::new(), lines: 0, end: 0 };
+fn header(content: &[u8]) -> Result<PlyHeader, (usize, UnplacedError)> {
+    let mut header = PlyHeader { encoding: PlyEncoding::Ascii, elements: Vec::new(), lines: 0, end: 0 };
     loop {
         let rest = &content[header.end..];
         let Some(length) = rest.iter().position(|&byte| byte == b'\n') else {
-            return Err((header.lines + 1, Fault::short()));
+            return Err((header.lines + 1, UnplacedError::short()));
         };
         header.end += length + 1;
         header.lines += 1;
@@ -107,7 +107,11 @@ fn header(content: &[u8]) -> Result<Header, (usize, Fault)> {
         if header.lines == 1 && line != b"ply" {
             return Err((
                 1,
-                Fault::new("this is no PLY file", "those begin with the line `ply`", "check its name"),
+                UnplacedError::new(
+                    "this is no PLY file",
+                    "those begin with the line `ply`",
+                    "check its name",
+                ),
             ));
         }
         if line == b"end_header" {
@@ -117,8 +121,8 @@ fn header(content: &[u8]) -> Result<Header, (usize, Fault)> {
     }
 }
 
-impl Header {
-    fn statement(&mut self, line: &[u8]) -> Result<(), Fault> {
+impl PlyHeader {
+    fn statement(&mut self, line: &[u8]) -> Result<(), UnplacedError> {
         let words: Vec<&[u8]> = words(line).collect();
         match words.as_slice() {
             [b"format", encoding, _] => self.encoding = read_encoding(encoding)?,
@@ -129,11 +133,11 @@ impl Header {
             }
             [b"property", b"list", length, scalar, name] => {
                 let (length, scalar) = (read_scalar(length)?, read_scalar(scalar)?);
-                self.property(line, Property { name: name.to_vec(), length: Some(length), scalar })?;
+                self.property(line, PlyProperty { name: name.to_vec(), length: Some(length), scalar })?;
             }
             [b"property", scalar, name] => {
                 let scalar = read_scalar(scalar)?;
-                self.property(line, Property { name: name.to_vec(), length: None, scalar })?;
+                self.property(line, PlyProperty { name: name.to_vec(), length: None, scalar })?;
             }
             [b"ply" | b"comment" | b"obj_info", ..] | [] => {}
             _ => return Err(wrong(line)),
@@ -141,30 +145,30 @@ impl Header {
         Ok(())
     }
 
-    fn property(&mut self, line: &[u8], property: Property) -> Result<(), Fault> {
+    fn property(&mut self, line: &[u8], property: PlyProperty) -> Result<(), UnplacedError> {
         self.elements.last_mut().ok_or_else(|| wrong(line))?.properties.push(property);
         Ok(())
     }
 }
 
-fn wrong(line: &[u8]) -> Fault {
-    Fault::new(
+fn wrong(line: &[u8]) -> UnplacedError {
+    UnplacedError::new(
         format!("{:?} is no line of a PLY header", name(line)),
         "it has format, element and property lines",
         "export the file again",
     )
 }
 
-fn read_encoding(word: &[u8]) -> Result<Encoding, Fault> {
+fn read_encoding(word: &[u8]) -> Result<PlyEncoding, UnplacedError> {
     match word {
-        b"ascii" => Ok(Encoding::Ascii),
-        b"binary_little_endian" => Ok(Encoding::Little),
-        b"binary_big_endian" => Ok(Encoding::Big),
+        b"ascii" => Ok(PlyEncoding::Ascii),
+        b"binary_little_endian" => Ok(PlyEncoding::Little),
+        b"binary_big_endian" => Ok(PlyEncoding::Big),
         _ => Err(wrong(word)),
     }
 }
 
-fn read_scalar(word: &[u8]) -> Result<Scalar, Fault> {
+fn read_scalar(word: &[u8]) -> Result<Scalar, UnplacedError> {
     match word {
         b"char" | b"int8" => Ok(Scalar::I8),
         b"uchar" | b"uint8" => Ok(Scalar::U8),
@@ -174,7 +178,7 @@ fn read_scalar(word: &[u8]) -> Result<Scalar, Fault> {
         b"uint" | b"uint32" => Ok(Scalar::U32),
         b"float" | b"float32" => Ok(Scalar::F32),
         b"double" | b"float64" => Ok(Scalar::F64),
-        _ => Err(Fault::new(
+        _ => Err(UnplacedError::new(
             format!("unknown type {:?}", name(word)),
             "PLY has char to uint, float and double",
             "export the file again",
@@ -183,18 +187,18 @@ fn read_scalar(word: &[u8]) -> Result<Scalar, Fault> {
 }
 
 /// The numbers after the header, one by one.
-struct Numbers<'a> {
-    encoding: Encoding,
+struct PlyNumbers<'a> {
+    encoding: PlyEncoding,
     bytes: Bytes<'a>,
     words: Box<dyn Iterator<Item = (usize, &'a [u8])> + 'a>,
     /// The line of the last word.
     line: usize,
 }
 
-impl Numbers<'_> {
-    fn next(&mut self, scalar: Scalar) -> Result<f64, Fault> {
-        if self.encoding == Encoding::Ascii {
-            let Some((line, word)) = self.words.next() else { return Err(Fault::short()) };
+impl PlyNumbers<'_> {
+    fn next(&mut self, scalar: Scalar) -> Result<f64, UnplacedError> {
+        if self.encoding == PlyEncoding::Ascii {
+            let Some((line, word)) = self.words.next() else { return Err(UnplacedError::short()) };
             self.line = line;
             return number(Some(word));
         }
@@ -211,27 +215,27 @@ impl Numbers<'_> {
     }
 
     /// The next bytes, least significant first.
-    fn ordered<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+    fn ordered<const N: usize>(&mut self) -> Result<[u8; N], UnplacedError> {
         let mut bytes: [u8; N] = self.bytes.take()?;
-        if self.encoding == Encoding::Big {
+        if self.encoding == PlyEncoding::Big {
             bytes.reverse();
         }
         Ok(bytes)
     }
 
-    fn spot(&self, element: &Element, item: u64) -> Spot {
+    fn spot(&self, element: &Element, item: u64) -> FileSpot {
         match self.encoding {
-            Encoding::Ascii => Spot::Line(self.line),
-            _ => Spot::Element(format!("{} {item}", name(&element.name))),
+            PlyEncoding::Ascii => FileSpot::Line(self.line),
+            _ => FileSpot::Element(format!("{} {item}", name(&element.name))),
         }
     }
 }
 
 /// What was read from the elements so far.
 #[derive(Default)]
-struct Body {
+struct PlyBody {
     mesh: Mesh,
-    tally: Tally,
+    tally: NoteCounts,
     /// The corners of the current face.
     corners: Vec<u32>,
     /// The sum of the colours of vertices, or of faces, in linear light, and how many there are.
@@ -239,8 +243,13 @@ struct Body {
     tinted: f64,
 }
 
-impl Body {
-    fn item(&mut self, element: &Element, item: u32, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
+impl PlyBody {
+    fn item(
+        &mut self,
+        element: &Element,
+        item: u32,
+        numbers: &mut PlyNumbers<'_>,
+    ) -> Result<(), UnplacedError> {
         let mut position = DVec3::ZERO;
         let mut colour = [None; 3];
         self.corners.clear();
@@ -273,7 +282,12 @@ impl Body {
     }
 
     /// Reads a list, and keeps that of a face's vertices.
-    fn list(&mut self, property: &Property, length: Scalar, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
+    fn list(
+        &mut self,
+        property: &PlyProperty,
+        length: Scalar,
+        numbers: &mut PlyNumbers<'_>,
+    ) -> Result<(), UnplacedError> {
         let is_face = matches!(property.name.as_slice(), b"vertex_indices" | b"vertex_index");
         for _ in 0..numbers.next(length)?.max(0.0) as u64 {
             let value = numbers.next(property.scalar)?;
@@ -285,9 +299,9 @@ impl Body {
         Ok(())
     }
 
-    fn vertex(&mut self, position: DVec3) -> Result<(), Fault> {
+    fn vertex(&mut self, position: DVec3) -> Result<(), UnplacedError> {
         if !position.is_finite() {
-            return Err(Fault::new(
+            return Err(UnplacedError::new(
                 "a coordinate is not a finite number",
                 "nothing can be computed from it",
                 "export the file again",
@@ -297,10 +311,10 @@ impl Body {
         Ok(())
     }
 
-    fn face(&mut self, item: u32) -> Result<(), Fault> {
+    fn face(&mut self, item: u32) -> Result<(), UnplacedError> {
         let count = self.mesh.positions.len();
         if let Some(corner) = self.corners.iter().find(|&&corner| corner as usize >= count) {
-            return Err(Fault::new(
+            return Err(UnplacedError::new(
                 format!("there is no vertex {corner}"),
                 format!("{count} are defined, counted from 0"),
                 "export the file again",
@@ -320,10 +334,10 @@ impl Body {
         })
     }
 
-    fn finish(self, header: &Header) -> Result<Mesh, Fault> {
-        let Body { mut mesh, tally, tint, tinted, .. } = self;
+    fn finish(self, header: &PlyHeader) -> Result<Mesh, UnplacedError> {
+        let PlyBody { mut mesh, tally, tint, tinted, .. } = self;
         if header.elements.iter().any(|element| element.name == b"tristrips") {
-            return Err(Fault::new(
+            return Err(UnplacedError::new(
                 "the file has triangle strips",
                 "only faces are read",
                 "export it with faces",

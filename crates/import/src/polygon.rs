@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 /// The triangles of a polygon, and its faults.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Cut {
+pub(crate) struct Triangulation {
     /// The triangles, as indices of the polygon's corners.
     pub(crate) triangles: Vec<[usize; 3]>,
     /// Whether corners lie off the common plane by more than [`FLAT`] of the polygon's size.
@@ -21,25 +21,28 @@ const SAME_AREA: f64 = 1e-6;
 
 /// Cuts a polygon into triangles that keep its orientation. Corners from `holes[i]` on, to the next hole or the end,
 /// are the outline of hole i. Convex polygons become a fan from their first corner; others are cut by their ears.
-pub(crate) fn cut(corners: &[DVec3], holes: &[usize]) -> Cut {
+pub(crate) fn cut(corners: &[DVec3], holes: &[usize]) -> Triangulation {
     if corners.len() == 3 {
-        return Cut { triangles: vec![[0, 1, 2]], ..Cut::default() };
+        return Triangulation { triangles: vec![[0, 1, 2]], ..Triangulation::default() };
     }
     let outline = &corners[..holes.first().copied().unwrap_or(corners.len())];
     let normal = newell(outline);
     if corners.len() < 3 || normal.length_squared() == 0.0 || !normal.is_finite() {
         // Without a plane there is no area: one degenerate triangle stands for the polygon in the counts.
-        return Cut { triangles: vec![[0, 0, 0]; usize::from(!corners.is_empty())], ..Cut::default() };
+        return Triangulation {
+            triangles: vec![[0, 0, 0]; usize::from(!corners.is_empty())],
+            ..Triangulation::default()
+        };
     }
     let flat: Vec<DVec2> = corners.iter().map(|&corner| flatten(corner, normal)).collect();
     let bent = is_bent(corners, normal.normalize());
     if holes.is_empty() && is_convex(&flat) {
         let triangles = (2..corners.len()).map(|i| [0, i - 1, i]).collect();
-        return Cut { triangles, bent, crossed: false };
+        return Triangulation { triangles, bent, crossed: false };
     }
     let triangles = cut_ears(&flat, holes);
     let crossed = !same_area(&flat, holes, &triangles);
-    Cut { triangles, bent, crossed }
+    Triangulation { triangles, bent, crossed }
 }
 
 /// The unit normal of an outline that runs counter-clockwise seen from its front; `None` if it has no area.
@@ -114,7 +117,7 @@ fn ring_area(ring: &[DVec2]) -> f64 {
 mod tests {
     use super::*;
 
-    fn area(corners: &[DVec3], cut: &Cut) -> DVec3 {
+    fn area(corners: &[DVec3], cut: &Triangulation) -> DVec3 {
         let corner = |i: usize| corners[i];
         let twice =
             cut.triangles.iter().map(|&[a, b, c]| (corner(b) - corner(a)).cross(corner(c) - corner(a)));

@@ -1,6 +1,6 @@
 //! The most triangles of a mesh: files repeat what they hold, and a small one could ask for any amount.
 
-use crate::error::Fault;
+use crate::error::UnplacedError;
 use crate::mesh::{MAX_TRIANGLES, Mesh};
 
 /// Triangles that any file may make, however small it is: read in 2 s, 6 GB as a scene with its tree.
@@ -9,14 +9,14 @@ const FREE_TRIANGLES: u64 = 1 << 22;
 /// The triangles that a file may make: [`FREE_TRIANGLES`], and one for each of its bytes. Files that repeat nothing need
 /// fewer.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Room {
+pub(crate) struct TriangleBudget {
     bytes: u64,
 }
 
-impl Room {
+impl TriangleBudget {
     /// The room of a file of `bytes` bytes.
     pub(crate) fn of(bytes: usize) -> Self {
-        Room { bytes: bytes as u64 }
+        TriangleBudget { bytes: bytes as u64 }
     }
 
     /// The most triangles that the file may make.
@@ -44,12 +44,12 @@ fn too_many() -> String {
 }
 
 /// Refuses a mesh that has more triangles or vertices than indices can number.
-pub(crate) fn room(mesh: &Mesh) -> Result<(), Fault> {
+pub(crate) fn room(mesh: &Mesh) -> Result<(), UnplacedError> {
     if mesh.triangles.len() <= MAX_TRIANGLES && mesh.positions.len() <= 3 * MAX_TRIANGLES {
         return Ok(());
     }
     let problem = format!(
         "the file has more than {MAX_TRIANGLES} triangles, or more than three times as many vertices"
     );
-    Err(Fault::new(problem, too_many(), "split or simplify it"))
+    Err(UnplacedError::new(problem, too_many(), "split or simplify it"))
 }

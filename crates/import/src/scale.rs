@@ -52,19 +52,23 @@ pub(crate) fn said_unit(content: &[u8]) -> Option<(&'static str, f64)> {
 }
 
 /// A part of a mesh: its name and its extent [units of the file].
-pub(crate) struct Part<'a> {
+pub(crate) struct MeshPart<'a> {
     pub(crate) name: &'a str,
     pub(crate) extent: DVec3,
 }
 
 /// What the unit of a file is likely to be, in words and in metres; `None` where a metre is as likely as any. `extent` is that of the
 /// whole, z up; `drawing` says whether the format is one of parts of machines.
-pub(crate) fn likely_unit(extent: DVec3, parts: &[Part<'_>], drawing: bool) -> Option<(&'static str, f64)> {
+pub(crate) fn likely_unit(
+    extent: DVec3,
+    parts: &[MeshPart<'_>],
+    drawing: bool,
+) -> Option<(&'static str, f64)> {
     let largest = extent.max_element();
     if !(largest.is_finite() && largest > 0.0) {
         return None;
     }
-    let known = |part: &Part<'_>| {
+    let known = |part: &MeshPart<'_>| {
         let name = part.name.to_lowercase();
         let (_, usual) = HEIGHTS.iter().find(|(word, _)| name.contains(word))?;
         Some(usual / part.extent.z).filter(|ratio| ratio.is_finite())
@@ -116,12 +120,12 @@ mod tests {
 
     fn likely(extent: [f64; 3], parts: &[(&str, f64)], drawing: bool) -> Option<f64> {
         let part =
-            |&(name, height): &(&'static str, f64)| Part { name, extent: DVec3::new(0.1, 0.1, height) };
+            |&(name, height): &(&'static str, f64)| MeshPart { name, extent: DVec3::new(0.1, 0.1, height) };
         let parts: Vec<(&'static str, f64)> = parts
             .iter()
             .map(|&(name, height)| (&*Box::leak(name.to_owned().into_boxed_str()), height))
             .collect();
-        let parts: Vec<Part<'_>> = parts.iter().map(part).collect();
+        let parts: Vec<MeshPart<'_>> = parts.iter().map(part).collect();
         likely_unit(DVec3::from_array(extent), &parts, drawing).map(|(_, length)| length)
     }
 

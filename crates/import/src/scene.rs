@@ -7,13 +7,13 @@ use glam::DVec3;
 use radiosity::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::Format;
-use crate::clean::Faulty;
-use crate::error::{Error, Fault, Spot};
+use crate::clean::FaultyTriangles;
+use crate::error::{Error, FileSpot, UnplacedError};
 use crate::lamps::names_a_lamp;
 use crate::mesh::{Material, Mesh, Triangle};
 use crate::notes::{beyond, note_losses};
-use crate::options::{Axis, Faults, MaterialOverride, Options, SidesChoice, matches};
-use crate::scale::{Part, likely_unit};
+use crate::options::{Faults, MaterialOverride, Options, SidesChoice, UpAxis, matches};
+use crate::scale::{MeshPart, likely_unit};
 
 /// A scene that was made from a mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,11 +50,11 @@ pub struct Spots {
 
 impl Spots {
     /// The spot of a surface in the file; `name` is the surface's.
-    pub fn of(&self, surface: usize, name: Option<&str>) -> Spot {
+    pub fn of(&self, surface: usize, name: Option<&str>) -> FileSpot {
         match (self.lines.get(surface), name) {
-            (Some(&line), _) if line > 0 => Spot::Line(line as usize),
-            (_, Some(name)) => Spot::Element(format!("face {name:?}")),
-            _ => Spot::Element(format!("face {surface}")),
+            (Some(&line), _) if line > 0 => FileSpot::Line(line as usize),
+            (_, Some(name)) => FileSpot::Element(format!("face {name:?}")),
+            _ => FileSpot::Element(format!("face {surface}")),
         }
     }
 }
@@ -142,11 +142,11 @@ impl Mesh {
     /// Faulty faces where those are to be refused, reflectances of 1 and more in strict reading, overrides that match nothing, and
     /// patch sizes that would cut a face into too many.
     pub fn into_scene(mut self, path: &Path, format: Format, options: &Options) -> Result<Imported, Error> {
-        let at = |fault: Fault| fault.at(path, Spot::File);
+        let at = |fault: UnplacedError| fault.at(path, FileSpot::File);
         self.place(format, options);
         self.split_parts(options);
         let mut notes = Vec::new();
-        let mut finish = Finishes::new(&self, options).map_err(at)?;
+        let mut finish = MeshFinishes::new(&self, options).map_err(at)?;
         self.leave_out(&finish).map_err(at)?;
         let likely_unit = self.likely_unit(format, options, &mut notes);
         self.drop_faults(&finish, options, &mut notes).map_err(at)?;
@@ -200,12 +200,14 @@ impl Mesh {
     }
 
     /// Takes out the faces of materials that are to be left out.
-    fn leave_out(&mut self, finishes: &Finishes) -> Result<(), Fault> {
+    fn leave_out(&mut self, finishes: &MeshFinishes) -> Result<(), UnplacedError> {
         self.triangles.retain(|triangle| !finishes.of[triangle.material as usize].leave_out);
         match self.triangles.is_empty() {
-            true => {
-                Err(Fault::new("every face is left out", "light needs surfaces to meet", "leave fewer out"))
-            }
+            true => Err(UnplacedError::new(
+                "every face is left out",
+                "light needs surfaces to meet",
+                "leave fewer out",
+            )),
             false => Ok(()),
         }
     }
@@ -236,11 +238,11 @@ impl Mesh {
                 (*low, *high) = (low.min(corner), high.max(corner));
             }
         }
-        let parts: Vec<Part<'_>> = self
+        let parts: Vec<MeshPart<'_>> = self
             .parts
             .iter()
             .zip(bounds)
-            .map(|(name, (low, high))| Part { name, extent: high - low })
+            .map(|(name, (low, high))| MeshPart { name, extent: high - low })
             .collect();
         let (low, high) = self.bounds(|position| position);
         let extent = high - low;
@@ -261,12 +263,12 @@ impl Mesh {
 
     fn drop_faults(
         &mut self,
-        finish: &Finishes,
+        finish: &MeshFinishes,
         options: &Options,
         notes: &mut Vec<String>,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), UnplacedError> {
         let two_sided: Vec<bool> = finish.of.iter().map(|finish| finish.sides == Sides::Both).collect();
-        let faulty = Faulty::find(self, &two_sided);
+        let faulty = FaultyTriangles::find(self, &two_sided);
         if faulty.is_empty() {
             return Ok(());
         }
@@ -278,7 +280,7 @@ impl Mesh {
             .map(|(faces, what)| format!("{} triangles {what}: {}", faces.len(), self.list(faces, listed)))
             .collect();
         if refused {
-            return Err(Fault::new(
+            return Err(UnplacedError::new(
                 told.join("; "),
                 "they neither reflect nor emit",
                 "remove them, or set import.faults = \"report\"",
@@ -289,9 +291,11 @@ impl Mesh {
         }
         faulty.remove_from(self);
         match self.triangles.is_empty() {
-            true => {
-                Err(Fault::new("no face has an area", "light needs surfaces to meet", "check import.unit"))
-            }
+            true => Err(UnplacedError::new(
+                "no face has an area",
+                "light needs surfaces to meet",
+                "check import.unit",
+            )),
             false => Ok(()),
         }
     }
@@ -326,7 +330,7 @@ impl Mesh {
         format!("{}:{}", self.parts[triangle.part as usize], triangle.face)
     }
 
-    fn surface(&self, face: &Face, shape: Shape, finishes: &Finishes) -> SurfaceSpec {
+    fn surface(&self, face: &MeshFace, shape: Shape, finishes: &MeshFinishes) -> SurfaceSpec {
         let triangle = &self.triangles[face.triangle];
         let finish = &finishes.of[triangle.material as usize];
         SurfaceSpec {
@@ -340,17 +344,17 @@ impl Mesh {
     }
 
     /// Makes a face of every triangle.
-    fn single(&self) -> Vec<Face> {
+    fn single(&self) -> Vec<MeshFace> {
         let face = |triangle: usize| {
             let corners = self.corners(&self.triangles[triangle]);
-            Face { triangle, corners, parallelogram: false }
+            MeshFace { triangle, corners, parallelogram: false }
         };
         (0..self.triangles.len()).map(face).collect()
     }
 
     /// Makes a face of every triangle, but one of two that follow each other and form a parallelogram. Its fourth
     /// corner may be off by the slack of scenes, 2⁻⁴⁶ of the largest coordinate; no ray passes through that.
-    fn join(&self) -> Vec<Face> {
+    fn join(&self) -> Vec<MeshFace> {
         let largest = self.positions.iter().fold(0.0_f64, |max, p| max.max(p.abs().max_element()));
         let slack = largest / (1_u64 << 46) as f64;
         let mut faces = Vec::with_capacity(self.triangles.len());
@@ -362,7 +366,7 @@ impl Mesh {
                 .filter(|second| (second.part, second.material) == (first.part, first.material));
             let corners = self.corners(first);
             let joined = second.and_then(|second| parallelogram(corners, self.corners(second), slack));
-            faces.push(Face {
+            faces.push(MeshFace {
                 triangle: next,
                 corners: joined.unwrap_or(corners),
                 parallelogram: joined.is_some(),
@@ -386,7 +390,7 @@ fn parallelogram(first: [DVec3; 3], second: [DVec3; 3], slack: f64) -> Option<[D
 }
 
 /// A face on its way to a surface.
-struct Face {
+struct MeshFace {
     /// The first triangle of the face.
     triangle: usize,
     /// The corners of a triangle, or a corner of a parallelogram and its neighbours.
@@ -394,9 +398,9 @@ struct Face {
     parallelogram: bool,
 }
 
-impl Face {
+impl MeshFace {
     /// The outline, cut into as many cells as the options ask for.
-    fn cut(&self, options: &Options) -> Result<Shape, Fault> {
+    fn cut(&self, options: &Options) -> Result<Shape, UnplacedError> {
         let [a, b, c] = self.corners;
         let (u, v) = ((b - a).length(), (c - a).length());
         if self.parallelogram {
@@ -414,22 +418,22 @@ impl Face {
 }
 
 /// The number of cells of an edge such that none is longer than `size` [m].
-fn cells(length: f64, size: Option<f64>) -> Result<u32, Fault> {
+fn cells(length: f64, size: Option<f64>) -> Result<u32, UnplacedError> {
     size.map_or(Ok(1), |size| count(length / size, "patch_size"))
 }
 
 /// The factor by which cells of an area must be cut along both edges such that none is larger than `most` [m²].
-fn finer(area: f64, most: Option<f64>) -> Result<u32, Fault> {
+fn finer(area: f64, most: Option<f64>) -> Result<u32, UnplacedError> {
     most.map_or(Ok(1), |most| count((area / most).sqrt(), "max_patch_area"))
 }
 
 /// A number of cells; a ratio that is an integer but for rounding stays that integer.
-fn count(ratio: f64, key: &str) -> Result<u32, Fault> {
+fn count(ratio: f64, key: &str) -> Result<u32, UnplacedError> {
     let count = (ratio * (1.0 - 1e-12)).ceil().max(1.0);
     if count <= f64::from(MAX_CELLS) {
         return Ok(count as u32);
     }
-    Err(Fault::new(
+    Err(UnplacedError::new(
         format!("{key} cuts an edge into {count:e} pieces"),
         format!("a face has at most {MAX_CELLS} along each edge"),
         format!("choose a larger {key}, or check import.unit"),
@@ -443,7 +447,7 @@ pub(crate) struct Finish {
     pub(crate) emittance: Spectrum,
     sides: Sides,
     /// Where its power is given, if it is.
-    power: Option<Power>,
+    power: Option<PowerKey>,
     leave_out: bool,
     /// Whether the reflectance is the file's, and whether the emittance is.
     pub(crate) own_reflectance: bool,
@@ -454,7 +458,7 @@ pub(crate) struct Finish {
 
 /// Where the power of a material is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Power {
+enum PowerKey {
     /// In the file.
     Own,
     /// In the override with this number.
@@ -462,26 +466,26 @@ enum Power {
 }
 
 /// The finishes of all materials.
-struct Finishes {
+struct MeshFinishes {
     of: Vec<Finish>,
 }
 
-impl Finishes {
-    fn new(mesh: &Mesh, options: &Options) -> Result<Self, Fault> {
+impl MeshFinishes {
+    fn new(mesh: &Mesh, options: &Options) -> Result<Self, UnplacedError> {
         for entry in &options.materials {
             if !mesh.has_material(&entry.pattern) {
-                return Err(Fault::new(
+                return Err(UnplacedError::new(
                     format!("import.material.{:?} matches no material and no part", entry.pattern),
                     "it would change nothing",
                     format!("the file has {}", mesh.material_names()),
                 ));
             }
         }
-        Ok(Finishes { of: mesh.materials.iter().map(|material| Finish::of(material, options)).collect() })
+        Ok(MeshFinishes { of: mesh.materials.iter().map(|material| Finish::of(material, options)).collect() })
     }
 
     /// Gives materials with a power the emittance that makes it over their faces.
-    fn spread_power(&mut self, mesh: &Mesh, options: &Options) -> Result<(), Fault> {
+    fn spread_power(&mut self, mesh: &Mesh, options: &Options) -> Result<(), UnplacedError> {
         let mut areas = vec![0.0; self.of.len()];
         for triangle in &mesh.triangles {
             let number = triangle.material as usize;
@@ -489,11 +493,11 @@ impl Finishes {
         }
         for (number, entry) in options.materials.iter().enumerate() {
             let Some(power) = entry.power else { continue };
-            let powered = |finish: &Finish| finish.power == Some(Power::Entry(number));
+            let powered = |finish: &Finish| finish.power == Some(PowerKey::Entry(number));
             let area: f64 =
                 self.of.iter().zip(&areas).filter(|(of, _)| powered(of)).map(|(_, area)| area).sum();
             if area <= 0.0 {
-                return Err(Fault::new(
+                return Err(UnplacedError::new(
                     format!("import.material.{:?}.power has no face to leave from", entry.pattern),
                     "no face has a material that it gives a power to",
                     "correct the name, or remove the entry",
@@ -503,7 +507,8 @@ impl Finishes {
             self.of.iter_mut().filter(|of| powered(of)).for_each(|of| of.emittance = emittance);
         }
         for ((finish, material), area) in self.of.iter_mut().zip(&mesh.materials).zip(areas) {
-            if let Some(power) = material.power.filter(|_| finish.power == Some(Power::Own) && area > 0.0) {
+            if let Some(power) = material.power.filter(|_| finish.power == Some(PowerKey::Own) && area > 0.0)
+            {
                 finish.emittance = Spectrum::rgb(power.channels().map(|power| power / area));
             }
         }
@@ -517,12 +522,12 @@ impl Finishes {
         areas: &[f64],
         options: &Options,
         notes: &mut Vec<String>,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), UnplacedError> {
         let asked = options.reflectance_limit;
         let bright = |reflectance: Spectrum| reflectance.max() > asked.unwrap_or(1.0_f64.next_down());
         let Some(told) = beyond(mesh, &self.of, areas, bright) else { return Ok(()) };
         if asked.is_none() && options.strict {
-            return Err(Fault::new(
+            return Err(UnplacedError::new(
                 told,
                 "walks would never end",
                 format!("set import.reflectance_limit = {LIMIT} to clamp them, or read without --strict"),
@@ -547,7 +552,7 @@ impl Finish {
             reflectance: material.reflectance,
             emittance: material.emittance,
             sides: sides(options.sides, material.sides),
-            power: material.power.map(|_| Power::Own),
+            power: material.power.map(|_| PowerKey::Own),
             leave_out: false,
             own_reflectance: true,
             own_emittance: true,
@@ -569,7 +574,7 @@ impl Finish {
             (self.emittance, self.power) = (emittance, None);
         }
         if entry.power.is_some() {
-            self.power = Some(Power::Entry(number));
+            self.power = Some(PowerKey::Entry(number));
         }
         if let Some(choice) = entry.sides {
             self.sides = sides(choice, written);
@@ -586,8 +591,8 @@ impl Finish {
 }
 
 /// The axis that is up in files of a format: exporters write glTF, OBJ and Mitsuba's scenes with y up.
-fn usual_up(format: Format) -> Axis {
-    if matches!(format, Format::Gltf | Format::Obj | Format::Mitsuba) { Axis::Y } else { Axis::Z }
+fn usual_up(format: Format) -> UpAxis {
+    if matches!(format, Format::Gltf | Format::Obj | Format::Mitsuba) { UpAxis::Y } else { UpAxis::Z }
 }
 
 fn sides(choice: SidesChoice, written: Option<Sides>) -> Sides {

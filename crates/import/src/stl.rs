@@ -5,10 +5,10 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::bytes::Bytes;
-use crate::error::{Error, Fault, Spot};
-use crate::mesh::{Material, Mesh, Parts, Triangle};
+use crate::error::{Error, FileSpot, UnplacedError};
+use crate::mesh::{Material, Mesh, MeshParts, Triangle};
 use crate::room::room;
-use crate::text::{Lines, name, numbers, rest, words};
+use crate::text::{LogicalLines, name, numbers, rest, words};
 
 /// The bytes before the first triangle of a binary file, its count included.
 const HEADER: usize = 84;
@@ -20,8 +20,8 @@ const RECORD: usize = 50;
 pub(crate) fn read(path: &Path, content: &[u8]) -> Result<Mesh, Error> {
     let stem = crate::stem(path);
     let mut mesh = match is_binary(content) {
-        true => binary(content, &stem).map_err(|fault| fault.at(path, Spot::File))?,
-        false => ascii(content, &stem).map_err(|(line, fault)| fault.at(path, Spot::Line(line)))?,
+        true => binary(content, &stem).map_err(|fault| fault.at(path, FileSpot::File))?,
+        false => ascii(content, &stem).map_err(|(line, fault)| fault.at(path, FileSpot::Line(line)))?,
     };
     mesh.materials.push(Material::undefined("default"));
     Ok(mesh)
@@ -35,11 +35,11 @@ fn is_binary(content: &[u8]) -> bool {
     length == Some(content.len() as u64) || !content.trim_ascii_start().starts_with(b"solid")
 }
 
-fn binary(content: &[u8], stem: &str) -> Result<Mesh, Fault> {
-    let mut bytes = Bytes::new(content.get(80..).ok_or_else(Fault::short)?);
+fn binary(content: &[u8], stem: &str) -> Result<Mesh, UnplacedError> {
+    let mut bytes = Bytes::new(content.get(80..).ok_or_else(UnplacedError::short)?);
     let count = u32::from_le_bytes(bytes.take()?) as usize;
     if bytes.len() < count.saturating_mul(RECORD) {
-        return Err(Fault::short());
+        return Err(UnplacedError::short());
     }
     let mut mesh = Mesh { parts: vec![stem.into()], ..Mesh::default() };
     for face in 0..count as u32 {
@@ -59,16 +59,16 @@ fn binary(content: &[u8], stem: &str) -> Result<Mesh, Fault> {
 }
 
 /// Adds the triangle of the last three positions.
-fn push(mesh: &mut Mesh, part: u32, face: u32, line: u32) -> Result<(), Fault> {
+fn push(mesh: &mut Mesh, part: u32, face: u32, line: u32) -> Result<(), UnplacedError> {
     let end = mesh.positions.len() as u32;
     mesh.triangles.push(Triangle { corners: [end - 3, end - 2, end - 1], part, face, material: 0, line });
     room(mesh)
 }
 
-fn ascii(content: &[u8], stem: &str) -> Result<Mesh, (usize, Fault)> {
-    let (mut mesh, mut parts) = (Mesh::default(), Parts::default());
+fn ascii(content: &[u8], stem: &str) -> Result<Mesh, (usize, UnplacedError)> {
+    let (mut mesh, mut parts) = (Mesh::default(), MeshParts::default());
     let (mut facet, mut corners) = (0, 0);
-    let mut lines = Lines::new(content);
+    let mut lines = LogicalLines::new(content);
     while let Some((number, line)) = lines.next() {
         let mut arguments = words(line);
         match arguments.next().unwrap_or_default() {
@@ -100,20 +100,24 @@ fn is_whole(corners: u32) -> bool {
     matches!(corners, 0 | 3)
 }
 
-fn not_finite(face: u32) -> Fault {
-    Fault::new(
+fn not_finite(face: u32) -> UnplacedError {
+    UnplacedError::new(
         format!("a corner of face {face} is not a finite number"),
         "nothing can be computed from it",
         "export the file again",
     )
 }
 
-fn corner_count(corners: u32) -> Fault {
-    Fault::new(format!("a facet of {corners} corners"), "facets are triangles", "export the file again")
+fn corner_count(corners: u32) -> UnplacedError {
+    UnplacedError::new(
+        format!("a facet of {corners} corners"),
+        "facets are triangles",
+        "export the file again",
+    )
 }
 
-fn unknown(word: &[u8]) -> Fault {
-    Fault::new(
+fn unknown(word: &[u8]) -> UnplacedError {
+    UnplacedError::new(
         format!("unknown statement {:?}", name(word)),
         "ASCII STL has solid, facet, outer loop, vertex, endloop, endfacet, endsolid",
         "export the file again",

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 
-use crate::error::Fault;
-use crate::mesh::{Lost, Mesh, Triangle};
+use crate::error::UnplacedError;
+use crate::mesh::{LostProperty, Mesh, Triangle};
 use crate::polygon;
 use crate::room::room;
 
@@ -14,13 +14,13 @@ const MAX_CORNERS: usize = 1 << 14;
 
 /// Counts by kind; each becomes one note at the end.
 #[derive(Debug, Default)]
-pub(crate) struct Tally {
+pub(crate) struct NoteCounts {
     counts: BTreeMap<&'static str, u64>,
     /// Materials that are used and have not been defined.
     pub(crate) undefined: BTreeSet<u32>,
 }
 
-impl Tally {
+impl NoteCounts {
     /// Counts one more of a kind, `what` in the plural, with what may be done about it behind a semicolon.
     pub(crate) fn count(&mut self, what: &'static str) {
         *self.counts.entry(what).or_default() += 1;
@@ -36,13 +36,13 @@ impl Tally {
         corners: &[u32],
         holes: &[usize],
         triangle: impl Fn([u32; 3]) -> Triangle,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), UnplacedError> {
         if let &[a, b, c] = corners {
             mesh.triangles.push(triangle([a, b, c]));
             return room(mesh);
         }
         if corners.len() > MAX_CORNERS {
-            return Err(Fault::new(
+            return Err(UnplacedError::new(
                 format!("a face of {} corners", corners.len()),
                 format!("to cut one of more than {MAX_CORNERS} into triangles takes time beyond measure"),
                 "cut it into triangles before",
@@ -68,7 +68,7 @@ impl Tally {
             mesh.notes.push(format!("{what}: {count}{remedy}"));
         }
         for number in self.undefined {
-            mesh.materials[number as usize].loses(Lost::Definition);
+            mesh.materials[number as usize].loses(LostProperty::Definition);
         }
     }
 }

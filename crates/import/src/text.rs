@@ -1,10 +1,10 @@
 //! Lines and words of text formats. Files are bytes: names may be of any encoding, numbers are ASCII.
 
-use crate::error::Fault;
+use crate::error::UnplacedError;
 
 /// The lines of a text from 1, joined where a line ends in a backslash. Blank lines and comments, which begin with
 /// `#`, are skipped. A joined line has the number of its first part.
-pub(crate) struct Lines<'a> {
+pub(crate) struct LogicalLines<'a> {
     rest: &'a [u8],
     number: usize,
     joined: Vec<u8>,
@@ -15,9 +15,9 @@ pub(crate) fn without_mark(text: &[u8]) -> &[u8] {
     text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)
 }
 
-impl<'a> Lines<'a> {
+impl<'a> LogicalLines<'a> {
     pub(crate) fn new(text: &'a [u8]) -> Self {
-        Lines { rest: without_mark(text), number: 0, joined: Vec::new() }
+        LogicalLines { rest: without_mark(text), number: 0, joined: Vec::new() }
     }
 
     /// The next line that is not blank, with its number.
@@ -76,13 +76,17 @@ pub(crate) fn name(bytes: &[u8]) -> String {
 }
 
 /// Reads a finite number.
-pub(crate) fn number(word: Option<&[u8]>) -> Result<f64, Fault> {
+pub(crate) fn number(word: Option<&[u8]>) -> Result<f64, UnplacedError> {
     let Some(word) = word else {
-        return Err(Fault::new("a number is missing", "the line ends before it", "complete the line"));
+        return Err(UnplacedError::new(
+            "a number is missing",
+            "the line ends before it",
+            "complete the line",
+        ));
     };
     let parsed = std::str::from_utf8(word).ok().and_then(|word| word.parse::<f64>().ok());
     parsed.filter(|number| number.is_finite()).ok_or_else(|| {
-        Fault::new(
+        UnplacedError::new(
             format!("{:?} is not a finite number", name(word)),
             "nothing can be computed from it",
             "write a number such as 0.5",
@@ -93,7 +97,7 @@ pub(crate) fn number(word: Option<&[u8]>) -> Result<f64, Fault> {
 /// Reads N finite numbers from words.
 pub(crate) fn numbers<'a, const N: usize>(
     words: &mut impl Iterator<Item = &'a [u8]>,
-) -> Result<[f64; N], Fault> {
+) -> Result<[f64; N], UnplacedError> {
     let mut numbers = [0.0; N];
     for place in &mut numbers {
         *place = number(words.next())?;
@@ -107,7 +111,7 @@ mod tests {
 
     #[test]
     fn lines_are_joined_counted_and_freed_of_comments() {
-        let mut lines = Lines::new(b"a b # c\n\n  # d\ne \\\n f\ng");
+        let mut lines = LogicalLines::new(b"a b # c\n\n  # d\ne \\\n f\ng");
         assert_eq!(lines.next().map(|(n, line)| (n, words(line).count())), Some((1, 2)));
         assert_eq!(lines.next().map(|(n, line)| (n, words(line).count())), Some((4, 2)));
         assert_eq!(lines.next(), Some((6, &b"g"[..])));

@@ -17,7 +17,7 @@ const ALL_POINTS: usize = 1 << 24;
 
 /// A face that shows an image: its area, in any unit, and the places of its corners in the image.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shown {
+pub(crate) struct TexturedFace {
     pub(crate) area: f32,
     pub(crate) corners: [[f32; 2]; 3],
 }
@@ -72,12 +72,12 @@ pub(crate) fn points(materials: usize) -> usize {
 /// counts.
 pub(crate) fn mean(
     image: &DynamicImage,
-    shown: &[Shown],
+    shown: &[TexturedFace],
     placing: Placing,
     (points, opacity): (usize, bool),
 ) -> Mean {
     let whole = [[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]]];
-    let whole = whole.map(|corners| Shown { area: 0.5, corners });
+    let whole = whole.map(|corners| TexturedFace { area: 0.5, corners });
     let total: f64 = shown.iter().map(|face| f64::from(face.area)).sum();
     let (shown, total) = if total > 0.0 && total.is_finite() { (shown, total) } else { (&whole[..], 1.0) };
     let linear = linear_light();
@@ -149,13 +149,14 @@ mod tests {
     #[test]
     fn means_are_over_the_faces_that_show_the_image() {
         let image = checks();
-        let mean = |shown: &[Shown], opacity| mean(&image, shown, Placing::FROM_ABOVE, (points(1), opacity));
+        let mean =
+            |shown: &[TexturedFace], opacity| mean(&image, shown, Placing::FROM_ABOVE, (points(1), opacity));
         let all = mean(&[], false);
         assert!((all.colour[0] - 0.5).abs() < 1e-3 && all.alpha == 1.0, "{all:?}");
         let all = mean(&[], true);
         assert!((all.colour[0] - 1.0 / 3.0).abs() < 1e-3 && (all.alpha - 0.75).abs() < 1e-3, "{all:?}");
         // Three quarters of the area show the white texel, one quarter a black one, in the copy to the right.
-        let face = |area, u: f32| Shown { area, corners: [[u, 0.1], [u + 0.3, 0.1], [u, 0.4]] };
+        let face = |area, u: f32| TexturedFace { area, corners: [[u, 0.1], [u + 0.3, 0.1], [u, 0.4]] };
         let part = mean(&[face(3.0, 0.1), face(1.0, 1.6)], false);
         assert!((part.colour[0] - 0.75).abs() < 1e-3, "{part:?}");
     }

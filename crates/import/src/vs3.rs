@@ -10,17 +10,17 @@ use std::path::Path;
 use glam::DVec3;
 use radiosity::Sides;
 
-use crate::error::{Error, Fault, Spot};
-use crate::mesh::{Material, Mesh, Parts, Triangle};
+use crate::error::{Error, FileSpot, UnplacedError};
+use crate::mesh::{Material, Mesh, MeshParts, Triangle};
 use crate::room::room;
-use crate::text::{Lines, name, number, numbers, words};
+use crate::text::{LogicalLines, name, number, numbers, words};
 
 /// Reads a file of View3D.
 pub(crate) fn read(path: &Path, content: &[u8]) -> Result<Mesh, Error> {
-    let mut reader = Reader::default();
-    let mut lines = Lines::new(content);
+    let mut reader = Vs3Reader::default();
+    let mut lines = LogicalLines::new(content);
     while let Some((number, line)) = lines.next() {
-        let ended = reader.line(line, number).map_err(|fault| fault.at(path, Spot::Line(number)))?;
+        let ended = reader.line(line, number).map_err(|fault| fault.at(path, FileSpot::Line(number)))?;
         if ended {
             break;
         }
@@ -29,16 +29,16 @@ pub(crate) fn read(path: &Path, content: &[u8]) -> Result<Mesh, Error> {
 }
 
 #[derive(Default)]
-struct Reader {
+struct Vs3Reader {
     mesh: Mesh,
-    parts: Parts,
+    parts: MeshParts,
     /// The materials by the bits of their emissivity.
     materials: HashMap<u64, u32>,
 }
 
-impl Reader {
+impl Vs3Reader {
     /// Reads a line; true where it is the last.
-    fn line(&mut self, line: &[u8], number: usize) -> Result<bool, Fault> {
+    fn line(&mut self, line: &[u8], number: usize) -> Result<bool, UnplacedError> {
         let mut words = words(line);
         let Some(first) = words.next() else { return Ok(false) };
         match first.to_ascii_uppercase().as_slice() {
@@ -56,7 +56,7 @@ impl Reader {
         Ok(false)
     }
 
-    fn vertex<'a>(&mut self, words: &mut impl Iterator<Item = &'a [u8]>) -> Result<(), Fault> {
+    fn vertex<'a>(&mut self, words: &mut impl Iterator<Item = &'a [u8]>) -> Result<(), UnplacedError> {
         let [place, x, y, z] = numbers(words)?;
         let next = self.mesh.positions.len() + 1;
         if place != next as f64 {
@@ -66,7 +66,11 @@ impl Reader {
         Ok(())
     }
 
-    fn surface<'a>(&mut self, words: &mut impl Iterator<Item = &'a [u8]>, line: usize) -> Result<(), Fault> {
+    fn surface<'a>(
+        &mut self,
+        words: &mut impl Iterator<Item = &'a [u8]>,
+        line: usize,
+    ) -> Result<(), UnplacedError> {
         let [_, v1, v2, v3, v4, base, combined] = numbers(words)?;
         if base != 0.0 || combined != 0.0 {
             return Err(composed("surfaces with a base, or combined with another"));
@@ -88,11 +92,11 @@ impl Reader {
     }
 
     /// The index of a vertex that is written above.
-    fn corner(&self, vertex: f64) -> Result<u32, Fault> {
+    fn corner(&self, vertex: f64) -> Result<u32, UnplacedError> {
         let known = self.mesh.positions.len();
         let fits = vertex.fract() == 0.0 && (1.0..=known as f64).contains(&vertex);
         fits.then(|| vertex as u32 - 1).ok_or_else(|| {
-            Fault::new(
+            UnplacedError::new(
                 format!("there is no vertex {vertex}"),
                 format!("{known} are written above"),
                 "write vertices first, and count them from 1",
@@ -100,9 +104,9 @@ impl Reader {
         })
     }
 
-    fn material(&mut self, emissivity: f64) -> Result<u32, Fault> {
+    fn material(&mut self, emissivity: f64) -> Result<u32, UnplacedError> {
         if !(0.0..=1.0).contains(&emissivity) {
-            return Err(Fault::new(
+            return Err(UnplacedError::new(
                 format!("the emissivity is {emissivity}"),
                 "surfaces emit at most what a black one does",
                 "write a number from 0 to 1",
@@ -118,25 +122,25 @@ impl Reader {
     }
 }
 
-fn other_geometry(format: Option<&[u8]>) -> Fault {
+fn other_geometry(format: Option<&[u8]>) -> UnplacedError {
     let format = name(format.unwrap_or_default());
-    Fault::new(
+    UnplacedError::new(
         format!("the geometry is of format {format:?}"),
         "vertices and surfaces of three dimensions are format 3",
         "convert the file to `F 3`",
     )
 }
 
-fn composed(what: &str) -> Fault {
-    Fault::new(
+fn composed(what: &str) -> UnplacedError {
+    UnplacedError::new(
         format!("{what} are not read"),
         "each surface stands for itself",
         "write what is seen of a surface as surfaces of its own",
     )
 }
 
-fn out_of_order(what: &str, expected: usize, found: f64) -> Fault {
-    Fault::new(
+fn out_of_order(what: &str, expected: usize, found: f64) -> UnplacedError {
+    UnplacedError::new(
         format!("{what} {found} is out of order"),
         format!("the next is {expected}"),
         "number them from 1 without gaps",

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use import::{Error, Files, Format, Imported, Lost, MaterialOverride, Mesh, Options, SidesChoice};
+use import::{Error, Files, Format, Imported, LostProperty, MaterialOverride, Mesh, Options, SidesChoice};
 use radiosity::{Shape, Sides, Spectrum};
 
 fn read(path: &str, content: &[u8]) -> Result<Mesh, Error> {
@@ -88,8 +88,11 @@ fn a_glb_is_its_gltf() {
 
 #[test]
 fn nodes_transform_and_mirrors_keep_fronts() {
-    let scene =
-        scene("a.glb", &corpus("gltf/two.glb"), &Options { up: Some(import::Axis::Z), ..Options::default() });
+    let scene = scene(
+        "a.glb",
+        &corpus("gltf/two.glb"),
+        &Options { up: Some(import::UpAxis::Z), ..Options::default() },
+    );
     let scene = scene.unwrap();
     assert_eq!(scene.spec.surfaces[0].name.as_deref(), Some("Floor:0"));
     assert_eq!(scene.spec.surfaces[2].name.as_deref(), Some("Lamp:0"));
@@ -266,7 +269,7 @@ fn textures_give_the_mean_of_what_faces_show_of_them() {
     let lamp = material("Ke 8 8 8\nmap_Ke my wood.png\n", true);
     assert!(near(lamp.emittance[0], 8.0 * 0.75 * light), "{lamp:?}");
     let missing = material("Kd 0.5 0.5 0.5\nmap_Kd my wood.png\n", false);
-    assert_eq!((missing.reflectance, &missing.lost[..]), (0.5.into(), &[Lost::Texture][..]));
+    assert_eq!((missing.reflectance, &missing.lost[..]), (0.5.into(), &[LostProperty::Texture][..]));
 }
 
 /// A lamp of 100 cd that shines all around, and a spot of 50 cd in a cone of 30°, in a room of one triangle.
@@ -726,7 +729,8 @@ fn mitsuba_scenes_are_read_as_far_as_they_are_diffuse() {
         ([0.5, 0.4, 0.0], Some(Sides::Both))
     );
     assert!(
-        (material("floor").reflectance[0] - 0.5029).abs() < 1e-4 && material("floor").lost == [Lost::Mirror]
+        (material("floor").reflectance[0] - 0.5029).abs() < 1e-4
+            && material("floor").lost == [LostProperty::Mirror]
     );
     assert_eq!(material("grey").reflectance, 0.25.into());
     assert_eq!(material("Bulb").emittance.channels(), [3.0 * pi, 2.0 * pi, pi]);

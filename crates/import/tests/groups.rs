@@ -1,7 +1,7 @@
 //! Which faces become one patch.
 
 use glam::DVec3;
-use import::{Grouping, groups};
+use import::{GroupLimits, groups};
 use radiosity::{SceneSpec, Shape, SurfaceSpec};
 
 fn triangle(corners: [DVec3; 3]) -> SurfaceSpec {
@@ -22,8 +22,8 @@ fn sheet(n: u32, height: impl Fn(f64, f64) -> f64) -> Vec<SurfaceSpec> {
     (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).flat_map(square).collect()
 }
 
-fn grouping(size: f64, angle: f64) -> Grouping {
-    Grouping { size, angle }
+fn grouping(size: f64, angle: f64) -> GroupLimits {
+    GroupLimits { size, angle }
 }
 
 /// The number of groups, and the largest.

@@ -1,6 +1,6 @@
 //! The table `[budget]`: what a job may cost.
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::vocabulary::MAX_STREAM_PATHS;
 
@@ -29,7 +29,7 @@ pub struct Budget {
 }
 
 /// Reads the table `[budget]` of a job, which has so many `paths` if it does not say.
-pub(crate) fn read_budget(mut table: Table<'_>, paths: Option<u64>) -> Result<Budget, Error> {
+pub(crate) fn read_budget(mut table: KeyTable<'_>, paths: Option<u64>) -> Result<Budget, Error> {
     let read = |value: Value<'_>| value.integer(1..=i64::MAX as u64, "without a walk there is no estimate");
     let paths = match (table.take("paths"), paths) {
         (Some(value), _) => read(value)?,

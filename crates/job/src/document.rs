@@ -8,14 +8,14 @@ use std::ops::{Range, RangeInclusive};
 use toml::Spanned;
 use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
-use crate::error::{Error, Place, Spot};
+use crate::error::{Error, SourceLocation, SourceSpot};
 use crate::near;
-use crate::source::{Part, Source};
+use crate::source::{ParsedText, SourceText};
 use crate::word::Word;
 
 /// A table whose keys have been found to be known.
-pub(crate) struct Table<'a> {
-    source: Part<'a>,
+pub(crate) struct KeyTable<'a> {
+    source: ParsedText<'a>,
     /// What precedes a key in messages, its separator included.
     prefix: String,
     /// `None` for the document as a whole.
@@ -25,25 +25,25 @@ pub(crate) struct Table<'a> {
 
 /// A value with the key that it was found under.
 pub(crate) struct Value<'a> {
-    source: Part<'a>,
+    source: ParsedText<'a>,
     key: String,
     span: Range<usize>,
     inner: DeValue<'a>,
 }
 
-impl<'a> Table<'a> {
+impl<'a> KeyTable<'a> {
     /// The document itself; refuses keys other than `known`.
-    pub(crate) fn root(source: &'a Source, known: &'static [&'static str]) -> Result<Self, Error> {
-        Table::part(Part::whole(source), source.parse()?, known)
+    pub(crate) fn root(source: &'a SourceText, known: &'static [&'static str]) -> Result<Self, Error> {
+        KeyTable::part(ParsedText::whole(source), source.parse()?, known)
     }
 
     /// A part of a document that is one itself; refuses keys other than `known`.
     pub(crate) fn part(
-        source: Part<'a>,
+        source: ParsedText<'a>,
         entries: DeTable<'a>,
         known: &'static [&'static str],
     ) -> Result<Self, Error> {
-        let table = Table { source, prefix: String::new(), span: None, entries };
+        let table = KeyTable { source, prefix: String::new(), span: None, entries };
         table.refuse_unknown(known)?;
         Ok(table)
     }
@@ -54,12 +54,12 @@ impl<'a> Table<'a> {
         Some(Value::new(self.source, format!("{}{key}", self.prefix), value))
     }
 
-    /// [`Table::take`] of a choice; the default where the key is absent.
+    /// [`KeyTable::take`] of a choice; the default where the key is absent.
     pub(crate) fn word<W: Word + Default>(&mut self, key: &str) -> Result<W, Error> {
         self.take(key).map_or(Ok(W::default()), |value| value.word())
     }
 
-    /// [`Table::take`] of a key without default.
+    /// [`KeyTable::take`] of a key without default.
     pub(crate) fn require(
         &mut self,
         key: &str,
@@ -70,10 +70,10 @@ impl<'a> Table<'a> {
     }
 
     /// A table within this one; an absent one reads as empty.
-    pub(crate) fn table(&mut self, key: &str, known: &'static [&'static str]) -> Result<Table<'a>, Error> {
+    pub(crate) fn table(&mut self, key: &str, known: &'static [&'static str]) -> Result<KeyTable<'a>, Error> {
         match self.take(key) {
             Some(value) => value.table(known),
-            None => Ok(Table {
+            None => Ok(KeyTable {
                 source: self.source,
                 prefix: format!("{}{key}.", self.prefix),
                 span: self.span.clone(),
@@ -93,16 +93,16 @@ impl<'a> Table<'a> {
     }
 
     /// The place of the table, for a key that it lacks.
-    pub(crate) fn place(&self, key: &str) -> Box<Place> {
+    pub(crate) fn place(&self, key: &str) -> Box<SourceLocation> {
         let key = format!("{}{key}", self.prefix);
         match &self.span {
             Some(span) => self.source.place(span.start, key),
-            None => Box::new(Place { file: self.source.file().into(), spot: Spot::File, key }),
+            None => Box::new(SourceLocation { file: self.source.file().into(), spot: SourceSpot::File, key }),
         }
     }
 
     /// The place of the first key that is left; `None` where none is.
-    pub(crate) fn first(&self) -> Option<Box<Place>> {
+    pub(crate) fn first(&self) -> Option<Box<SourceLocation>> {
         let key = self.entries.keys().min_by_key(|key| key.span().start)?;
         Some(self.source.place(key.span().start, format!("{}{}", self.prefix, key.as_ref())))
     }
@@ -136,7 +136,7 @@ impl<'a> Table<'a> {
     }
 
     /// The place of a key, or of the table where the key is absent.
-    pub(crate) fn place_of(&self, key: &str) -> Box<Place> {
+    pub(crate) fn place_of(&self, key: &str) -> Box<SourceLocation> {
         match self.entries.get(key) {
             Some(value) => self.source.place(value.span().start, format!("{}{key}", self.prefix)),
             None => self.place(key),
@@ -168,11 +168,11 @@ impl<'a> Table<'a> {
 }
 
 impl<'a> Value<'a> {
-    fn new(source: Part<'a>, key: String, value: Spanned<DeValue<'a>>) -> Self {
+    fn new(source: ParsedText<'a>, key: String, value: Spanned<DeValue<'a>>) -> Self {
         Value { source, key, span: value.span(), inner: value.into_inner() }
     }
 
-    pub(crate) fn place(&self) -> Box<Place> {
+    pub(crate) fn place(&self) -> Box<SourceLocation> {
         self.source.place(self.span.start, self.key.as_str())
     }
 
@@ -330,7 +330,7 @@ impl<'a> Value<'a> {
     }
 
     /// A table with no other keys than `known`.
-    pub(crate) fn table(self, known: &'static [&'static str]) -> Result<Table<'a>, Error> {
+    pub(crate) fn table(self, known: &'static [&'static str]) -> Result<KeyTable<'a>, Error> {
         let prefix = format!("{}.", self.key);
         self.table_called(prefix, known)
     }
@@ -340,7 +340,7 @@ impl<'a> Value<'a> {
         self,
         prefix: String,
         known: &'static [&'static str],
-    ) -> Result<Table<'a>, Error> {
+    ) -> Result<KeyTable<'a>, Error> {
         let mut table = self.any_table()?;
         table.rename(prefix);
         table.refuse_unknown(known)?;
@@ -348,11 +348,11 @@ impl<'a> Value<'a> {
     }
 
     /// A table whose keys are names.
-    pub(crate) fn any_table(self) -> Result<Table<'a>, Error> {
+    pub(crate) fn any_table(self) -> Result<KeyTable<'a>, Error> {
         let Value { source, key, span, inner } = self;
         match inner {
             DeValue::Table(entries) => {
-                Ok(Table { source, prefix: format!("{key}."), span: Some(span), entries })
+                Ok(KeyTable { source, prefix: format!("{key}."), span: Some(span), entries })
             }
             inner => Err(Value { source, key, span, inner }
                 .wrong_type("a table: its name in brackets on a line of its own, and its keys below")),

@@ -73,13 +73,13 @@ pub enum Error {
         /// The path as asked for.
         file: PathBuf,
         /// The line, and what is wrong there.
-        source: ::sky::Malformed,
+        source: ::sky::MalformedWeather,
     },
     /// The text is not TOML.
     #[error("{place}: not valid TOML: {problem}; correct the line")]
     Syntax {
         /// Where the parser stopped.
-        place: Box<Place>,
+        place: Box<SourceLocation>,
         /// What the parser says of it.
         problem: String,
     },
@@ -97,7 +97,7 @@ pub enum Error {
     )]
     OneOfMany {
         /// Where it is opened.
-        place: Box<Place>,
+        place: Box<SourceLocation>,
         /// The name of the list.
         list: &'static str,
     },
@@ -105,7 +105,7 @@ pub enum Error {
     #[error("{place}: unknown key (nothing would read it); {hint}known here: {}", known.join(", "))]
     UnknownKey {
         /// The key at fault.
-        place: Box<Place>,
+        place: Box<SourceLocation>,
         /// What was probably meant, ending in `; `; empty where nothing is near.
         hint: String,
         /// The keys that may stand there.
@@ -115,7 +115,7 @@ pub enum Error {
     #[error("{place}: this key is missing ({why}); write {remedy}")]
     MissingKey {
         /// The place of the missing key.
-        place: Box<Place>,
+        place: Box<SourceLocation>,
         /// Why there is no default.
         why: &'static str,
         /// What to write in its place.
@@ -125,7 +125,7 @@ pub enum Error {
     #[error("{place}: {found} has the wrong type; write {expected}")]
     WrongType {
         /// The key at fault.
-        place: Box<Place>,
+        place: Box<SourceLocation>,
         /// The type that was found.
         found: String,
         /// The type to write.
@@ -135,7 +135,7 @@ pub enum Error {
     #[error("{place}: {found:?} is not one of the choices; {hint}write {choices}")]
     UnknownWord {
         /// The key at fault.
-        place: Box<Place>,
+        place: Box<SourceLocation>,
         /// What was probably meant, ending in `; `; empty where nothing is near.
         hint: String,
         /// The word that was found.
@@ -147,7 +147,7 @@ pub enum Error {
     #[error("{place}: {problem} ({why}); {remedy}")]
     Refused {
         /// The key at fault.
-        place: Box<Place>,
+        place: Box<SourceLocation>,
         /// The value that was found.
         problem: String,
         /// Why it cannot be used.
@@ -162,7 +162,7 @@ pub enum Error {
     )]
     UnknownMaterial {
         /// The key at fault.
-        place: Box<Place>,
+        place: Box<SourceLocation>,
         /// The name that was found.
         material: String,
         /// The names that the file defines.
@@ -172,7 +172,7 @@ pub enum Error {
     #[error("{place}: {problem}")]
     Scene {
         /// The surface or material key at fault, or the file.
-        place: Box<Place>,
+        place: Box<SourceLocation>,
         /// The message: problem, reason, remedy.
         problem: String,
     },
@@ -189,18 +189,18 @@ impl Error {
 
 /// Where something is written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct SourceLocation {
     /// The file that holds it.
     pub file: PathBuf,
     /// The spot in it, or the override that took its place.
-    pub spot: Spot,
+    pub spot: SourceSpot,
     /// The key, dotted; empty where no key is meant.
     pub key: String,
 }
 
-/// A spot of a [`Place`].
+/// A spot of a [`SourceLocation`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Spot {
+pub enum SourceSpot {
     /// The file as a whole.
     File,
     /// A line, from 1.
@@ -211,25 +211,25 @@ pub enum Spot {
     Override(String),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for SourceLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let file = self.file.display();
         match &self.spot {
-            Spot::File => write!(f, "{file}")?,
-            Spot::Line(line) => write!(f, "{file}:{line}")?,
-            Spot::Element(element) => write!(f, "{file}: {element}")?,
-            Spot::Override(text) => write!(f, "{file} with --set {text}")?,
+            SourceSpot::File => write!(f, "{file}")?,
+            SourceSpot::Line(line) => write!(f, "{file}:{line}")?,
+            SourceSpot::Element(element) => write!(f, "{file}: {element}")?,
+            SourceSpot::Override(text) => write!(f, "{file} with --set {text}")?,
         }
         if self.key.is_empty() { Ok(()) } else { write!(f, ": {}", self.key) }
     }
 }
 
-impl From<import::Spot> for Spot {
-    fn from(spot: import::Spot) -> Self {
+impl From<import::FileSpot> for SourceSpot {
+    fn from(spot: import::FileSpot) -> Self {
         match spot {
-            import::Spot::File => Spot::File,
-            import::Spot::Line(line) => Spot::Line(line),
-            import::Spot::Element(element) => Spot::Element(element),
+            import::FileSpot::File => SourceSpot::File,
+            import::FileSpot::Line(line) => SourceSpot::Line(line),
+            import::FileSpot::Element(element) => SourceSpot::Element(element),
         }
     }
 }

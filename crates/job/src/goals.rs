@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use radiosity::{Birth, Quantity, SensorSpec};
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::method::{Beside, MethodTable, WalkKind, read_patches};
 use crate::sensors::{SensorTarget, read_sensor_errors};
@@ -32,14 +32,14 @@ pub(crate) struct Goals<'a> {
 }
 
 /// What is asked of the parts of a result; `None` where nothing is.
-pub(crate) struct Asked {
+pub(crate) struct AskedGoals {
     pub(crate) target: Option<Target>,
     pub(crate) sensor_target: Option<SensorTarget>,
     pub(crate) total_target: Option<TotalTarget>,
 }
 
 impl<'a> Goals<'a> {
-    pub(crate) fn read(mut table: Table<'a>) -> Result<Self, Error> {
+    pub(crate) fn read(mut table: KeyTable<'a>) -> Result<Self, Error> {
         let [patches, sensors, total_error] =
             ["patches", "sensors", "total_error"].map(|key| table.take(key));
         let asks_more = sensors.is_some() || total_error.is_some();
@@ -79,7 +79,7 @@ impl<'a> Goals<'a> {
         (patch_count, is_told): (Option<u64>, bool),
         method: &MethodTable,
         sensors: &[SensorSpec],
-    ) -> Result<Asked, Error> {
+    ) -> Result<AskedGoals, Error> {
         let Goals { patches, min_paths, unhit, .. } = self;
         let patches = patches.map(|value| read_target_patches(value, patch_count, method)).transpose()?;
         let target = self.of_patches.map(|target| Target { patches, ..target });
@@ -88,7 +88,7 @@ impl<'a> Goals<'a> {
         let total_error =
             self.total_error.map(|value| read_total_error(&value, method, is_told)).transpose()?;
         let total = total_error.map(|total_error| TotalTarget { total_error, min_paths });
-        Ok(Asked { target, sensor_target: of_sensors, total_target: total })
+        Ok(AskedGoals { target, sensor_target: of_sensors, total_target: total })
     }
 }
 

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use import::matches;
 use radiosity::{Faces, Scene, Side};
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::scene::SceneFile;
-use crate::source::Source;
+use crate::source::SourceText;
 
 /// How faces are put in groups.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub enum Grouping {
 
 /// Groups of the faces of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Groups {
+pub struct FaceGroups {
     /// The name of each group.
     pub names: Vec<String>,
     /// The group of each face.
@@ -38,23 +38,25 @@ const REST: &str = "rest";
 const FILE_KEYS: &[&str] = &["group"];
 const GROUP_KEYS: &[&str] = &["name", "surfaces", "materials", "patches"];
 
-impl Groups {
+impl FaceGroups {
     /// The groups of a scene.
     ///
     /// # Errors
     /// Of a file: one that cannot be read, or says what is unknown, or puts a face in two groups.
     pub fn of(grouping: &Grouping, file: &SceneFile, scene: &Scene) -> Result<Self, Error> {
         match grouping {
-            Grouping::ByPatch => Ok(Groups::by_patch(scene.faces())),
+            Grouping::ByPatch => Ok(FaceGroups::by_patch(scene.faces())),
             Grouping::BySurface => {
-                Ok(Groups::by_name(scene, |surface| scene.surface_name(surface).to_owned()))
+                Ok(FaceGroups::by_name(scene, |surface| scene.surface_name(surface).to_owned()))
             }
             Grouping::ByMaterial => {
                 let finishes = file.finishes();
                 let of = finishes.of_surfaces();
-                Ok(Groups::by_name(scene, |surface| finishes.names()[of[surface as usize] as usize].clone()))
+                Ok(FaceGroups::by_name(scene, |surface| {
+                    finishes.names()[of[surface as usize] as usize].clone()
+                }))
             }
-            Grouping::File(path) => Reader::new(file, scene).read(path),
+            Grouping::File(path) => GroupReader::new(file, scene).read(path),
         }
     }
 
@@ -64,7 +66,7 @@ impl Groups {
             (Some(_), Side::Front) => format!("{} front", face.patch),
             (Some(_), Side::Back) => format!("{} back", face.patch),
         };
-        Groups { names: faces.iter().map(name).collect(), of_face: (0..faces.len() as u32).collect() }
+        FaceGroups { names: faces.iter().map(name).collect(), of_face: (0..faces.len() as u32).collect() }
     }
 
     /// A group for each name, in the order of the first surfaces that have it.
@@ -80,7 +82,7 @@ impl Groups {
             })
             .collect();
         let of_face = scene.faces().iter().map(|face| of_surface[face.surface as usize]).collect();
-        Groups { names, of_face }
+        FaceGroups { names, of_face }
     }
 
     /// How many there are.
@@ -90,7 +92,7 @@ impl Groups {
 }
 
 /// Reads a file of groups.
-struct Reader<'a> {
+struct GroupReader<'a> {
     file: &'a SceneFile,
     scene: &'a Scene,
     /// The material of each surface.
@@ -99,16 +101,16 @@ struct Reader<'a> {
     of_face: Vec<Option<u32>>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> GroupReader<'a> {
     fn new(file: &'a SceneFile, scene: &'a Scene) -> Self {
         let of_face = vec![None; scene.faces().len()];
-        Reader { file, scene, materials: file.finishes().of_surfaces(), names: Vec::new(), of_face }
+        GroupReader { file, scene, materials: file.finishes().of_surfaces(), names: Vec::new(), of_face }
     }
 
-    fn read(mut self, path: &Path) -> Result<Groups, Error> {
+    fn read(mut self, path: &Path) -> Result<FaceGroups, Error> {
         let source =
-            Source::read(path, "[[group]] tables, each with a name and surfaces, materials or patches")?;
-        let mut file = Table::root(&source, FILE_KEYS)?;
+            SourceText::read(path, "[[group]] tables, each with a name and surfaces, materials or patches")?;
+        let mut file = KeyTable::root(&source, FILE_KEYS)?;
         let list = file.require("group", "a file of groups holds them", "[[group]] with name = \"walls\"")?;
         for (number, value) in list.tables("group")?.into_iter().enumerate() {
             self.group(value.table_called(format!("group {number}: "), GROUP_KEYS)?)?;
@@ -117,13 +119,13 @@ impl<'a> Reader<'a> {
             self.names.push(REST.into());
         }
         let rest = self.names.len() as u32 - 1;
-        Ok(Groups {
+        Ok(FaceGroups {
             of_face: self.of_face.into_iter().map(|group| group.unwrap_or(rest)).collect(),
             names: self.names,
         })
     }
 
-    fn group(&mut self, mut table: Table<'_>) -> Result<(), Error> {
+    fn group(&mut self, mut table: KeyTable<'_>) -> Result<(), Error> {
         let value = table.require("name", "tables of factors tell groups by it", "name = \"walls\"")?;
         let name = value.string()?.to_owned();
         if name.trim().is_empty()

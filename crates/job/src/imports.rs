@@ -5,10 +5,10 @@ use std::io;
 use std::path::Path;
 
 use import::{
-    Axis, Faults, Files, Format, GROUP_ANGLE, Grouping, MaterialOverride, Mesh, Options, SidesChoice,
+    Faults, Files, Format, GROUP_ANGLE, GroupLimits, MaterialOverride, Mesh, Options, SidesChoice, UpAxis,
 };
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::keys::OVERRIDE_KEYS;
 use crate::material::read_spectrum;
@@ -16,14 +16,14 @@ use crate::near;
 use crate::sky::read_emittance;
 use crate::word::Word;
 
-impl Word for Axis {
-    const ALL: &'static [Self] = &[Axis::X, Axis::Y, Axis::Z];
+impl Word for UpAxis {
+    const ALL: &'static [Self] = &[UpAxis::X, UpAxis::Y, UpAxis::Z];
 
     fn word(self) -> &'static str {
         match self {
-            Axis::X => "x",
-            Axis::Y => "y",
-            Axis::Z => "z",
+            UpAxis::X => "x",
+            UpAxis::Y => "y",
+            UpAxis::Z => "z",
         }
     }
 }
@@ -40,7 +40,7 @@ impl Word for Faults {
 }
 
 /// Reads `[import]`; what is not written has its default.
-pub(crate) fn read_options(mut table: Table<'_>) -> Result<Options, Error> {
+pub(crate) fn read_options(mut table: KeyTable<'_>) -> Result<Options, Error> {
     let default = Options::default();
     let length = "it is a length";
     Ok(Options {
@@ -64,7 +64,7 @@ pub(crate) fn read_options(mut table: Table<'_>) -> Result<Options, Error> {
 }
 
 /// Reads how faces are grouped; `None` where they are not.
-pub(crate) fn read_grouping(table: &mut Table<'_>) -> Result<Option<Grouping>, Error> {
+pub(crate) fn read_grouping(table: &mut KeyTable<'_>) -> Result<Option<GroupLimits>, Error> {
     let (size, angle) = (table.take("group_size"), table.take("group_angle"));
     let Some(size) = size else {
         let useless = |angle: Value<'_>| {
@@ -74,7 +74,7 @@ pub(crate) fn read_grouping(table: &mut Table<'_>) -> Result<Option<Grouping>, E
         return angle.map_or(Ok(None), useless);
     };
     let angle = angle.map(|value| read_group_angle(&value)).transpose()?;
-    Ok(Some(Grouping { size: positive(&size, "it is a length")?, angle: angle.unwrap_or(GROUP_ANGLE) }))
+    Ok(Some(GroupLimits { size: positive(&size, "it is a length")?, angle: angle.unwrap_or(GROUP_ANGLE) }))
 }
 
 fn read_group_angle(value: &Value<'_>) -> Result<f64, Error> {

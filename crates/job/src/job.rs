@@ -6,19 +6,19 @@ use import::{Format, Mesh, Options};
 use radiosity::{IndexChoice, PatchGroup, Scene, Space};
 
 use crate::budget::{Budget, read_budget};
-use crate::document::{Table, Value};
-use crate::error::{Error, Place, Spot};
-use crate::goals::{Asked, DEFAULT_MIN_PATHS, Goals};
+use crate::document::{KeyTable, Value};
+use crate::error::{Error, SourceLocation, SourceSpot};
+use crate::goals::{AskedGoals, DEFAULT_MIN_PATHS, Goals};
 use crate::imports::{read_grouping, read_options};
 use crate::keys::{
     BUDGET_KEYS, IMPORT_KEYS, JOB_KEYS, METHOD_KEYS, OUTPUT_KEYS, TARGET_KEYS, TRACING_KEYS, VIEW_KEYS,
 };
-use crate::method::{Basis, Cutting, MethodTable, WalkKind, read_method};
+use crate::method::{BasisKey, MethodTable, PatchPurpose, WalkKind, read_method};
 use crate::output::{View, read_output, read_view};
 use crate::partition::{Auto, Forecast, Partition, Patches, misfit, read_scene_key};
 use crate::scene::{SceneFile, is_toml, load_scene_with};
 use crate::sensors::SensorTarget;
-use crate::source::Source;
+use crate::source::SourceText;
 use crate::sources::read_groups;
 use crate::target::{Target, TotalTarget};
 use crate::vocabulary::{Light, OutputFile};
@@ -136,7 +136,7 @@ pub fn load_cut(path: &Path, overrides: &[String], partition: &Partition) -> Res
 
 /// What a job is read from.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Origin {
+enum JobOrigin {
     /// A job file.
     Job,
     /// A scene that stands in place of a job.
@@ -161,8 +161,8 @@ fn load_for(
 ) -> Result<Job, Error> {
     let bare = is_bare_scene(path);
     let (origin, source) = match bare {
-        true => (Origin::Scene, Source::of_scene(path, "")),
-        false => (Origin::Job, Source::read(path, "scene = \"…\" and a [budget]")?),
+        true => (JobOrigin::Scene, SourceText::of_scene(path, "")),
+        false => (JobOrigin::Job, SourceText::read(path, "scene = \"…\" and a [budget]")?),
     };
     let source = source.with_overrides(overrides)?;
     read((path, origin), &source, (partition, unsaid), |named, table, options| match named {
@@ -199,8 +199,8 @@ fn load_mesh_for(
     overrides: &[String],
     partition: Option<&Partition>,
 ) -> Result<Job, Error> {
-    let source = Source::of_scene(name, "").with_overrides(overrides)?;
-    read((name, Origin::Arrays), &source, (partition, Unsaid::Chosen), |named, _, options| match named {
+    let source = SourceText::of_scene(name, "").with_overrides(overrides)?;
+    read((name, JobOrigin::Arrays), &source, (partition, Unsaid::Chosen), |named, _, options| match named {
         // Arrays are what a program means: nothing of them has to be guessed.
         None => SceneFile::of_mesh(name, mesh, &Options { strict: true, ..options.clone() }),
         Some(value) => Err(value.refuse(
@@ -214,12 +214,12 @@ fn load_mesh_for(
 /// Reads a job, cut as a `partition` says if there is one; `read_scene` hears what the job names as its scene, and how meshes are
 /// read.
 fn read(
-    (path, origin): (&Path, Origin),
-    source: &Source,
+    (path, origin): (&Path, JobOrigin),
+    source: &SourceText,
     (partition, unsaid): (Option<&Partition>, Unsaid),
-    read_scene: impl FnOnce(Option<Value<'_>>, &Table<'_>, &Options) -> Result<SceneFile, Error>,
+    read_scene: impl FnOnce(Option<Value<'_>>, &KeyTable<'_>, &Options) -> Result<SceneFile, Error>,
 ) -> Result<Job, Error> {
-    let mut table = Table::root(source, JOB_KEYS)?;
+    let mut table = KeyTable::root(source, JOB_KEYS)?;
     // Every table is opened, and its keys known, before the scene is read: that may take long.
     let mut import = table.table("import", IMPORT_KEYS)?;
     let repair = import.take("repair").map(|value| value.boolean()).transpose()?.unwrap_or(false);
@@ -232,12 +232,12 @@ fn read(
     let budget = table.table("budget", BUDGET_KEYS)?;
     let target = table.take("target").map(|value| value.table(TARGET_KEYS)).transpose()?;
     let asks_nothing =
-        origin == Origin::Scene && chooses_method && target.is_none() && !budget.has_any(&["paths"]);
+        origin == JobOrigin::Scene && chooses_method && target.is_none() && !budget.has_any(&["paths"]);
     let by_number = target.as_ref().is_some_and(|target| target.has_any(&["patches"]));
     let index = table.table("tracing", TRACING_KEYS)?.take("index");
     let files = read_output(table.table("output", OUTPUT_KEYS)?)?;
     let view = read_view(table.table("view", VIEW_KEYS)?)?;
-    let budget = read_budget(budget, (origin != Origin::Job).then_some(DEFAULT_PATHS))?;
+    let budget = read_budget(budget, (origin != JobOrigin::Job).then_some(DEFAULT_PATHS))?;
     let target = target.map(Goals::read).transpose()?.unwrap_or_default();
     let index = index.map(|value| value.word()).transpose()?.unwrap_or_default();
     let name = read_name(&mut table, path)?;
@@ -248,7 +248,7 @@ fn read(
     let (named, patches) = read_scene_key(table.take("scene"), path)?;
     // Where the program cuts a mesh, its rectangles are whole.
     let says_faces = says_join || options.patch_size.is_some() || grouping.is_some() || by_number;
-    let is_mesh = origin == Origin::Scene && Format::of(path).is_some();
+    let is_mesh = origin == JobOrigin::Scene && Format::of(path).is_some();
     options.join |= is_mesh && chooses_method && !says_faces && !matches!(patches, Patches::AsWritten);
     let mut scene = read_scene(named, &table, &options)?;
     if let Some(place) = about_meshes.filter(|_| !scene.has_mesh()) {
@@ -262,9 +262,9 @@ fn read(
     scene.prepare(repair, grouping.as_ref())?;
     // Patches that the job names by number are those of the scene.
     let chooses_patches = match origin {
-        Origin::Job => chooses_method,
-        Origin::Scene => unsaid == Unsaid::Chosen,
-        Origin::Arrays => false,
+        JobOrigin::Job => chooses_method,
+        JobOrigin::Scene => unsaid == Unsaid::Chosen,
+        JobOrigin::Arrays => false,
     };
     let patches = match patches {
         Patches::Unsaid if chooses_patches && !by_number && !names_patches(&method, &table) => {
@@ -279,7 +279,7 @@ fn read(
     let forecast = partition.and_then(|partition| partition.forecast);
     // A pilot tells how light is spread over patches.
     let is_told = open.is_some() || forecast.is_some();
-    let Asked { target, sensor_target, mut total_target } =
+    let AskedGoals { target, sensor_target, mut total_target } =
         target.about((cutting.patches, is_told), &method, scene.sensors())?;
     let is_default_target = asks_nothing && is_told;
     if is_default_target {
@@ -330,7 +330,7 @@ fn cut(
     let is_cut = partition.is_some() || !patches.are_written() || !scene.auto().is_empty();
     if is_cut && is_grouped {
         return Err(Error::Refused {
-            place: Place { file, spot: Spot::File, key: "patches".into() }.into(),
+            place: SourceLocation { file, spot: SourceSpot::File, key: "patches".into() }.into(),
             problem: "faces of the scene are groups, and its cells are to be chosen".into(),
             why: "a group is one patch, whatever its cells",
             remedy: "remove group_size from [import], or patches".into(),
@@ -340,14 +340,14 @@ fn cut(
         (Some(partition), _) => {
             scene
                 .cut(&partition.cuts, &partition.groups)
-                .map_err(|problem| misfit(problem, (Spot::File, &file, "patches")))?;
+                .map_err(|problem| misfit(problem, (SourceSpot::File, &file, "patches")))?;
             Ok(Some(partition.clone()))
         }
         (None, Patches::Given(file, place)) => {
             let partition = Partition::read(&file, &place)?;
             scene
                 .cut(&partition.cuts, &partition.groups)
-                .map_err(|problem| misfit(problem, (Spot::File, &file, "surfaces")))?;
+                .map_err(|problem| misfit(problem, (SourceSpot::File, &file, "surfaces")))?;
             Ok(Some(partition))
         }
         (None, Patches::Auto) => {
@@ -366,23 +366,23 @@ fn cut(
 fn left_open(
     scene: &SceneFile,
     partition: Option<&Partition>,
-    (table, method): (&Table<'_>, &Table<'_>),
+    (table, method): (&KeyTable<'_>, &KeyTable<'_>),
     chooses_method: bool,
-) -> (Option<Auto>, Cutting) {
+) -> (Option<Auto>, PatchPurpose) {
     let open = Auto {
         surfaces: scene.auto().to_vec(),
         kinds: if can_be_grouped(table, method) { open_kinds(scene) } else { Vec::new() },
-        constant: !method.says("basis", Basis::Linear.word()),
+        constant: !method.says("basis", BasisKey::Linear.word()),
         linear: can_be_linear(table, method),
     };
-    let cutting = Cutting {
+    let cutting = PatchPurpose {
         patches: scene.known_patch_count(),
         linear: partition.map_or(chooses_method, |partition| partition.linear) && open.linear,
         space: match chooses_method {
             true => Space::Continuous,
             false => partition.map_or(Space::default(), |partition| partition.space),
         },
-        lamps: !scene.spec().lamps.list.is_empty(),
+        walks_only: !scene.spec().lamps.list.is_empty() || !scene.spec().panes.is_empty(),
     };
     (Some(open).filter(|open| !open.surfaces.is_empty()), cutting)
 }
@@ -397,27 +397,27 @@ fn open_kinds(scene: &SceneFile) -> Vec<Option<u32>> {
 }
 
 /// Whether a job has patches that are groups of faces: what is asked of them is asked of means, and not of single faces.
-fn can_be_grouped(table: &Table<'_>, method: &Table<'_>) -> bool {
+fn can_be_grouped(table: &KeyTable<'_>, method: &KeyTable<'_>) -> bool {
     !table.has_any(&["source", "sensitivity"]) && !method.has_any(&["final_gather"])
 }
 
 /// Whether the method of a job has a linear basis, and the job does not refuse it.
-fn can_be_linear(table: &Table<'_>, method: &Table<'_>) -> bool {
+fn can_be_linear(table: &KeyTable<'_>, method: &KeyTable<'_>) -> bool {
     !table.has_any(&["source", "sensitivity"])
         && !method.has_any(&["final_gather"])
         && !method.is_true("mix")
-        && !method.says("basis", Basis::Constant.word())
+        && !method.says("basis", BasisKey::Constant.word())
         && !method.says("walk", WalkKind::Jacobi.word())
 }
 
 /// Whether a job names patches by number.
-fn names_patches(method: &Table<'_>, table: &Table<'_>) -> bool {
+fn names_patches(method: &KeyTable<'_>, table: &KeyTable<'_>) -> bool {
     method.has_any(&["final_gather"])
         || method.holds("birth", "patches")
         || table.list_holds("source", "patches")
 }
 
-fn read_name(table: &mut Table<'_>, path: &Path) -> Result<String, Error> {
+fn read_name(table: &mut KeyTable<'_>, path: &Path) -> Result<String, Error> {
     let place = table.place("name");
     let (name, place) = match table.take("name") {
         Some(value) => (value.string()?.to_owned(), value.place()),
@@ -458,13 +458,13 @@ fn read_confidence(value: &Value<'_>) -> Result<f64, Error> {
 
 /// Whether a file is a scene in place of a job: a mesh by its name, or TOML with the tables of scenes and none of jobs.
 fn is_bare_scene(path: &Path) -> bool {
-    let holds_scene = || Source::read(path, "").is_ok_and(|source| source.holds_scene());
+    let holds_scene = || SourceText::read(path, "").is_ok_and(|source| source.holds_scene());
     Format::of(path).is_some() || (is_toml(path) && holds_scene())
 }
 
 fn read_scene(
     named: Option<Value<'_>>,
-    table: &Table<'_>,
+    table: &KeyTable<'_>,
     job: &Path,
     options: &Options,
 ) -> Result<SceneFile, Error> {

@@ -11,4 +11,4 @@ pub(crate) use self::scene::*;
 pub(crate) const JOB_LISTS: [&str; 1] = ["source"];
 
 /// The keys at the top of a scene that are lists of tables.
-pub(crate) const LISTS: [&str; 6] = ["surface", "mesh", "sensor", "lamp", "plane", "points"];
+pub(crate) const LISTS: [&str; 7] = ["surface", "mesh", "sensor", "lamp", "plane", "points", "pane"];

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::error::Error;
 use crate::keys::JOB_KEYS;
 use crate::scene::is_toml;
-use crate::source::Source;
+use crate::source::SourceText;
 
 /// What a file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub fn file_kind(path: &Path) -> Result<FileKind, Error> {
     if !is_toml(path) {
         return Ok(FileKind::Scene);
     }
-    let source = Source::read(path, "a job or a scene")?;
+    let source = SourceText::read(path, "a job or a scene")?;
     if source.holds_scene() {
         return Ok(FileKind::Scene);
     }

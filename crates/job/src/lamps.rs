@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use radiosity::{Emission, LampSpec, LampsSpec, Spectrum};
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::imports::positive;
 use crate::keys::LAMP_KEYS;
@@ -15,12 +15,12 @@ use crate::material::read_spectrum;
 use crate::shape::read_point;
 
 /// The key of a file that a lamp has already, and the number of its table.
-type Known = Vec<(PathBuf, u32)>;
+type NamedFile = Vec<(PathBuf, u32)>;
 
 /// Reads the `[[lamp]]` tables of a scene in this folder.
 pub(crate) fn read_lamps(value: Value<'_>, folder: &Path) -> Result<LampsSpec, Error> {
     let mut lamps = LampsSpec::default();
-    let mut known = Known::new();
+    let mut known = NamedFile::new();
     for (number, value) in value.tables(LISTS[3])?.into_iter().enumerate() {
         let mut table = value.table_called(format!("lamp {number}: "), LAMP_KEYS)?;
         let name = table.take("name");
@@ -36,7 +36,7 @@ pub(crate) fn read_lamps(value: Value<'_>, folder: &Path) -> Result<LampsSpec, E
 }
 
 /// Hangs a lamp where its table says.
-fn place(mut table: Table<'_>, lamp: LampSpec) -> Result<LampSpec, Error> {
+fn place(mut table: KeyTable<'_>, lamp: LampSpec) -> Result<LampSpec, Error> {
     let is_distant = matches!(lamp.emission, Emission::Distant { .. });
     let position = match (table.take("position"), is_distant) {
         (Some(value), false) => read_point(value)?,
@@ -86,8 +86,8 @@ fn read_direction(value: Value<'_>) -> Result<DVec3, Error> {
 
 /// How a lamp's light is spread, and what it is multiplied by.
 fn read_emission(
-    table: &mut Table<'_>,
-    files: (&Path, &mut LampsSpec, &mut Known),
+    table: &mut KeyTable<'_>,
+    files: (&Path, &mut LampsSpec, &mut NamedFile),
 ) -> Result<(Emission, Spectrum), Error> {
     let factor = table.take("factor").map(|value| read_strength(value)).transpose()?;
     let [file, intensity, illuminance] = ["file", "intensity", "illuminance"].map(|key| table.take(key));
@@ -156,7 +156,7 @@ fn read_strength(value: Value<'_>) -> Result<Spectrum, Error> {
 /// The number of the table that a file holds: lamps of one file share it.
 fn table_of(
     file: &Value<'_>,
-    (folder, lamps, known): (&Path, &mut LampsSpec, &mut Known),
+    (folder, lamps, known): (&Path, &mut LampsSpec, &mut NamedFile),
 ) -> Result<u32, Error> {
     let path = folder.join(file.string()?);
     if let Some((_, number)) = known.iter().find(|(known, _)| *known == path) {

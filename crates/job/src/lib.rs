@@ -29,6 +29,7 @@ mod material;
 mod method;
 mod near;
 mod output;
+mod panes;
 mod partition;
 mod plain;
 mod planes;
@@ -50,9 +51,9 @@ mod word;
 pub use budget::{Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_STREAM_PATHS};
 pub use cut::Cut;
 pub use document::whole_number;
-pub use error::{Error, Place, Spot};
+pub use error::{Error, SourceLocation, SourceSpot};
 pub use finishes::Finishes;
-pub use groups::{Grouping, Groups};
+pub use groups::{FaceGroups, Grouping};
 pub use import::{Options as ImportOptions, setting};
 pub use job::{
     DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, DEFAULT_TOTAL_ERROR, Job, load, load_as_written,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use doctor::{Around, Lightless, Room, Shine};
+use doctor::{Around, ClosedRoom, Lightless, Shine};
 use glam::DVec3;
 use import::{Format, Imported, MaterialOverride, Options, setting};
 use radiosity::{Shape, Sides, Spectrum, SurfaceSpec};
@@ -183,7 +183,7 @@ fn aim_lamps(imported: &mut Imported, around: &Around) {
 }
 
 /// Adds an assumed lamp to an imported mesh.
-fn add_lamp(imported: &mut Imported, room: &Room) {
+fn add_lamp(imported: &mut Imported, room: &ClosedRoom) {
     let [corner, corner_u, corner_v] = room.lamp;
     let shape = Shape::Parallelogram { corner, corner_u, corner_v, cells: [1, 1] };
     let emittance = FLOOR * room.floor / shape.area();

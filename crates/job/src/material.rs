@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use radiosity::Spectrum;
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::keys::MATERIAL_KEYS;
 use crate::site::Lines;
 
 /// A material as `[material.NAME]` describes it.
-pub(crate) struct Material {
+pub(crate) struct MaterialTable {
     pub(crate) number: u32,
     pub(crate) reflectance: Spectrum,
     pub(crate) emittance: Spectrum,
@@ -18,9 +18,9 @@ pub(crate) struct Material {
 }
 
 /// Materials by name; their numbers are those of this order.
-pub(crate) type Materials = BTreeMap<String, Material>;
+pub(crate) type Materials = BTreeMap<String, MaterialTable>;
 
-pub(crate) fn read_materials(table: &mut Table<'_>) -> Result<Materials, Error> {
+pub(crate) fn read_materials(table: &mut KeyTable<'_>) -> Result<Materials, Error> {
     let Some(value) = table.take("material") else { return Ok(BTreeMap::new()) };
     let mut materials: Materials = BTreeMap::new();
     for (name, value) in value.any_table()?.into_values() {
@@ -32,7 +32,7 @@ pub(crate) fn read_materials(table: &mut Table<'_>) -> Result<Materials, Error> 
     Ok(materials)
 }
 
-fn read_material(value: Value<'_>) -> Result<Material, Error> {
+fn read_material(value: Value<'_>) -> Result<MaterialTable, Error> {
     let mut lines = Lines { header: value.line(), keys: Vec::new() };
     let mut table = value.table(MATERIAL_KEYS)?;
     let mut spectrum = |key| {
@@ -40,7 +40,7 @@ fn read_material(value: Value<'_>) -> Result<Material, Error> {
         lines.keys.push((key, value.line()));
         read_spectrum(value)
     };
-    Ok(Material {
+    Ok(MaterialTable {
         number: 0,
         reflectance: spectrum("reflectance")?,
         emittance: spectrum("emittance")?,
@@ -58,7 +58,10 @@ pub(crate) fn read_spectrum(value: Value<'_>) -> Result<Spectrum, Error> {
 }
 
 /// The material that a value names.
-pub(crate) fn find_material<'m>(value: &Value<'_>, materials: &'m Materials) -> Result<&'m Material, Error> {
+pub(crate) fn find_material<'m>(
+    value: &Value<'_>,
+    materials: &'m Materials,
+) -> Result<&'m MaterialTable, Error> {
     let name = value.string()?;
     materials.get(name).ok_or_else(|| Error::UnknownMaterial {
         place: value.place(),

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::keys::VIEW_KEYS;
 use crate::shape::read_point;
@@ -46,7 +46,7 @@ const DEFAULT_FOV: f64 = 40.0;
 const PARALLEL: f64 = 1e-6;
 
 /// Reads `[output]`; `None` where the job leaves the choice of files to the program.
-pub(crate) fn read_output(mut table: Table<'_>) -> Result<Option<Vec<OutputFile>>, Error> {
+pub(crate) fn read_output(mut table: KeyTable<'_>) -> Result<Option<Vec<OutputFile>>, Error> {
     let Some(value) = table.take("files") else { return Ok(None) };
     let mut files = Vec::new();
     for value in value.array()? {
@@ -64,7 +64,7 @@ pub(crate) fn read_output(mut table: Table<'_>) -> Result<Option<Vec<OutputFile>
 }
 
 /// Reads the table `[view]` of a job.
-pub(crate) fn read_view(mut table: Table<'_>) -> Result<View, Error> {
+pub(crate) fn read_view(mut table: KeyTable<'_>) -> Result<View, Error> {
     let size = table.take("size").map(read_size).transpose()?;
     let exposure = table.take("exposure").map(|value| read_exposure(&value)).transpose()?;
     let from = table.take("from").map(|value| Ok((value.word()?, value.place()))).transpose()?;
@@ -80,7 +80,7 @@ pub(crate) fn read_view(mut table: Table<'_>) -> Result<View, Error> {
     }
 }
 
-fn read_stand(mut table: Table<'_>) -> Result<Option<Stand>, Error> {
+fn read_stand(mut table: KeyTable<'_>) -> Result<Option<Stand>, Error> {
     let Some(eye) = table.take("eye") else {
         let Some((key, value)) = VIEW_KEYS[1..].iter().find_map(|key| Some((*key, table.take(key)?))) else {
             return Ok(None);

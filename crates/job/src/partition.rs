@@ -7,13 +7,13 @@ use radiosity::{Leaves, LeavesError, Space};
 use serde::{Deserialize, Serialize};
 
 use crate::cut::Cut;
-use crate::document::{Table, Value};
-use crate::error::{Error, Place, Spot};
+use crate::document::{KeyTable, Value};
+use crate::error::{Error, SourceLocation, SourceSpot};
 use crate::grouped;
 use crate::keys::SCENE_TABLE_KEYS;
-use crate::method::Basis;
+use crate::method::BasisKey;
 use crate::shape::{read_grid, read_rows};
-use crate::source::Source;
+use crate::source::SourceText;
 use crate::vocabulary::AUTO;
 use crate::word::Word;
 
@@ -90,7 +90,7 @@ pub(crate) enum Patches {
     /// The program cuts every surface.
     Auto,
     /// A file says it.
-    Given(PathBuf, Box<Place>),
+    Given(PathBuf, Box<SourceLocation>),
 }
 
 impl Patches {
@@ -128,18 +128,19 @@ pub(crate) fn read_scene_key<'a>(
 
 impl Partition {
     /// Reads the file of a partition; `named` is the key of the job that names it.
-    pub(crate) fn read(file: &Path, named: &Place) -> Result<Self, Error> {
-        let source = Source::read(file, "surfaces = [[nu, nv], rows, …]").map_err(|error| match error {
-            Error::Missing { file } => Error::Refused {
-                place: Box::new(named.clone()),
-                problem: format!("there is no file {}", file.display()),
-                why: "the patches are read from it",
-                remedy: "correct the path, relative to the job file, or write \"auto\"".into(),
-            },
-            error => error,
-        })?;
-        let mut table = Table::root(&source, PARTITION_KEYS)?;
-        let linear = table.word::<Basis>("basis")? == Basis::Linear;
+    pub(crate) fn read(file: &Path, named: &SourceLocation) -> Result<Self, Error> {
+        let source =
+            SourceText::read(file, "surfaces = [[nu, nv], rows, …]").map_err(|error| match error {
+                Error::Missing { file } => Error::Refused {
+                    place: Box::new(named.clone()),
+                    problem: format!("there is no file {}", file.display()),
+                    why: "the patches are read from it",
+                    remedy: "correct the path, relative to the job file, or write \"auto\"".into(),
+                },
+                error => error,
+            })?;
+        let mut table = KeyTable::root(&source, PARTITION_KEYS)?;
+        let linear = table.word::<BasisKey>("basis")? == BasisKey::Linear;
         let space = table.word("space")?;
         let surfaces = table.require(
             "surfaces",
@@ -159,7 +160,7 @@ impl Partition {
 
     /// The text of a file that holds it.
     pub fn to_toml(&self) -> String {
-        let basis = if self.linear { Basis::Linear } else { Basis::Constant };
+        let basis = if self.linear { BasisKey::Linear } else { BasisKey::Constant };
         let mut text = String::from(
             "# How each surface is cut, in the scene's order: [nu, nv] of a quad, the rows of a triangle, or the cuts of a quad:\n\
              # u or v halves a part along that axis, and the first half follows, then the second; a point leaves it whole.\n\
@@ -198,9 +199,9 @@ fn read_leaves(value: &Value<'_>) -> Result<Leaves, Error> {
 }
 
 /// Why a scene cannot be cut so, at the key or in the file that says it.
-pub(crate) fn misfit(problem: String, (spot, file, key): (Spot, &Path, &str)) -> Error {
+pub(crate) fn misfit(problem: String, (spot, file, key): (SourceSpot, &Path, &str)) -> Error {
     Error::Refused {
-        place: Box::new(Place { file: file.into(), spot, key: key.into() }),
+        place: Box::new(SourceLocation { file: file.into(), spot, key: key.into() }),
         problem,
         why: "a partition says how each surface of one scene is cut, in their order",
         remedy: "take the partition of this scene, or write patches = \"auto\"".into(),

@@ -34,47 +34,47 @@ const DEPTH: u32 = 4;
 pub(crate) fn plain_surfaces(text: &str, line: u32) -> Option<Vec<PlainSurface<'_>>> {
     let source = Source::new(text);
     let tokens = source.lex().into_vec();
-    let (mut events, mut faults) = (Vec::with_capacity(tokens.len()), Faults::default());
+    let (mut events, mut faults) = (Vec::with_capacity(tokens.len()), SyntaxFault::default());
     let mut checked = ValidateWhitespace::new(&mut events, source);
     let mut guarded = RecursionGuard::new(&mut checked, DEPTH);
     parse_document(&tokens, &mut guarded, &mut faults);
-    let mut reader = Reader { source, events: events.iter(), line, faults };
+    let mut reader = PlainSurfaceReader { source, events: events.iter(), line, faults };
     let surfaces = reader.surfaces()?;
     (!reader.faults.any).then_some(surfaces)
 }
 
 /// Whether the parser has met what is not TOML.
 #[derive(Default)]
-struct Faults {
+struct SyntaxFault {
     any: bool,
 }
 
-impl ErrorSink for Faults {
+impl ErrorSink for SyntaxFault {
     fn report_error(&mut self, _: ParseError) {
         self.any = true;
     }
 }
 
 /// The events on their way to surfaces.
-struct Reader<'a, 'e> {
+struct PlainSurfaceReader<'a, 'e> {
     source: Source<'a>,
     events: std::slice::Iter<'e, Event>,
     /// The line of the next event.
     line: u32,
-    faults: Faults,
+    faults: SyntaxFault,
 }
 
 /// A surface on its way.
 #[derive(Default)]
-struct Draft<'a> {
+struct SurfaceDraft<'a> {
     name: Option<Cow<'a, str>>,
     material: Option<Cow<'a, str>>,
-    outline: Option<Outline>,
-    cells: Option<(Cells, u32)>,
+    outline: Option<SurfaceOutline>,
+    cells: Option<(PatchesValue, u32)>,
     sides: Option<Sides>,
 }
 
-struct Outline {
+struct SurfaceOutline {
     is_quad: bool,
     corners: [DVec3; 3],
     line: u32,
@@ -82,12 +82,12 @@ struct Outline {
 
 /// The value of the key `patches`.
 #[derive(Clone, Copy)]
-enum Cells {
+enum PatchesValue {
     Grid([u32; 2]),
     Rows(u32),
 }
 
-impl<'a> Reader<'a, '_> {
+impl<'a> PlainSurfaceReader<'a, '_> {
     /// The next event that says something.
     fn next(&mut self) -> Option<&Event> {
         loop {
@@ -106,14 +106,14 @@ impl<'a> Reader<'a, '_> {
 
     fn surfaces(&mut self) -> Option<Vec<PlainSurface<'a>>> {
         let mut surfaces = Vec::new();
-        let mut open: Option<(Draft<'a>, u32)> = None;
+        let mut open: Option<(SurfaceDraft<'a>, u32)> = None;
         while let Some(event) = self.next().copied() {
             match event.kind() {
                 EventKind::ArrayTableOpen => {
                     if let Some((draft, header)) = open.take() {
                         surfaces.push(draft.finish(header)?);
                     }
-                    open = Some((Draft::default(), self.line));
+                    open = Some((SurfaceDraft::default(), self.line));
                     (self.key()? == "surface").then_some(())?;
                     self.expect(EventKind::ArrayTableClose)?;
                 }
@@ -141,14 +141,14 @@ impl<'a> Reader<'a, '_> {
         event.encoding().is_none().then(|| self.source.get(event))?.map(|raw| raw.as_str())
     }
 
-    fn value(&mut self, key: &str, draft: &mut Draft<'a>) -> Option<()> {
+    fn value(&mut self, key: &str, draft: &mut SurfaceDraft<'a>) -> Option<()> {
         match key {
             "name" => once(&mut draft.name, self.string()?),
             "material" => once(&mut draft.material, self.string()?),
             "quad" | "triangle" => {
                 let line = self.line;
                 let corners = self.triple(Self::triple_of_numbers)?.map(DVec3::from_array);
-                once(&mut draft.outline, Outline { is_quad: key == "quad", corners, line })
+                once(&mut draft.outline, SurfaceOutline { is_quad: key == "quad", corners, line })
             }
             "patches" => {
                 let line = self.line;
@@ -223,16 +223,16 @@ impl<'a> Reader<'a, '_> {
         self.triple(Self::number)
     }
 
-    fn cells(&mut self) -> Option<Cells> {
+    fn cells(&mut self) -> Option<PatchesValue> {
         let event = *self.next()?;
         if event.kind() != EventKind::ArrayOpen {
-            return self.integer_of(&event).map(Cells::Rows);
+            return self.integer_of(&event).map(PatchesValue::Rows);
         }
         let nu = self.integer()?;
         self.expect(EventKind::ValueSep)?;
         let nv = self.integer()?;
         self.expect(EventKind::ArrayClose)?;
-        Some(Cells::Grid([nu, nv]))
+        Some(PatchesValue::Grid([nu, nv]))
     }
 }
 
@@ -245,18 +245,20 @@ fn once<T>(place: &mut Option<T>, value: T) -> Option<()> {
     place.replace(value).is_none().then_some(())
 }
 
-impl<'a> Draft<'a> {
+impl<'a> SurfaceDraft<'a> {
     /// The surface, where it has all that it needs.
     fn finish(self, header: u32) -> Option<PlainSurface<'a>> {
-        let Outline { is_quad, corners: [a, b, c], line } = self.outline?;
+        let SurfaceOutline { is_quad, corners: [a, b, c], line } = self.outline?;
         let shape = match (is_quad, self.cells.map(|(cells, _)| cells)) {
             (true, None) => Shape::Parallelogram { corner: a, corner_u: b, corner_v: c, cells: [1, 1] },
-            (true, Some(Cells::Grid(cells))) => {
+            (true, Some(PatchesValue::Grid(cells))) => {
                 cells[0].checked_mul(cells[1])?;
                 Shape::Parallelogram { corner: a, corner_u: b, corner_v: c, cells }
             }
             (false, None) => Shape::Triangle { a, b, c, rows: 1 },
-            (false, Some(Cells::Rows(rows))) if rows <= u16::MAX.into() => Shape::Triangle { a, b, c, rows },
+            (false, Some(PatchesValue::Rows(rows))) if rows <= u16::MAX.into() => {
+                Shape::Triangle { a, b, c, rows }
+            }
             _ => return None,
         };
         Some(PlainSurface {

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use radiosity::{SensorShape, SensorSpec};
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::imports::positive;
 use crate::keys::LISTS;
@@ -44,7 +44,7 @@ pub(crate) fn read_planes(
 }
 
 /// The name of a plane, which no other sensor has.
-fn read_name(table: &mut Table<'_>, default: String, sensors: &[SensorSpec]) -> Result<String, Error> {
+fn read_name(table: &mut KeyTable<'_>, default: String, sensors: &[SensorSpec]) -> Result<String, Error> {
     let place = table.place("name");
     let (name, place) = match table.take("name") {
         Some(value) => {
@@ -66,7 +66,7 @@ fn read_name(table: &mut Table<'_>, default: String, sensors: &[SensorSpec]) -> 
 }
 
 /// The points of a grid: the middles of cells that are as near to squares of `spacing` as fit the sides.
-fn read_grid(mut table: Table<'_>) -> Result<SensorShape, Error> {
+fn read_grid(mut table: KeyTable<'_>) -> Result<SensorShape, Error> {
     let origin = table.require("origin", "a plane has a corner", "origin = [x, y, z], in metres")?;
     let origin = read_point(origin)?;
     let mut side = |key| {
@@ -127,7 +127,7 @@ fn read_file(file: &Value<'_>, folder: &Path) -> Result<SensorShape, Error> {
     checked(SensorShape::Points { points, grid }, &file.place())
 }
 
-fn checked(shape: SensorShape, place: &crate::error::Place) -> Result<SensorShape, Error> {
+fn checked(shape: SensorShape, place: &crate::error::SourceLocation) -> Result<SensorShape, Error> {
     match shape.check() {
         Ok(()) => Ok(shape),
         Err((_, problem)) => Err(Error::Refused {

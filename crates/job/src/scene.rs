@@ -14,7 +14,7 @@ use radiosity::{
 };
 
 use crate::cut::Cut;
-use crate::error::{Error, Place, Spot};
+use crate::error::{Error, SourceLocation, SourceSpot};
 use crate::finishes::Finishes;
 use crate::lighting::bounds;
 use crate::partition::misfit;
@@ -255,9 +255,13 @@ impl SceneFile {
         scene.recut(&self.spec_cut(cells)?).map_err(|error| self.locate(error))
     }
 
-    fn spec_cut(&self, (cuts, groups): (&[Cut], &[u32])) -> Result<SceneSpec, Error> {
+    /// The scene with other cells, as [`SceneFile::build_cut`] takes them.
+    ///
+    /// # Errors
+    /// Cells that its surfaces cannot have.
+    pub fn spec_cut(&self, (cuts, groups): (&[Cut], &[u32])) -> Result<SceneSpec, Error> {
         cut_spec(self.spec.clone(), cuts, groups)
-            .map_err(|problem| misfit(problem, (Spot::File, &self.path, "patches")))
+            .map_err(|problem| misfit(problem, (SourceSpot::File, &self.path, "patches")))
     }
 
     /// The same surfaces in one channel, all of which emit 1 W/m², without sensors: exchange factors are about surfaces, not
@@ -304,24 +308,29 @@ impl SceneFile {
     pub fn locate(&self, error: SceneError) -> Error {
         let (place, problem) = match error {
             SceneError::Surface { surface, key, problem } => (self.locate_key(surface, key), problem),
-            SceneError::Whole(problem) => {
-                (Place { file: self.path.clone(), spot: Spot::File, key: String::new() }, problem)
-            }
+            SceneError::Whole(problem) => (
+                SourceLocation { file: self.path.clone(), spot: SourceSpot::File, key: String::new() },
+                problem,
+            ),
         };
         Error::Scene { place: Box::new(place), problem }
     }
 
-    fn locate_key(&self, surface: usize, key: &str) -> Place {
+    fn locate_key(&self, surface: usize, key: &str) -> SourceLocation {
         let name = self.spec.surfaces[surface].name.as_deref();
         let label = label(surface, name);
         if self.sky.is_some_and(|sky| sky <= surface) {
-            return Place { file: self.path.clone(), spot: Spot::File, key: format!("sky, {label}: {key}") };
+            return SourceLocation {
+                file: self.path.clone(),
+                spot: SourceSpot::File,
+                key: format!("sky, {label}: {key}"),
+            };
         }
         let Some(site) = self.sites.get(surface) else {
             let mesh = self.meshes.iter().rfind(|mesh| mesh.first <= surface);
             let mesh = mesh.expect("surfaces that the file does not hold are those of a mesh");
             let spot = mesh.spots.of(surface - mesh.first, name).into();
-            return Place { file: mesh.file.clone(), spot, key: format!("{label}: {key}") };
+            return SourceLocation { file: mesh.file.clone(), spot, key: format!("{label}: {key}") };
         };
         let (line, key) = match key {
             "reflectance" | "emittance" => {
@@ -330,7 +339,7 @@ impl SceneFile {
             }
             key => (site.of(key), format!("{label}: {key}")),
         };
-        Place { file: self.path.clone(), spot: Spot::Line(line), key }
+        SourceLocation { file: self.path.clone(), spot: SourceSpot::Line(line), key }
     }
 }
 

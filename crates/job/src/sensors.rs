@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use radiosity::{SensorShape, SensorSpec};
 use serde::{Deserialize, Serialize};
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::keys::LISTS;
 use crate::keys::SENSOR_KEYS;
@@ -58,7 +58,7 @@ fn read_name(value: &Value<'_>) -> Result<String, Error> {
     )
 }
 
-fn read_shape(mut table: Table<'_>) -> Result<SensorShape, Error> {
+fn read_shape(mut table: KeyTable<'_>) -> Result<SensorShape, Error> {
     let places = SENSOR_KEYS.iter().map(|&key| (key, table.place_of(key))).collect::<Vec<_>>();
     let [quad, patches, point, normal] = ["quad", "patches", "point", "normal"].map(|key| table.take(key));
     let shape = match (quad, point) {

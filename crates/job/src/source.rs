@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::error::{Error, Place, Spot};
+use crate::error::{Error, SourceLocation, SourceSpot};
 use crate::keys::{JOB_KEYS, JOB_LISTS, LISTS, SCENE_KEYS};
 
 /// The text of a TOML file, followed by the overrides: one numbering of bytes for all of them, so that a span
 /// tells where a value was written.
 #[derive(Debug)]
-pub(crate) struct Source {
+pub(crate) struct SourceText {
     file: PathBuf,
     text: String,
     /// Found when the first line is asked for.
@@ -25,14 +25,14 @@ pub(crate) struct Source {
 
 /// A text that was parsed alone: pieces of a source, one behind the other.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part<'a> {
-    source: &'a Source,
-    pieces: &'a [Piece],
+pub(crate) struct ParsedText<'a> {
+    source: &'a SourceText,
+    pieces: &'a [SourcePiece],
 }
 
 /// A piece of a source.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct SourcePiece {
     /// Where it begins in its part.
     at: usize,
     /// Where it begins in the source.
@@ -40,19 +40,19 @@ pub(crate) struct Piece {
 }
 
 /// The piece that is all of a source.
-const WHOLE: &[Piece] = &[Piece { at: 0, start: 0 }];
+const WHOLE: &[SourcePiece] = &[SourcePiece { at: 0, start: 0 }];
 
-impl<'a> Part<'a> {
+impl<'a> ParsedText<'a> {
     /// All of a source.
-    pub(crate) fn whole(source: &'a Source) -> Self {
-        Part { source, pieces: WHOLE }
+    pub(crate) fn whole(source: &'a SourceText) -> Self {
+        ParsedText { source, pieces: WHOLE }
     }
 
     pub(crate) fn file(&self) -> &'a Path {
         self.source.file()
     }
 
-    pub(crate) fn place(&self, offset: usize, key: impl Into<String>) -> Box<Place> {
+    pub(crate) fn place(&self, offset: usize, key: impl Into<String>) -> Box<SourceLocation> {
         self.source.place(self.in_source(offset), key)
     }
 
@@ -71,7 +71,7 @@ impl<'a> Part<'a> {
 pub(crate) struct Split {
     /// The text without surfaces, and the pieces that it is of.
     rest: String,
-    pieces: Vec<Piece>,
+    pieces: Vec<SourcePiece>,
     /// Runs of surfaces, in order.
     surfaces: Vec<Surfaces>,
 }
@@ -79,29 +79,29 @@ pub(crate) struct Split {
 /// A piece of a scene that holds nothing but surfaces.
 pub(crate) struct Surfaces {
     range: Range<usize>,
-    piece: [Piece; 1],
+    piece: [SourcePiece; 1],
     /// The line that it begins on.
     line: u32,
 }
 
 impl Surfaces {
     /// The text of the surfaces, and the line that it begins on.
-    pub(crate) fn text<'a>(&self, source: &'a Source) -> (&'a str, u32) {
+    pub(crate) fn text<'a>(&self, source: &'a SourceText) -> (&'a str, u32) {
         (&source.text[self.range.clone()], self.line)
     }
 
     /// The text as a TOML document; `None` where it is not TOML by itself.
-    pub(crate) fn document<'a>(&'a self, source: &'a Source) -> Option<(Part<'a>, DeTable<'a>)> {
+    pub(crate) fn document<'a>(&'a self, source: &'a SourceText) -> Option<(ParsedText<'a>, DeTable<'a>)> {
         let table = DeTable::parse(self.text(source).0).ok()?.into_inner();
-        Some((Part { source, pieces: &self.piece }, table))
+        Some((ParsedText { source, pieces: &self.piece }, table))
     }
 }
 
 impl Split {
     /// What is no surface.
-    pub(crate) fn rest<'a>(&'a self, source: &'a Source) -> Option<(Part<'a>, DeTable<'a>)> {
+    pub(crate) fn rest<'a>(&'a self, source: &'a SourceText) -> Option<(ParsedText<'a>, DeTable<'a>)> {
         let pieces = if self.pieces.is_empty() { WHOLE } else { &self.pieces };
-        Some((Part { source, pieces }, DeTable::parse(&self.rest).ok()?.into_inner()))
+        Some((ParsedText { source, pieces }, DeTable::parse(&self.rest).ok()?.into_inner()))
     }
 
     /// Runs of surfaces, in order.
@@ -135,19 +135,24 @@ struct Override {
     span: Range<usize>,
 }
 
-impl Source {
+impl SourceText {
     /// Reads a file. `expected` tells the user of an empty one what it should hold.
     pub(crate) fn read(file: &Path, expected: &'static str) -> Result<Self, Error> {
         let text = read_text(file)?;
         if text.trim().is_empty() {
             return Err(Error::Empty { file: file.into(), expected });
         }
-        Ok(Source { file: file.into(), text, line_starts: OnceCell::new(), overrides: Vec::new() })
+        Ok(SourceText { file: file.into(), text, line_starts: OnceCell::new(), overrides: Vec::new() })
     }
 
     /// A job that has the default of every key, for the scene in a file.
     pub(crate) fn of_scene(file: &Path, text: &str) -> Self {
-        Source { file: file.into(), text: text.into(), line_starts: OnceCell::new(), overrides: Vec::new() }
+        SourceText {
+            file: file.into(),
+            text: text.into(),
+            line_starts: OnceCell::new(),
+            overrides: Vec::new(),
+        }
     }
 
     /// Whether the file is a scene: it opens a table that only scenes have, or has such a key and none of jobs.
@@ -173,7 +178,7 @@ impl Source {
             if let Some(name) = opened(line) {
                 let begins = name == "surface" && line.trim_start().starts_with("[[surface]]");
                 if begins && (!in_surface || count == SURFACES_AT_ONCE) {
-                    let piece = [Piece { at: 0, start }];
+                    let piece = [SourcePiece { at: 0, start }];
                     split.surfaces.push(Surfaces { range: start..start, piece, line: number });
                     count = 0;
                 }
@@ -184,7 +189,7 @@ impl Source {
                 Some(surfaces) => surfaces.range.end = end,
                 None => {
                     if !in_rest {
-                        split.pieces.push(Piece { at: split.rest.len(), start });
+                        split.pieces.push(SourcePiece { at: split.rest.len(), start });
                     }
                     split.rest.push_str(line);
                 }
@@ -220,12 +225,12 @@ impl Source {
     }
 
     /// Where the bytes from `offset` were written; `key` is what they belong to.
-    pub(crate) fn place(&self, offset: usize, key: impl Into<String>) -> Box<Place> {
+    pub(crate) fn place(&self, offset: usize, key: impl Into<String>) -> Box<SourceLocation> {
         let spot = match self.overrides.iter().find(|entry| entry.span.contains(&offset)) {
-            Some(entry) => Spot::Override(entry.typed.clone()),
-            None => Spot::Line(self.line(offset)),
+            Some(entry) => SourceSpot::Override(entry.typed.clone()),
+            None => SourceSpot::Line(self.line(offset)),
         };
-        Box::new(Place { file: self.file.clone(), spot, key: key.into() })
+        Box::new(SourceLocation { file: self.file.clone(), spot, key: key.into() })
     }
 
     /// The line of a byte of the file, from 1.
@@ -240,7 +245,11 @@ impl Source {
     fn syntax(&self, error: &toml::de::Error) -> Error {
         let place = match error.span() {
             Some(span) => self.place(span.start, ""),
-            None => Box::new(Place { file: self.file.clone(), spot: Spot::File, key: String::new() }),
+            None => Box::new(SourceLocation {
+                file: self.file.clone(),
+                spot: SourceSpot::File,
+                key: String::new(),
+            }),
         };
         let line = error.span().and_then(|span| self.text.lines().nth(self.line(span.start) - 1));
         let lists = || LISTS.into_iter().chain(JOB_LISTS);

@@ -4,15 +4,18 @@ use std::collections::BTreeSet;
 
 use radiosity::{Groups, PatchGroup};
 
-use crate::document::{Table, Value};
-use crate::error::{Error, Place};
+use crate::document::{KeyTable, Value};
+use crate::error::{Error, SourceLocation};
 use crate::keys::{JOB_LISTS, SENSITIVITY_KEYS, SOURCE_KEYS};
 use crate::method::read_patches;
 use crate::near;
 use crate::scene::SceneFile;
 
 /// What a job says of sources, and of materials whose influence is measured.
-pub(crate) fn read_groups(table: &mut Table<'_>, scene: &SceneFile) -> Result<[Vec<PatchGroup>; 2], Error> {
+pub(crate) fn read_groups(
+    table: &mut KeyTable<'_>,
+    scene: &SceneFile,
+) -> Result<[Vec<PatchGroup>; 2], Error> {
     let sources = table.take("source").map(|value| read_sources(value, scene)).transpose()?;
     let sensitivity = table.take("sensitivity").map(|value| read_sensitivity(value, scene)).transpose()?;
     Ok([sources, sensitivity].map(Option::unwrap_or_default))
@@ -57,7 +60,7 @@ fn read_name(value: &Value<'_>) -> Result<String, Error> {
 }
 
 /// The patches of the surfaces, materials and patches that a source names, in ascending order.
-fn read_members(mut table: Table<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>, Error> {
+fn read_members(mut table: KeyTable<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>, Error> {
     let place = table.place("surfaces");
     let [surfaces, materials, patches, lamps] =
         ["surfaces", "materials", "patches", "lamps"].map(|key| table.take(key));
@@ -93,7 +96,11 @@ fn read_members(mut table: Table<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>
 }
 
 /// The patches of the cells that `place` names: whole ones.
-fn patches_of(cells: &BTreeSet<u32>, scene: &SceneFile, place: &Place) -> Result<BTreeSet<u32>, Error> {
+fn patches_of(
+    cells: &BTreeSet<u32>,
+    scene: &SceneFile,
+    place: &SourceLocation,
+) -> Result<BTreeSet<u32>, Error> {
     let patch_of_cell = &scene.spec().patch_of_cell;
     if patch_of_cell.is_empty() {
         return Ok(cells.clone());

@@ -6,9 +6,9 @@ use exchange::BoundaryCondition;
 use import::matches;
 use serde::{Deserialize, Serialize};
 
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
-use crate::source::Source;
+use crate::source::SourceText;
 
 /// What a file says of the groups of an enclosure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,8 +29,8 @@ const GROUP_KEYS: &[&str] = &["name", "temperature", "flux", "emissivity"];
 /// # Errors
 /// A file that cannot be read, says what is unknown or not allowed, or leaves a group out.
 pub fn load_enclosure(path: &Path, names: &[String]) -> Result<Enclosure, Error> {
-    let source = Source::read(path, "[[group]] tables, each with a name and a temperature or a flux")?;
-    let mut file = Table::root(&source, FILE_KEYS)?;
+    let source = SourceText::read(path, "[[group]] tables, each with a name and a temperature or a flux")?;
+    let mut file = KeyTable::root(&source, FILE_KEYS)?;
     let environment = file.take("environment").map(|value| read_kelvin(&value)).transpose()?.unwrap_or(0.0);
     let place = file.place("group");
     let list = file.require("group", "a balance needs temperatures", "[[group]] with name = \"*\"")?;
@@ -71,7 +71,7 @@ fn find(value: &Value<'_>, names: &[String]) -> Result<Vec<usize>, Error> {
     ))
 }
 
-fn read_condition(mut table: Table<'_>) -> Result<BoundaryCondition, Error> {
+fn read_condition(mut table: KeyTable<'_>) -> Result<BoundaryCondition, Error> {
     match (table.take("temperature"), table.take("flux")) {
         (Some(temperature), None) => Ok(BoundaryCondition::Temperature(read_kelvin(&temperature)?)),
         (None, Some(flux)) => Ok(BoundaryCondition::Flux(flux.number()?)),

@@ -21,9 +21,9 @@ const TELLING_PATCHES: usize = 1 << 16;
 pub(crate) const FALSE_ALARM: f64 = 1e-3;
 
 /// The moments of every patch, or of every k-th patch if there are more than [`TELLING_PATCHES`].
-pub(crate) struct Sample(Vec<Moments>);
+pub(crate) struct ScoreMoments(Vec<Moments>);
 
-impl Sample {
+impl ScoreMoments {
     /// The sample of a tally whose first `patches` rows are patches.
     pub(crate) fn new(tally: &Tally, patches: usize) -> Self {
         let every = patches.div_ceil(TELLING_PATCHES).max(1);
@@ -33,13 +33,13 @@ impl Sample {
             let sums = tally.patch(patch, score);
             Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] }
         });
-        Sample(moments.collect())
+        ScoreMoments(moments.collect())
     }
 }
 
 /// The probability, at most, that the walks of `before` and the walks since then, up to `now`, differ on some patch as much as
 /// they do; not a number if there is nothing to compare.
-pub(crate) fn drift(before: &Sample, now: &Sample) -> f64 {
+pub(crate) fn drift(before: &ScoreMoments, now: &ScoreMoments) -> f64 {
     let exponents = before.0.iter().zip(&now.0).filter_map(|(before, now)| exponent(*before, *now));
     let (compared, largest) = exponents.fold((0_u64, 0.0), |(n, max), x| (n + 1, f64::max(max, x)));
     if compared == 0 { f64::NAN } else { (2.0 * compared as f64 * (-largest).exp()).min(1.0) }
@@ -96,7 +96,7 @@ mod tests {
                 let ways = (0..1_u32 << 12).filter(|way| way.count_ones() == first);
                 let found: Vec<f64> = ways
                     .map(|way| Moments { n: first.into(), ..moments(way) })
-                    .map(|before| drift(&Sample(vec![before]), &Sample(vec![whole])))
+                    .map(|before| drift(&ScoreMoments(vec![before]), &ScoreMoments(vec![whole])))
                     .filter(|p| p.is_finite())
                     .collect();
                 for p in &found {

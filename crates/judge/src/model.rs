@@ -29,6 +29,9 @@ pub fn scene_lines(experiment: &Experiment, units: &Units) -> Vec<String> {
         power(scene),
         units.power
     )];
+    if scene.pane_count() > 0 {
+        lines.push(format!("panes: {} of clear glass", counted(scene.pane_count() as u64, "pane")));
+    }
     lines.extend(Coincident::of(scene).lines());
     let sensors = experiment.sensors();
     for (number, spec) in sensors.iter().flat_map(|sensors| sensors.specs().iter().enumerate()) {

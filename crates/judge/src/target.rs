@@ -20,7 +20,7 @@ pub use self::sensors::{SensorGoal, asked_of_sensors, judge_sensors};
 pub use self::standing::about;
 use self::standing::{Bar, Standing, parts_within, standings};
 pub use self::total::total_is_met;
-use crate::drift::{Sample, drift};
+use crate::drift::{ScoreMoments, drift};
 
 /// The number of walks at the first look. Fewer walks tell little, even about how little they tell.
 const FIRST_LOOK: u64 = 1 << 10;
@@ -32,7 +32,7 @@ const FIRST_LOOK_AT_CHAINS: u64 = 8;
 const NAMED: usize = 5;
 
 /// Judges a tally of `paths` paths by a target.
-pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Target {
+pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::TargetReport {
     let scene = estimates.scene();
     let Target { relative_error, fraction, quantity, .. } = *target;
     let bar = Bar { error: relative_error, scores: target.min_hits as f64 };
@@ -66,7 +66,7 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
         Some((_, standing)) => Some(needed(&standing)).filter(|paths| paths.is_finite()),
         None => None,
     };
-    report::Target {
+    report::TargetReport {
         reached,
         relative_error,
         fraction,
@@ -88,7 +88,7 @@ pub struct Observer {
     /// The discretisation of the answer that a pilot foretold.
     foretold: Option<f64>,
     /// The sample of the previous look, or of the tally that the run was resumed from.
-    before: Option<Sample>,
+    before: Option<ScoreMoments>,
 }
 
 impl Observer {
@@ -110,7 +110,7 @@ impl Observer {
     /// Sets the tally that a resumed job goes on from: the first look compares the walks since then with it.
     pub fn going_on_from(self, past: &Tally) -> Self {
         let before =
-            (past.counts.walks > 0).then(|| Sample::new(past, self.experiment.scene().faces().len()));
+            (past.counts.walks > 0).then(|| ScoreMoments::new(past, self.experiment.scene().faces().len()));
         Observer { before, ..self }
     }
 
@@ -138,7 +138,7 @@ impl Observer {
             .reduce(|a, b| [a[0] && b[0], a[1] && b[1]]);
         let (promising, reached) =
             asked.map_or((false, false), |[met, promising]| (promising, ends(walks, looks, met, promising)));
-        let now = Sample::new(tally, self.experiment.scene().faces().len());
+        let now = ScoreMoments::new(tally, self.experiment.scene().faces().len());
         let drift = self.before.as_ref().map_or(f64::NAN, |before| drift(before, &now));
         self.before = Some(now);
         Look {

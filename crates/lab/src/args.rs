@@ -11,13 +11,13 @@ use crate::{choice, groups, honesty, kernel, patches};
 /// Studies of radwalk and its methods: the papers again, the atlas of failure, and what measures the program.
 #[derive(Parser)]
 #[command(name = "radwalk-lab", version, arg_required_else_help = true, disable_help_subcommand = true)]
-pub(crate) struct Cli {
+pub(crate) struct LabCli {
     #[command(subcommand)]
-    pub command: Command,
+    pub command: LabCommand,
 }
 
 #[derive(Subcommand)]
-pub(crate) enum Command {
+pub(crate) enum LabCommand {
     /// Measure the papers' tables and figures again and hold them to theory
     Reproduce(ReproduceArgs),
     /// Drive methods to where they fail, and show prediction, measurement, messages and remedy
@@ -100,7 +100,7 @@ pub(crate) struct Words {
 
 /// Where results go, and which messages are shown.
 #[derive(Args)]
-pub(crate) struct OutArgs {
+pub(crate) struct LabOutArgs {
     /// The output folder [default: out/papers, out/validation or out/stability]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -124,7 +124,7 @@ pub(crate) struct ReproduceArgs {
     #[arg(long)]
     pub validation: bool,
     #[command(flatten)]
-    pub out: OutArgs,
+    pub out: LabOutArgs,
     /// Threads; the answer does not depend on them [default: one per core]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
@@ -133,7 +133,7 @@ pub(crate) struct ReproduceArgs {
 #[derive(Args)]
 pub(crate) struct StabilityArgs {
     #[command(flatten)]
-    pub out: OutArgs,
+    pub out: LabOutArgs,
     /// Fewer walks and shorter sweeps
     #[arg(long)]
     pub quick: bool,
@@ -142,14 +142,13 @@ pub(crate) struct StabilityArgs {
     pub only: Vec<String>,
 }
 
-impl Command {
+impl LabCommand {
     /// The voice that the command's messages have.
     pub(crate) fn voice(&self) -> Voice {
         match self {
-            Command::Reproduce(ReproduceArgs { out, .. }) | Command::Stability(StabilityArgs { out, .. }) => {
-                Voice::new(out.json, out.quiet, false)
-            }
-            Command::Study(_) => Voice::new(false, false, false),
+            LabCommand::Reproduce(ReproduceArgs { out, .. })
+            | LabCommand::Stability(StabilityArgs { out, .. }) => Voice::new(out.json, out.quiet, false),
+            LabCommand::Study(_) => Voice::new(false, false, false),
         }
     }
 }

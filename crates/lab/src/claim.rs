@@ -6,7 +6,7 @@ use report::words::{measured, number};
 
 /// The bound that a measurement is held to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Bound {
+pub enum ClaimBound {
     /// The measurement is this number, but for chance.
     Is(f64),
     /// The measurement is at most this number, but for chance.
@@ -29,7 +29,7 @@ pub enum Test {
     /// A statement without statistical error, and whether it holds.
     Sure(bool),
     /// A measurement with its bound. A standard error of 0 leaves nothing to chance.
-    Measured(Measured, Bound),
+    Measured(Measured, ClaimBound),
     /// The measurement that is furthest off among several, all of which should be this number: it may be off by the
     /// given number of standard errors.
     Furthest(Measured, f64, Limit),
@@ -54,7 +54,7 @@ pub struct Claim {
 
 /// The verdict on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum ClaimVerdict {
     /// The claim holds within its limit.
     Agrees,
     /// The claim does not hold, and not by chance.
@@ -65,7 +65,7 @@ pub enum Verdict {
 
 /// The judge of claims, by standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Judge {
+pub struct ClaimJudge {
     /// The standard errors that a measurement may be off by.
     pub limit: f64,
     /// The probability that a true two-sided claim fails, for seeds drawn at random.
@@ -77,51 +77,53 @@ pub struct Judge {
 /// The standard errors by which a measurement must be below a bound to be clearly below.
 const CLEARLY: f64 = 5.0;
 
-impl Judge {
+impl ClaimJudge {
     /// One limit for a number of independent claims, so that any of them fails by chance with the probability
     /// `false_alarm` (Šidák 1967): each may fail with 1 − (1 − p)^(1/m). Dependent claims fail less often, as do those
     /// whose standard errors are known better than by `runs` runs (Student's t).
     pub fn of_all(false_alarm: f64, claims: usize, runs: usize) -> Self {
         let each = -((-false_alarm).ln_1p() / claims.max(1) as f64).exp_m1();
         let limit = stats::student_quantile(1.0 - 0.5 * each, runs as u64 - 1);
-        Judge { limit, false_alarm: each, rounding: 0.0 }
+        ClaimJudge { limit, false_alarm: each, rounding: 0.0 }
     }
 
     /// One limit for every claim: seven standard errors, which Student's t of 19 degrees of freedom exceeds with the
     /// probability 1.2·10⁻⁶. So no measurement may be of fewer than 20 runs.
-    pub const EACH: Judge = Judge { limit: 7.0, false_alarm: 1.2e-6, rounding: 1e-9 };
+    pub const EACH: ClaimJudge = ClaimJudge { limit: 7.0, false_alarm: 1.2e-6, rounding: 1e-9 };
 
     /// The verdict on a claim.
-    pub fn verdict(self, claim: &Claim) -> Verdict {
+    pub fn verdict(self, claim: &Claim) -> ClaimVerdict {
         let (ours, bound, limit) = match claim.test {
-            Test::Sure(holds) => return if holds { Verdict::Agrees } else { Verdict::Differs },
+            Test::Sure(holds) => return if holds { ClaimVerdict::Agrees } else { ClaimVerdict::Differs },
             Test::Measured(ours, bound) => (ours, bound, self.limit),
-            Test::Furthest(ours, expected, Limit(limit)) => (ours, Bound::Is(expected), limit),
+            Test::Furthest(ours, expected, Limit(limit)) => (ours, ClaimBound::Is(expected), limit),
         };
         let Measured { value, standard_error } = ours;
         let slack = limit * standard_error;
         let agrees = match bound {
-            Bound::Is(expected) => (value - expected).abs() <= slack + self.rounding * expected.abs(),
-            Bound::AtMost(most) => value <= most + slack,
-            Bound::AtLeast(least) => value >= least - slack,
-            Bound::Between(low, high) => value >= low - slack && value <= high + slack,
-            Bound::ClearlyBelow(bound) => ours.z(bound) < -CLEARLY,
-            Bound::About(_) | Bound::Nothing => return Verdict::Shown,
+            ClaimBound::Is(expected) => (value - expected).abs() <= slack + self.rounding * expected.abs(),
+            ClaimBound::AtMost(most) => value <= most + slack,
+            ClaimBound::AtLeast(least) => value >= least - slack,
+            ClaimBound::Between(low, high) => value >= low - slack && value <= high + slack,
+            ClaimBound::ClearlyBelow(bound) => ours.z(bound) < -CLEARLY,
+            ClaimBound::About(_) | ClaimBound::Nothing => return ClaimVerdict::Shown,
         };
-        if agrees { Verdict::Agrees } else { Verdict::Differs }
+        if agrees { ClaimVerdict::Agrees } else { ClaimVerdict::Differs }
     }
 
     /// Whether a claim agrees or is only shown.
     pub fn passes(self, claim: &Claim) -> bool {
-        self.verdict(claim) != Verdict::Differs
+        self.verdict(claim) != ClaimVerdict::Differs
     }
 
     /// The probability that a claim fails by chance alone; 0 if chance has no part, or if the measurement would have to
     /// be off by more than [`CLEARLY`] to fail.
     pub fn false_alarm(self, claim: &Claim) -> f64 {
         match claim.test {
-            Test::Measured(_, Bound::Is(_) | Bound::Between(..)) | Test::Furthest(..) => self.false_alarm,
-            Test::Measured(_, Bound::AtMost(_) | Bound::AtLeast(_)) => 0.5 * self.false_alarm,
+            Test::Measured(_, ClaimBound::Is(_) | ClaimBound::Between(..)) | Test::Furthest(..) => {
+                self.false_alarm
+            }
+            Test::Measured(_, ClaimBound::AtMost(_) | ClaimBound::AtLeast(_)) => 0.5 * self.false_alarm,
             Test::Measured(..) | Test::Sure(_) => 0.0,
         }
     }
@@ -133,7 +135,7 @@ impl Claim {
     }
 
     /// A claim that a measurement keeps a bound.
-    pub fn of(label: impl Into<String>, ours: Measured, bound: Bound) -> Self {
+    pub fn of(label: impl Into<String>, ours: Measured, bound: ClaimBound) -> Self {
         Claim::new(label, Test::Measured(ours, bound))
     }
 
@@ -143,7 +145,7 @@ impl Claim {
     }
 
     /// A claim on the measurement that is furthest off among `measurements`, each the mean over `runs` runs, all of
-    /// which should be `expected`: judged as one of them by [`Judge::EACH`] (Bonferroni, Student's t).
+    /// which should be `expected`: judged as one of them by [`ClaimJudge::EACH`] (Bonferroni, Student's t).
     pub fn furthest(
         label: impl Into<String>,
         ours: Measured,
@@ -151,23 +153,23 @@ impl Claim {
         measurements: usize,
         runs: u64,
     ) -> Self {
-        let level = 1.0 - 0.5 * Judge::EACH.false_alarm / measurements as f64;
+        let level = 1.0 - 0.5 * ClaimJudge::EACH.false_alarm / measurements as f64;
         Claim::new(label, Test::Furthest(ours, expected, Limit(stats::student_quantile(level, runs - 1))))
     }
 
     /// A claim that a measurement is this number.
     pub fn equal(label: impl Into<String>, ours: Measured, expected: f64) -> Self {
-        Claim::of(label, ours, Bound::Is(expected))
+        Claim::of(label, ours, ClaimBound::Is(expected))
     }
 
     /// A claim that a measurement is not below a bound.
     pub fn at_least(label: impl Into<String>, ours: Measured, least: f64) -> Self {
-        Claim::of(label, ours, Bound::AtLeast(least))
+        Claim::of(label, ours, ClaimBound::AtLeast(least))
     }
 
     /// A claim that a measurement is below a bound, beyond chance.
     pub fn below(label: impl Into<String>, ours: Measured, bound: f64) -> Self {
-        Claim::of(label, ours, Bound::ClearlyBelow(bound))
+        Claim::of(label, ours, ClaimBound::ClearlyBelow(bound))
     }
 
     /// A claim that the program's words hold a word.
@@ -188,7 +190,7 @@ impl Claim {
 
     /// Whether the claim is judged.
     pub fn is_judged(&self) -> bool {
-        !matches!(self.test, Test::Measured(_, Bound::About(_) | Bound::Nothing))
+        !matches!(self.test, Test::Measured(_, ClaimBound::About(_) | ClaimBound::Nothing))
     }
 
     /// The measurement, if the claim has one.
@@ -200,11 +202,11 @@ impl Claim {
     }
 
     /// The bound of the measurement.
-    pub fn bound(&self) -> Bound {
+    pub fn bound(&self) -> ClaimBound {
         match self.test {
             Test::Measured(_, bound) => bound,
-            Test::Furthest(_, expected, _) => Bound::Is(expected),
-            Test::Sure(_) => Bound::Nothing,
+            Test::Furthest(_, expected, _) => ClaimBound::Is(expected),
+            Test::Sure(_) => ClaimBound::Nothing,
         }
     }
 
@@ -212,7 +214,7 @@ impl Claim {
     pub fn z(&self) -> Option<f64> {
         let ours = self.ours().filter(|ours| ours.standard_error > 0.0)?;
         match self.bound() {
-            Bound::Is(expected) | Bound::About(expected) => Some(ours.z(expected)),
+            ClaimBound::Is(expected) | ClaimBound::About(expected) => Some(ours.z(expected)),
             _ => None,
         }
     }
@@ -220,12 +222,12 @@ impl Claim {
     /// The measurement over the claimed number, if the claim is one number.
     pub fn ratio(&self) -> Option<f64> {
         match self.bound() {
-            Bound::Is(x)
-            | Bound::AtMost(x)
-            | Bound::AtLeast(x)
-            | Bound::ClearlyBelow(x)
-            | Bound::About(x) => Some(self.ours()?.value / x),
-            Bound::Between(..) | Bound::Nothing => None,
+            ClaimBound::Is(x)
+            | ClaimBound::AtMost(x)
+            | ClaimBound::AtLeast(x)
+            | ClaimBound::ClearlyBelow(x)
+            | ClaimBound::About(x) => Some(self.ours()?.value / x),
+            ClaimBound::Between(..) | ClaimBound::Nothing => None,
         }
     }
 
@@ -233,13 +235,13 @@ impl Claim {
     pub fn sentence(&self) -> String {
         let Some(ours) = self.ours() else { return self.label.clone() };
         let bound = match self.bound() {
-            Bound::Is(x) => format!(", expected {}", number(x)),
-            Bound::AtMost(x) => format!(", at most {}", number(x)),
-            Bound::AtLeast(x) => format!(", at least {}", number(x)),
-            Bound::Between(low, high) => format!(", between {} and {}", number(low), number(high)),
-            Bound::ClearlyBelow(x) => format!(", clearly below {}", number(x)),
-            Bound::About(x) => format!(", about {}", number(x)),
-            Bound::Nothing => String::new(),
+            ClaimBound::Is(x) => format!(", expected {}", number(x)),
+            ClaimBound::AtMost(x) => format!(", at most {}", number(x)),
+            ClaimBound::AtLeast(x) => format!(", at least {}", number(x)),
+            ClaimBound::Between(low, high) => format!(", between {} and {}", number(low), number(high)),
+            ClaimBound::ClearlyBelow(x) => format!(", clearly below {}", number(x)),
+            ClaimBound::About(x) => format!(", about {}", number(x)),
+            ClaimBound::Nothing => String::new(),
         };
         format!("{}: {}{bound}", self.label, measured(ours))
     }
@@ -254,43 +256,43 @@ mod tests {
     /// Student's t of 99 degrees of freedom (tabulated: 1.9842 at 5 %, two-sided).
     #[test]
     fn a_single_claim_at_five_percent_is_judged_at_1_98() {
-        assert!((Judge::of_all(0.05, 1, 100).limit - 1.9842).abs() < 1e-4);
+        assert!((ClaimJudge::of_all(0.05, 1, 100).limit - 1.9842).abs() < 1e-4);
     }
 
     #[test]
     fn many_claims_are_judged_more_mildly_so_that_all_hold_together() {
-        let judge = Judge::of_all(1e-3, 100, 100);
+        let judge = ClaimJudge::of_all(1e-3, 100, 100);
         // The normal deviate of 10⁻⁵, two-sided, is 4.417; that of t is a little more.
         assert!((4.417..4.8).contains(&judge.limit), "{judge:?}");
     }
 
     #[test]
     fn verdicts_know_their_side() {
-        let judge = Judge { limit: 4.0, ..Judge::EACH };
+        let judge = ClaimJudge { limit: 4.0, ..ClaimJudge::EACH };
         let verdict = |bound| judge.verdict(&Claim::of("", ABOUT_ONE, bound));
-        assert_eq!(verdict(Bound::Is(1.39)), Verdict::Agrees);
-        assert_eq!(verdict(Bound::Is(1.41)), Verdict::Differs);
-        assert_eq!(verdict(Bound::AtMost(0.59)), Verdict::Differs);
-        assert_eq!(verdict(Bound::AtMost(0.61)), Verdict::Agrees);
-        assert_eq!(verdict(Bound::AtLeast(1.41)), Verdict::Differs);
-        assert_eq!(verdict(Bound::Between(1.41, 2.0)), Verdict::Differs);
-        assert_eq!(verdict(Bound::ClearlyBelow(1.49)), Verdict::Differs);
-        assert_eq!(verdict(Bound::ClearlyBelow(1.51)), Verdict::Agrees);
-        assert_eq!(verdict(Bound::About(9.0)), Verdict::Shown);
-        assert_eq!(Claim::of("", ABOUT_ONE, Bound::About(2.0)).ratio(), Some(0.5));
+        assert_eq!(verdict(ClaimBound::Is(1.39)), ClaimVerdict::Agrees);
+        assert_eq!(verdict(ClaimBound::Is(1.41)), ClaimVerdict::Differs);
+        assert_eq!(verdict(ClaimBound::AtMost(0.59)), ClaimVerdict::Differs);
+        assert_eq!(verdict(ClaimBound::AtMost(0.61)), ClaimVerdict::Agrees);
+        assert_eq!(verdict(ClaimBound::AtLeast(1.41)), ClaimVerdict::Differs);
+        assert_eq!(verdict(ClaimBound::Between(1.41, 2.0)), ClaimVerdict::Differs);
+        assert_eq!(verdict(ClaimBound::ClearlyBelow(1.49)), ClaimVerdict::Differs);
+        assert_eq!(verdict(ClaimBound::ClearlyBelow(1.51)), ClaimVerdict::Agrees);
+        assert_eq!(verdict(ClaimBound::About(9.0)), ClaimVerdict::Shown);
+        assert_eq!(Claim::of("", ABOUT_ONE, ClaimBound::About(2.0)).ratio(), Some(0.5));
     }
 
     #[test]
     fn claims_allow_for_chance_only() {
-        let Judge { limit, false_alarm, .. } = Judge::EACH;
+        let ClaimJudge { limit, false_alarm, .. } = ClaimJudge::EACH;
         assert!(stats::student_quantile(1.0 - 0.5 * false_alarm, 19) <= limit);
-        let holds = |ours, expected| Judge::EACH.passes(&Claim::of("", ours, Bound::Is(expected)));
+        let holds = |ours, expected| ClaimJudge::EACH.passes(&Claim::of("", ours, ClaimBound::Is(expected)));
         assert!(holds(ABOUT_ONE, 1.6) && !holds(ABOUT_ONE, 1.8));
         let certain = Measured { value: 1.0, standard_error: 0.0 };
         assert!(holds(certain, 1.0 + 1e-10) && !holds(certain, 1.0 + 1e-8));
         // Student's t of 19 degrees of freedom at 1 − 2·10⁻⁸ is 8.80.
-        let among = |expected| Judge::EACH.passes(&Claim::furthest("", ABOUT_ONE, expected, 30, 20));
+        let among = |expected| ClaimJudge::EACH.passes(&Claim::furthest("", ABOUT_ONE, expected, 30, 20));
         assert!(among(1.87) && !among(1.89));
-        assert!(!Judge::EACH.passes(&Claim::sure("", false)));
+        assert!(!ClaimJudge::EACH.passes(&Claim::sure("", false)));
     }
 }

@@ -8,7 +8,7 @@ use crate::walking::Failure;
 
 /// Why a command could not do what it was asked to.
 #[derive(Debug, Error)]
-pub(crate) enum Fault {
+pub(crate) enum LabFault {
     /// Results cannot be written.
     #[error(transparent)]
     Report(#[from] report::Error),
@@ -43,13 +43,13 @@ pub(crate) enum Fault {
     LogLevel { word: String },
 }
 
-impl Fault {
+impl LabFault {
     /// 2 for bad input and lost output, 3 for claims that do not hold.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
-            Fault::Report(_) | Fault::NoEntry { .. } | Fault::Study { .. } => 2,
-            Fault::Unsaid { .. } | Fault::LogLevel { .. } => 2,
-            Fault::NotReproduced { .. } | Fault::Unfounded { .. } | Fault::Entry { .. } => 3,
+            LabFault::Report(_) | LabFault::NoEntry { .. } | LabFault::Study { .. } => 2,
+            LabFault::Unsaid { .. } | LabFault::LogLevel { .. } => 2,
+            LabFault::NotReproduced { .. } | LabFault::Unfounded { .. } | LabFault::Entry { .. } => 3,
         }
     }
 }

@@ -6,7 +6,7 @@ use radiosity::{Experiment, Sequence, Tally};
 
 /// The size of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effort {
+pub enum StudyScale {
     /// Everything is done at reduced size, in a minute.
     Quick,
     /// Everything is done as published, and more where chance would hide the effect.
@@ -17,7 +17,7 @@ pub enum Effort {
 #[derive(Clone, Copy, Debug)]
 pub struct Lab {
     /// The size of a study.
-    pub effort: Effort,
+    pub effort: StudyScale,
     /// The number of threads.
     pub threads: usize,
 }
@@ -30,15 +30,15 @@ const FIRST_SEED: u64 = 1000;
 
 impl Lab {
     /// A laboratory of `threads` threads, or of all cores for `None`.
-    pub fn new(effort: Effort, threads: Option<usize>) -> Self {
+    pub fn new(effort: StudyScale, threads: Option<usize>) -> Self {
         Lab { effort, threads: threads.unwrap_or_else(parallel::cores) }
     }
 
     /// The first argument for a quick study, the second for a full one.
     pub fn pick<T>(&self, quick: T, full: T) -> T {
         match self.effort {
-            Effort::Quick => quick,
-            Effort::Full => full,
+            StudyScale::Quick => quick,
+            StudyScale::Full => full,
         }
     }
 
@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn threads_do_not_enter_the_answer() {
         let experiment = experiment(&scenes::cube(1), Method::shooting(EstimatorKind::Collision)).unwrap();
-        let [one, three] = [1, 3].map(|threads| Lab { effort: Effort::Quick, threads });
+        let [one, three] = [1, 3].map(|threads| Lab { effort: StudyScale::Quick, threads });
         let read = |tally: &Tally| tally.sums().to_vec();
         let runs = |lab: Lab| lab.runs(&experiment, 1, 20, 100, read);
         assert_eq!(runs(one), runs(three));

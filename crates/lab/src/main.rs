@@ -39,15 +39,15 @@ use clap::Parser;
 use tracing::error;
 use voice::unsaid;
 
-use crate::args::{Cli, Command};
-use crate::fault::Fault;
+use crate::args::{LabCli, LabCommand};
+use crate::fault::LabFault;
 
 fn main() -> ExitCode {
     // Refusals and help end the process here.
-    let command = Cli::parse().command;
-    let begun = command.voice().begin().map_err(|word| Fault::LogLevel { word });
+    let command = LabCli::parse().command;
+    let begun = command.voice().begin().map_err(|word| LabFault::LogLevel { word });
     let done = begun.and_then(|()| run(&command));
-    let done = done.and_then(|()| unsaid().map_or(Ok(()), |source| Err(Fault::Unsaid { source })));
+    let done = done.and_then(|()| unsaid().map_or(Ok(()), |source| Err(LabFault::Unsaid { source })));
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
@@ -57,10 +57,10 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(command: &Command) -> Result<(), Fault> {
+fn run(command: &LabCommand) -> Result<(), LabFault> {
     match command {
-        Command::Reproduce(args) => reproduce::reproduce(args),
-        Command::Stability(args) => stability::stability(args),
-        Command::Study(study) => study.run().map_err(|source| Fault::Study { source }),
+        LabCommand::Reproduce(args) => reproduce::reproduce(args),
+        LabCommand::Stability(args) => stability::stability(args),
+        LabCommand::Study(study) => study.run().map_err(|source| LabFault::Study { source }),
     }
 }

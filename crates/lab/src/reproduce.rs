@@ -10,16 +10,16 @@ use tracing::info;
 use voice::{Phase, emit, say};
 
 use crate::args::ReproduceArgs;
-use crate::claim::Verdict;
+use crate::claim::ClaimVerdict;
 use crate::clock::today;
 use crate::edition::{PAPERS, VALIDATION};
-use crate::fault::Fault;
-use crate::lab::{Effort, Lab};
+use crate::fault::LabFault;
+use crate::lab::{Lab, StudyScale};
 use crate::papers::{Chapter, Findings, page};
 
 /// Runs every chapter; writes the page, its figures and the rows as JSON. Rows that differ are a fault.
-pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<(), Fault> {
-    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<(), LabFault> {
+    let effort = if args.quick { StudyScale::Quick } else { StudyScale::Full };
     let lab = Lab::new(effort, args.threads.map(|threads| threads as usize));
     let edition = if args.validation { &VALIDATION } else { &PAPERS };
     let [people, programs] = edition.files;
@@ -36,7 +36,7 @@ pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<(), Fault> {
             page::lines(findings, judge).iter().for_each(|line| say(line));
         }
     }
-    let entries: Vec<page::Entry<'_>> =
+    let entries: Vec<page::ChapterFindings<'_>> =
         done.iter().map(|(c, findings)| (c.name, c.title, findings)).collect();
     let origin = edition.origin(&lab, env!("CARGO_PKG_VERSION"), today(), began.elapsed());
     let table = page::table(&entries, judge);
@@ -46,10 +46,11 @@ pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<(), Fault> {
     if !args.out.quiet {
         say(&format!("written to {}", folder.file(people).display()));
     }
-    let differ = done.iter().flat_map(|(_, f)| &f.rows).filter(|row| judge.verdict(row) == Verdict::Differs);
+    let differ =
+        done.iter().flat_map(|(_, f)| &f.rows).filter(|row| judge.verdict(row) == ClaimVerdict::Differs);
     match differ.map(|row| row.label.clone()).collect::<Vec<_>>() {
         rows if rows.is_empty() => Ok(()),
-        rows => Err(Fault::NotReproduced { page: folder.file(people), rows }),
+        rows => Err(LabFault::NotReproduced { page: folder.file(people), rows }),
     }
 }
 

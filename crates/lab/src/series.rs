@@ -10,15 +10,15 @@ pub(crate) fn point(x: f64, y: Measured) -> Point {
 
 /// The theory and the measurements along a sweep.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Curve {
+pub(crate) struct SweepCurve {
     line: Vec<(f64, f64)>,
     marks: Vec<(f64, Measured)>,
 }
 
-impl Curve {
+impl SweepCurve {
     /// A curve without any points.
     pub(crate) const fn new() -> Self {
-        Curve { line: Vec::new(), marks: Vec::new() }
+        SweepCurve { line: Vec::new(), marks: Vec::new() }
     }
 
     /// Adds a point of the sweep: the prediction there, and the measurement.

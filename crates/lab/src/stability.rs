@@ -6,25 +6,25 @@ use voice::{Phase, emit, say};
 
 use crate::args::StabilityArgs;
 use crate::atlas::page::{self, CHARTS};
-use crate::atlas::{ALL, Entry, Finding};
+use crate::atlas::{ALL, Entry, StudyFinding};
 use crate::clock::today;
-use crate::fault::Fault;
-use crate::lab::{Effort, Lab};
+use crate::fault::LabFault;
+use crate::lab::{Lab, StudyScale};
 
 const PAGE: &str = "atlas.md";
 const NUMBERS: &str = "atlas.json";
 
 /// Studies the entries asked for and writes their page, charts and claims.
-pub(crate) fn stability(args: &StabilityArgs) -> Result<(), Fault> {
+pub(crate) fn stability(args: &StabilityArgs) -> Result<(), LabFault> {
     let entries = chosen(&args.only)?;
     let path = args.out.out.clone().unwrap_or_else(|| "out/stability".into());
     let folder = OutputFolder::claim(&path, &[PAGE, NUMBERS], args.out.force)?;
     let charts = OutputFolder::claim(&path.join(CHARTS), &[], args.out.force)?;
-    let lab = Lab::new(if args.quick { Effort::Quick } else { Effort::Full }, None);
+    let lab = Lab::new(if args.quick { StudyScale::Quick } else { StudyScale::Full }, None);
     let mut findings = Vec::new();
     for entry in entries {
         let phase = Phase::begin(entry.title);
-        let finding = (entry.study)(&lab).map_err(|source| Fault::Entry { entry: entry.name, source })?;
+        let finding = (entry.study)(&lab).map_err(|source| LabFault::Entry { entry: entry.name, source })?;
         drop(phase);
         let svg = finding.chart.svg();
         charts
@@ -42,15 +42,15 @@ pub(crate) fn stability(args: &StabilityArgs) -> Result<(), Fault> {
     if failed.is_empty() {
         Ok(())
     } else {
-        Err(Fault::Unfounded { entries: failed, page: folder.file(PAGE) })
+        Err(LabFault::Unfounded { entries: failed, page: folder.file(PAGE) })
     }
 }
 
-fn chosen(names: &[String]) -> Result<Vec<&'static Entry>, Fault> {
+fn chosen(names: &[String]) -> Result<Vec<&'static Entry>, LabFault> {
     let known = || ALL.iter().map(|entry| entry.name).collect::<Vec<_>>().join(", ");
     let named = |name: &String| {
         let entry = ALL.iter().find(|entry| entry.name == name);
-        entry.ok_or_else(|| Fault::NoEntry { name: name.clone(), known: known() })
+        entry.ok_or_else(|| LabFault::NoEntry { name: name.clone(), known: known() })
     };
     if names.is_empty() { Ok(ALL.iter().collect()) } else { names.iter().map(named).collect() }
 }
@@ -62,7 +62,7 @@ fn command(args: &StabilityArgs) -> String {
     format!("radwalk-lab stability{quick}{}", only.collect::<String>())
 }
 
-fn announce(args: &StabilityArgs, entry: &Entry, finding: &Finding) {
+fn announce(args: &StabilityArgs, entry: &Entry, finding: &StudyFinding) {
     if args.out.json {
         emit(&json!({"event": "entry", "name": entry.name, "holds": finding.holds()}));
     } else if !args.out.quiet {

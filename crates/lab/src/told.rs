@@ -9,7 +9,7 @@ use report::{Check, Verdict};
 use crate::walking::{CONFIDENCE, advance};
 
 /// A run with the looks of a job.
-pub(crate) struct Run {
+pub(crate) struct ToldRun {
     /// The tally at its end.
     pub tally: Tally,
     /// The solution of the tally.
@@ -21,7 +21,7 @@ pub(crate) struct Run {
 }
 
 /// Runs a job of at most `walks` walks, with its looks and checks.
-pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option<Target>) -> Run {
+pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option<Target>) -> ToldRun {
     let mut observer = Observer::new(experiment.clone(), CONFIDENCE, target);
     let (mut tally, mut seen, mut reached) = (experiment.tally::<2>(), Vec::new(), false);
     for mark in looks(experiment, walks) {
@@ -36,10 +36,10 @@ pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option
     let estimates = Estimates::new(experiment, &tally, CONFIDENCE);
     let checks = checks(&estimates, None, &estimates.precision(Quantity::Irradiance), &seen);
     let solution = Solution::new(experiment, &tally, CONFIDENCE);
-    Run { tally, solution, checks, reached }
+    ToldRun { tally, solution, checks, reached }
 }
 
-impl Run {
+impl ToldRun {
     /// The checks that did not pass, and the one that tells of sealed area, in the words of summaries.
     pub(crate) fn told(&self) -> Vec<String> {
         let tells = |check: &&Check| check.verdict == Verdict::Failed || check.message.contains("is sealed");

@@ -62,12 +62,12 @@ pub(crate) fn receivers(experiment: &Experiment) -> Vec<usize> {
 }
 
 /// The reader of a grey experiment's tallies.
-pub(crate) struct Reader {
+pub(crate) struct TallyReader {
     /// The value of b per unit of mean score [W/m²], for every patch.
     per_unit: Vec<f64>,
 }
 
-impl Reader {
+impl TallyReader {
     /// The reader of an experiment whose walks tell of every patch.
     pub(crate) fn new(experiment: &Experiment) -> Self {
         let empty = experiment.tally::<2>();
@@ -75,7 +75,7 @@ impl Reader {
             let meaning = experiment.meaning(i, 0, &empty).expect("walks are born everywhere");
             patch.reflectance[0] * meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0)
         };
-        Reader { per_unit: experiment.scene().faces().iter().enumerate().map(worth).collect() }
+        TallyReader { per_unit: experiment.scene().faces().iter().enumerate().map(worth).collect() }
     }
 
     /// The b of every patch [W/m²].

@@ -9,7 +9,7 @@ use protocol::{Coordinator, Notice};
 use radiosity::{Estimates, Experiment, Precision, Quantity};
 use results::Settings;
 
-use crate::run_status::{Faults, Goal, RunStatus, Saved};
+use crate::run_status::{FaultCounts, Goal, RunStatus, Saved};
 
 /// The length of the window over which rates are measured, up to now.
 const WINDOW: Duration = Duration::from_secs(30);
@@ -40,7 +40,7 @@ pub struct Gauge<'a> {
     expected: Option<u64>,
     next_precision: Instant,
     saved: Option<(Instant, u64)>,
-    faults: Faults,
+    faults: FaultCounts,
 }
 
 impl<'a> Gauge<'a> {
@@ -60,7 +60,7 @@ impl<'a> Gauge<'a> {
             expected: None,
             next_precision: now,
             saved: None,
-            faults: Faults::default(),
+            faults: FaultCounts::default(),
         }
     }
 

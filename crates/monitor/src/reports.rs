@@ -12,7 +12,7 @@ use tracing::debug;
 use crate::address::{NoPage, listen};
 use crate::metrics::metrics;
 use crate::run_status::RunStatus;
-use crate::scrape::{Page, publish};
+use crate::scrape::{TextPage, publish};
 use crate::status::{Description, Hand, Report, STATUS, beside};
 
 /// The time between two reports.
@@ -25,9 +25,9 @@ const NAMED: usize = 1000;
 ///
 /// # Errors
 /// If the system refuses to listen at the address, or to start a thread.
-pub fn open_metrics(address: &str) -> Result<(Page, SocketAddr), NoPage> {
+pub fn open_metrics(address: &str) -> Result<(TextPage, SocketAddr), NoPage> {
     let (listener, bound) = listen(address, "--metrics")?;
-    let page = Page::default();
+    let page = TextPage::default();
     let told = page.clone();
     publish(listener, "metrics", move |request| told.answer(request))
         .map_err(|source| NoPage::System { doing: "starting a thread", source })?;
@@ -38,14 +38,19 @@ pub fn open_metrics(address: &str) -> Result<(Page, SocketAddr), NoPage> {
 pub struct Reports {
     description: Description,
     files: Vec<PathBuf>,
-    page: Option<Page>,
+    page: Option<TextPage>,
     due: Instant,
 }
 
 impl Reports {
     /// Reports to the output folder; to a file beside the access file, if that lies elsewhere; and to a page, if one is
     /// wanted.
-    pub fn new(description: Description, output: &Path, access: Option<&Path>, page: Option<Page>) -> Self {
+    pub fn new(
+        description: Description,
+        output: &Path,
+        access: Option<&Path>,
+        page: Option<TextPage>,
+    ) -> Self {
         let mut files = vec![output.join(STATUS)];
         files.extend(access.filter(|access| access.parent() != Some(output)).map(beside));
         Reports { description, files, page, due: Instant::now() + INTERVAL }

@@ -33,7 +33,7 @@ pub struct RunStatus {
     /// The latest checkpoint of this session.
     pub checkpoint: Option<Saved>,
     /// The faults of this session.
-    pub faults: Faults,
+    pub faults: FaultCounts,
 }
 
 /// A target, and the distance to it.
@@ -60,7 +60,7 @@ pub struct Saved {
 
 /// The faults of this session, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Faults {
+pub struct FaultCounts {
     /// The number of workers that were lost, or left early.
     pub workers_lost: u64,
     /// The number of workers that were not let in.

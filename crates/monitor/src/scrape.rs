@@ -42,7 +42,7 @@ impl Request<'_> {
 
 /// An answer to a request.
 #[derive(Clone, Debug)]
-pub(crate) struct Answer {
+pub(crate) struct HttpResponse {
     /// The status: code and words.
     pub(crate) status: &'static str,
     /// The media type of the body.
@@ -53,34 +53,34 @@ pub(crate) struct Answer {
     pub(crate) body: Arc<[u8]>,
 }
 
-impl Answer {
+impl HttpResponse {
     /// An answer that is one line of text.
     pub(crate) fn text(status: &'static str, line: &str) -> Self {
         let body = line.as_bytes().into();
-        Answer { status, kind: "text/plain; charset=utf-8", tag: None, body }
+        HttpResponse { status, kind: "text/plain; charset=utf-8", tag: None, body }
     }
 }
 
 /// A page of text, which its owner replaces when there is news.
 #[derive(Clone, Default)]
-pub struct Page(Arc<Mutex<String>>);
+pub struct TextPage(Arc<Mutex<String>>);
 
-impl Page {
+impl TextPage {
     /// Replaces the text of the page.
     pub(crate) fn set(&self, text: String) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = text;
     }
 
     /// Answers requests for the page at `/metrics`, in the format of Prometheus.
-    pub(crate) fn answer(&self, request: &Request) -> Answer {
+    pub(crate) fn answer(&self, request: &Request) -> HttpResponse {
         match request.path {
-            "/metrics" | "/" => Answer {
+            "/metrics" | "/" => HttpResponse {
                 status: "200 OK",
                 kind: "text/plain; version=0.0.4; charset=utf-8",
                 tag: None,
                 body: self.0.lock().unwrap_or_else(PoisonError::into_inner).as_bytes().into(),
             },
-            _ => Answer::text("404 Not Found", "The page is /metrics.\n"),
+            _ => HttpResponse::text("404 Not Found", "The page is /metrics.\n"),
         }
     }
 }
@@ -92,7 +92,7 @@ impl Page {
 pub(crate) fn publish(
     listener: TcpListener,
     name: &str,
-    answer: impl Fn(&Request) -> Answer + Send + Sync + 'static,
+    answer: impl Fn(&Request) -> HttpResponse + Send + Sync + 'static,
 ) -> io::Result<()> {
     let answer = Arc::new(answer);
     let open = Arc::new(AtomicUsize::new(0));
@@ -121,7 +121,7 @@ pub(crate) fn publish(
     std::thread::Builder::new().name(name.into()).spawn(answer_all).map(drop)
 }
 
-fn serve(mut stream: TcpStream, answer: &impl Fn(&Request) -> Answer) -> io::Result<()> {
+fn serve(mut stream: TcpStream, answer: &impl Fn(&Request) -> HttpResponse) -> io::Result<()> {
     let head = read_head(&mut stream)?;
     let mut words = head.split_whitespace();
     let answered = match (words.next(), words.next()) {
@@ -131,14 +131,14 @@ fn serve(mut stream: TcpStream, answer: &impl Fn(&Request) -> Answer) -> io::Res
             let answered = answer(&request);
             match (&answered.tag, request.header("if-none-match")) {
                 (Some(tag), Some(known)) if tag == known => {
-                    Answer { status: "304 Not Modified", body: [].into(), ..answered }
+                    HttpResponse { status: "304 Not Modified", body: [].into(), ..answered }
                 }
                 _ => answered,
             }
         }
-        _ => Answer::text("405 Method Not Allowed", "Pages are read with GET.\n"),
+        _ => HttpResponse::text("405 Method Not Allowed", "Pages are read with GET.\n"),
     };
-    let Answer { status, kind, tag, body } = answered;
+    let HttpResponse { status, kind, tag, body } = answered;
     let tag = tag.map_or(String::new(), |tag| format!("ETag: {tag}\r\n"));
     let sent: &[u8] = if head.starts_with("HEAD") { &[] } else { &body };
     stream.set_write_timeout(Some(PATIENCE))?;
@@ -181,7 +181,7 @@ mod tests {
     use super::*;
 
     /// A function that sends a request and returns the whole answer.
-    fn asked(answer: impl Fn(&Request) -> Answer + Send + Sync + 'static) -> impl Fn(&str) -> String {
+    fn asked(answer: impl Fn(&Request) -> HttpResponse + Send + Sync + 'static) -> impl Fn(&str) -> String {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
         publish(listener, "pages", answer).unwrap();
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn the_page_is_read_and_nothing_else_is() {
-        let page = Page::default();
+        let page = TextPage::default();
         page.set("radwalk_workers 2\n".into());
         let ask = asked(move |request| page.answer(request));
         let answer = ask("GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n");
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn what_a_reader_has_is_not_sent_again() {
-        let ask = asked(|request| Answer {
+        let ask = asked(|request| HttpResponse {
             status: "200 OK",
             kind: "text/html",
             tag: Some("\"7\"".into()),
@@ -232,7 +232,7 @@ mod tests {
     fn silent_readers_hold_up_no_other() {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
-        publish(listener, "pages", |_| Answer::text("200 OK", "here\n")).unwrap();
+        publish(listener, "pages", |_| HttpResponse::text("200 OK", "here\n")).unwrap();
         let _silent: Vec<TcpStream> = (0..8).map(|_| TcpStream::connect(address).unwrap()).collect();
         let mut stream = TcpStream::connect(address).unwrap();
         stream.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();

@@ -17,7 +17,7 @@ use results::{Identity, LivePage, Settings};
 use tracing::debug;
 
 use crate::address::{NoPage, listen};
-use crate::scrape::{Answer, Request, publish};
+use crate::scrape::{HttpResponse, Request, publish};
 
 /// The least time between two pages.
 const INTERVAL: Duration = Duration::from_secs(2);
@@ -38,14 +38,14 @@ const WAITING: &str = "<!doctype html><html lang=\"en\"><head><meta charset=\"ut
 /// The page of a running job, as the coordinator's loop sees it.
 pub struct Showing {
     url: String,
-    shared: Arc<Shared>,
+    shared: Arc<ShownState>,
     tallies: SyncSender<Checkpoint>,
     /// The number of walks in the latest page.
     walks: u64,
 }
 
 /// The state that the threads share.
-struct Shared {
+struct ShownState {
     /// The key without which no request is answered with data; `None` at the loopback address.
     key: Option<String>,
     state: Mutex<State>,
@@ -86,7 +86,7 @@ impl Showing {
         let key = (!bound.ip().is_loopback()).then(draw_key).transpose();
         let key = key.map_err(|source| NoPage::System { doing: "drawing a random key", source })?;
         let state = State { pages: None, due: Instant::now(), asked: None };
-        let shared = Arc::new(Shared { key, state: Mutex::new(state), busy: AtomicBool::new(false) });
+        let shared = Arc::new(ShownState { key, state: Mutex::new(state), busy: AtomicBool::new(false) });
         let (tallies, inbox) = sync_channel(1);
         let (experiment, settings) = (experiment.clone(), settings.clone());
         let maker = Maker { shared: shared.clone(), git, experiment, settings };
@@ -119,7 +119,7 @@ impl Showing {
     }
 }
 
-impl Shared {
+impl ShownState {
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -143,21 +143,24 @@ impl Shared {
     }
 
     /// Answers the request of a browser.
-    fn answer(&self, request: &Request) -> Answer {
+    fn answer(&self, request: &Request) -> HttpResponse {
         if !self.lets_in(request) {
             let line = "This page has a key: open the address that radwalk printed when the run began.\n";
-            return Answer::text("403 Forbidden", line);
+            return HttpResponse::text("403 Forbidden", line);
         }
         if !matches!(request.path, "/" | "/news") {
-            return Answer::text("404 Not Found", "The page is /.\n");
+            return HttpResponse::text("404 Not Found", "The page is /.\n");
         }
         let mut state = self.state();
         state.asked = Some(Instant::now());
         let Some(pages) = state.pages.clone() else {
-            return Answer { kind: "text/html; charset=utf-8", ..Answer::text("200 OK", WAITING) };
+            return HttpResponse {
+                kind: "text/html; charset=utf-8",
+                ..HttpResponse::text("200 OK", WAITING)
+            };
         };
         let body = if request.path == "/news" { pages.news } else { pages.page };
-        Answer { status: "200 OK", kind: "text/html; charset=utf-8", tag: Some(pages.tag), body }
+        HttpResponse { status: "200 OK", kind: "text/html; charset=utf-8", tag: Some(pages.tag), body }
     }
 
     /// Whether a request may see the page. If there is a key, the key decides. At the loopback address the host name in
@@ -194,7 +197,7 @@ fn is_here(host: &str) -> bool {
 
 /// The thread that makes pages of tallies.
 struct Maker {
-    shared: Arc<Shared>,
+    shared: Arc<ShownState>,
     git: &'static str,
     experiment: Experiment,
     settings: Settings,

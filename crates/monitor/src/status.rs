@@ -66,7 +66,7 @@ pub struct Hand {
 }
 
 /// What is known of a job: a report or a summary.
-pub enum Found {
+pub enum JobState {
     /// The job runs: its coordinator's last report and the file that holds it.
     Report(PathBuf, Box<Report>),
     /// The job has ended: the summary of its result.
@@ -87,7 +87,7 @@ pub struct NoStatus {
 ///
 /// # Errors
 /// If there is neither, or it cannot be read.
-pub fn find(of: &Path) -> Result<Found, NoStatus> {
+pub fn find(of: &Path) -> Result<JobState, NoStatus> {
     let folder = if of.is_dir() { of } else { of.parent().unwrap_or(Path::new("")) };
     let mut candidates = vec![folder.join(STATUS)];
     if !of.is_dir() {
@@ -103,12 +103,12 @@ pub fn find(of: &Path) -> Result<Found, NoStatus> {
         let Ok(bytes) = fs::read(&file) else { continue };
         let report = serde_json::from_slice(&bytes)
             .map_err(|error| unknown(format!("{} is not a status file: {error}", file.display())))?;
-        return Ok(Found::Report(file, Box::new(report)));
+        return Ok(JobState::Report(file, Box::new(report)));
     }
     let summary = folder.join("summary.json");
     match fs::read(&summary) {
         Ok(bytes) => serde_json::from_slice(&bytes)
-            .map(Found::Summary)
+            .map(JobState::Summary)
             .map_err(|error| unknown(format!("{} is no summary: {error}", summary.display()))),
         Err(_) if folder.join(CURRENT).exists() => Err(unknown(
             "its job has ended, and summary.json was left out; radwalk report OUT --export summary makes it"

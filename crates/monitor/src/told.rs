@@ -5,7 +5,7 @@ use std::path::Path;
 use report::words::{counted, duration, percent, quantity};
 use serde_json::Value;
 
-use crate::run_status::{Faults, Goal, RunStatus};
+use crate::run_status::{FaultCounts, Goal, RunStatus};
 use crate::status::{Hand, Report};
 
 /// The most workers that are listed one by one.
@@ -107,8 +107,8 @@ fn of_crew(status: &RunStatus, crew: &[Hand]) -> Vec<String> {
     lines
 }
 
-fn of_faults(faults: Faults) -> String {
-    let Faults { workers_lost, workers_refused, connections_failed, checkpoints_failed } = faults;
+fn of_faults(faults: FaultCounts) -> String {
+    let FaultCounts { workers_lost, workers_refused, connections_failed, checkpoints_failed } = faults;
     let told = [
         (workers_lost, "worker", "lost or left early"),
         (workers_refused, "worker", "not let in"),
@@ -197,7 +197,7 @@ mod tests {
             paths_expected: Some(1_000_000_000),
             seconds_left: Some(4680.0),
             checkpoint: Some(Saved { seconds_ago: 31.4, paths: 123_000_000 }),
-            faults: Faults::default(),
+            faults: FaultCounts::default(),
         }
     }
 

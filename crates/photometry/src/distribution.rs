@@ -21,7 +21,7 @@ pub(crate) enum Poles {
 
 /// A table of intensities [cd] over (C, γ), and the cells between its nodes. It is kept and sent as the table alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Table", into = "Table")]
+#[serde(try_from = "CandelaTable", into = "CandelaTable")]
 pub struct Distribution {
     poles: Poles,
     /// Azimuths C [°], ascending over at most 360°. Where they cover less, the rest is dark.
@@ -42,23 +42,23 @@ pub struct Distribution {
 
 /// What a distribution is made of.
 #[derive(Serialize, Deserialize)]
-struct Table {
+struct CandelaTable {
     poles: Poles,
     c: Vec<f64>,
     gamma: Vec<f64>,
     candela: Vec<f64>,
 }
 
-impl From<Distribution> for Table {
+impl From<Distribution> for CandelaTable {
     fn from(Distribution { poles, c, gamma, candela, .. }: Distribution) -> Self {
-        Table { poles, c, gamma, candela }
+        CandelaTable { poles, c, gamma, candela }
     }
 }
 
-impl TryFrom<Table> for Distribution {
+impl TryFrom<CandelaTable> for Distribution {
     type Error = &'static str;
 
-    fn try_from(Table { poles, c, gamma, candela }: Table) -> Result<Self, Self::Error> {
+    fn try_from(CandelaTable { poles, c, gamma, candela }: CandelaTable) -> Result<Self, Self::Error> {
         let ascends = |angles: &[f64]| {
             angles.len() > 1 && angles.windows(2).all(|pair| pair[0] < pair[1] && pair[1] - pair[0] <= 360.0)
         };

@@ -6,14 +6,14 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use crate::arithmetic::angle;
-use crate::{Luminaire, Shape};
+use crate::{Luminaire, LuminousOpening};
 
 /// Samples of a plane in a degree.
 const FINE: i32 = 20;
 
 /// Angles in a vertical plane, around its brightest direction [°].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beam {
+pub struct BeamAngles {
     /// Over which the intensity is at least half of the plane's largest; `None` where it is all around.
     pub beam: Option<f64>,
     /// Over which it is at least a tenth of that.
@@ -28,7 +28,7 @@ impl Luminaire {
     }
 
     /// Beam and field angle in the vertical plane through azimuth `c` [°].
-    pub fn beam(&self, c: f64) -> Beam {
+    pub fn beam(&self, c: f64) -> BeamAngles {
         let circle = 360 * FINE;
         let plane: Vec<f64> = (0..circle).map(|k| self.in_plane(c, f64::from(k) / f64::from(FINE))).collect();
         let value = |k: i32| plane[k.rem_euclid(circle) as usize];
@@ -49,7 +49,7 @@ impl Luminaire {
             let samples = side(1)? + side(-1)?;
             (least > 0.0).then_some(samples / f64::from(FINE))
         };
-        Beam { beam: width(0.5), field: width(0.1) }
+        BeamAngles { beam: width(0.5), field: width(0.1) }
     }
 
     /// The brightest direction of the table, as C and γ [°], and its intensity [cd].
@@ -95,7 +95,7 @@ impl Luminaire {
         let [c, gamma, candela] = self.brightest();
         say("brightest", format!("{} cd at C {}°, γ {}°", plain(candela), plain(c), plain(gamma)));
         for (c, planes) in [(0.0, "C0–C180"), (90.0, "C90–C270")] {
-            let Beam { beam, field } = self.beam(c);
+            let BeamAngles { beam, field } = self.beam(c);
             let words =
                 |angle: Option<f64>| angle.map_or("all around".into(), |angle| format!("{angle:.1}°"));
             say(
@@ -136,7 +136,7 @@ impl Luminaire {
             .collect();
         let [c, gamma, candela] = self.brightest();
         let beam = |c: f64| {
-            let Beam { beam, field } = self.beam(c);
+            let BeamAngles { beam, field } = self.beam(c);
             json!({ "beam": beam, "field": field })
         };
         let (shape, size) = self.shape.parts();
@@ -163,16 +163,16 @@ impl Luminaire {
     }
 }
 
-impl Shape {
+impl LuminousOpening {
     /// The kind of the shape, and its extents along x, y and z [m].
     fn parts(self) -> (&'static str, [f64; 3]) {
         match self {
-            Shape::Point => ("point", [0.0; 3]),
-            Shape::Rectangle { x, y } => ("rectangle", [x, y, 0.0]),
-            Shape::Disc { x, y } => ("disc", [x, y, 0.0]),
-            Shape::Box { size } => ("box", size),
-            Shape::Cylinder { size, .. } => ("cylinder", size),
-            Shape::Ellipsoid { size } => ("ellipsoid", size),
+            LuminousOpening::Point => ("point", [0.0; 3]),
+            LuminousOpening::Rectangle { x, y } => ("rectangle", [x, y, 0.0]),
+            LuminousOpening::Disc { x, y } => ("disc", [x, y, 0.0]),
+            LuminousOpening::Box { size } => ("box", size),
+            LuminousOpening::Cylinder { size, .. } => ("cylinder", size),
+            LuminousOpening::Ellipsoid { size } => ("ellipsoid", size),
         }
     }
 
@@ -181,8 +181,8 @@ impl Shape {
         let (kind, [x, y, z]) = self.parts();
         let [x, y, z] = [x, y, z].map(|metres| plain((metres * 1e4).round() / 1e4));
         match self {
-            Shape::Point => kind.into(),
-            Shape::Rectangle { .. } | Shape::Disc { .. } => {
+            LuminousOpening::Point => kind.into(),
+            LuminousOpening::Rectangle { .. } | LuminousOpening::Disc { .. } => {
                 format!("{kind}, {x} m along C0–C180, {y} m along C90–C270")
             }
             _ => format!("{kind}, {x} m along C0–C180, {y} m along C90–C270, {z} m high"),
@@ -193,9 +193,9 @@ impl Shape {
     pub fn plan_area(self) -> f64 {
         let (_, [x, y, _]) = self.parts();
         match self {
-            Shape::Disc { .. } | Shape::Ellipsoid { .. } | Shape::Cylinder { axis: 2, .. } => {
-                0.25 * PI * x * y
-            }
+            LuminousOpening::Disc { .. }
+            | LuminousOpening::Ellipsoid { .. }
+            | LuminousOpening::Cylinder { axis: 2, .. } => 0.25 * PI * x * y,
             _ => x * y,
         }
     }

@@ -2,8 +2,8 @@
 
 use crate::distribution::{Distribution, Poles};
 use crate::text::{Malformed, ascending, at, number, quoted, whole};
-use crate::web::{Plane, Symmetry, complete};
-use crate::{LampSet, Luminaire, Shape, Tilt};
+use crate::web::{CPlane, Symmetry, complete};
+use crate::{LampSet, Luminaire, LuminousOpening, Tilt};
 
 const FOOT: f64 = 0.3048;
 
@@ -38,12 +38,12 @@ fn edition(line: &str) -> u32 {
 }
 
 /// The numbers after TILT=, wherever lines end.
-struct Numbers<'a> {
+struct IesNumbers<'a> {
     words: Box<dyn Iterator<Item = (usize, &'a str)> + 'a>,
     line: usize,
 }
 
-impl<'a> Numbers<'a> {
+impl<'a> IesNumbers<'a> {
     fn next(&mut self, what: &str) -> Result<f64, Malformed> {
         let Some((line, word)) = self.words.next() else {
             return Err(at(
@@ -73,7 +73,7 @@ pub(crate) fn read(lines: &[&str]) -> Result<Luminaire, Malformed> {
         let words = line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty());
         words.map(move |word| (index + 1, word))
     });
-    let mut numbers = Numbers { words: Box::new(words), line: start + 1 };
+    let mut numbers = IesNumbers { words: Box::new(words), line: start + 1 };
     let tilt = read_tilt(lines[start], start + 1, &mut numbers)?;
 
     let count = numbers.next("the number of lamps")?;
@@ -115,7 +115,7 @@ pub(crate) fn read(lines: &[&str]) -> Result<Luminaire, Malformed> {
     let range = if kind == 1 { [0.0, 360.0] } else { [-90.0, 90.0] };
     ascending(&c, numbers.line, "the horizontal angle", range)?;
     let angles_end = numbers.line;
-    let mut planes: Vec<Plane> = Vec::with_capacity(horizontal);
+    let mut planes: Vec<CPlane> = Vec::with_capacity(horizontal);
     for c in c {
         let mut row = numbers.list(vertical, "an intensity")?;
         if let Some(negative) = row.iter().find(|candela| **candela < 0.0) {
@@ -177,7 +177,7 @@ pub(crate) fn read(lines: &[&str]) -> Result<Luminaire, Malformed> {
     })
 }
 
-fn read_tilt(line: &str, at_line: usize, numbers: &mut Numbers) -> Result<Option<Tilt>, Malformed> {
+fn read_tilt(line: &str, at_line: usize, numbers: &mut IesNumbers) -> Result<Option<Tilt>, Malformed> {
     let word = line.trim().get(5..).unwrap_or_default().trim();
     match word.to_ascii_uppercase().as_str() {
         "NONE" => Ok(None),
@@ -200,7 +200,7 @@ fn read_tilt(line: &str, at_line: usize, numbers: &mut Numbers) -> Result<Option
 }
 
 /// The symmetry of type C by the first and the last horizontal angle. Tables from 0 to less than 360 in even steps are closed.
-fn symmetry(planes: &[Plane], line: usize) -> Result<Symmetry, Malformed> {
+fn symmetry(planes: &[CPlane], line: usize) -> Result<Symmetry, Malformed> {
     let (first, last) = (planes[0].0, planes[planes.len() - 1].0);
     let widest = planes.windows(2).fold(0.0_f64, |widest, pair| widest.max(pair[1].0 - pair[0].0));
     match (first, last) {
@@ -220,8 +220,8 @@ fn symmetry(planes: &[Plane], line: usize) -> Result<Symmetry, Malformed> {
 }
 
 /// Planes of types A and B, whose horizontal angles are clockwise, in ascending C.
-fn clockwise(planes: Vec<Plane>, symmetry: Symmetry) -> Vec<Plane> {
-    let mut turned: Vec<Plane> = planes.iter().rev().map(|(angle, row)| (-angle, row.clone())).collect();
+fn clockwise(planes: Vec<CPlane>, symmetry: Symmetry) -> Vec<CPlane> {
+    let mut turned: Vec<CPlane> = planes.iter().rev().map(|(angle, row)| (-angle, row.clone())).collect();
     if symmetry == Symmetry::Lateral {
         turned.extend(planes.into_iter().skip(1));
     }
@@ -230,7 +230,7 @@ fn clockwise(planes: Vec<Plane>, symmetry: Symmetry) -> Vec<Plane> {
 
 /// The opening by the signs of width, length and height (LM-63-1995 and LM-63-2002, "luminous opening"): width is along C90–C270 and
 /// length along C0–C180; negative ones are round.
-fn shape([width, length, height]: [f64; 3], edition: u32, line: usize) -> Result<Shape, Malformed> {
+fn shape([width, length, height]: [f64; 3], edition: u32, line: usize) -> Result<LuminousOpening, Malformed> {
     let (x, y, z) = (length.abs(), width.abs(), height.abs());
     let size = [x, y, z];
     let sign = |extent: f64| if extent == 0.0 { 0 } else { extent.signum() as i32 };
@@ -238,19 +238,19 @@ fn shape([width, length, height]: [f64; 3], edition: u32, line: usize) -> Result
     // A diameter may be given once.
     let round = [if x > 0.0 { x } else { y }, if y > 0.0 { y } else { x }];
     Ok(match (sign(width), sign(length), sign(height)) {
-        (0, 0, 0) => Shape::Point,
-        (1, 1, 0) => Shape::Rectangle { x, y },
-        (0 | 1, 0 | 1, 0 | 1) => Shape::Box { size },
-        (-1, _, 0) | (_, -1, 0) => Shape::Disc { x: round[0], y: round[1] },
-        (-1, _, 1) | (_, -1, 1) => Shape::Cylinder { size: [round[0], round[1], z], axis: 2 },
-        (-1, -1, _) => Shape::Ellipsoid { size },
-        (-1, 0, _) if early => Shape::Ellipsoid { size: [y, y, z] },
-        (0, -1, _) if early => Shape::Ellipsoid { size: [x, x, z] },
-        (-1, 1, _) | (1, -1, _) if early => Shape::Ellipsoid { size },
-        (-1, 0 | 1, _) => Shape::Cylinder { size, axis: 0 },
-        (0 | 1, -1, _) => Shape::Cylinder { size, axis: 1 },
-        (0, 1, _) => Shape::Cylinder { size: [x, z, z], axis: 0 },
-        (1, 0, _) => Shape::Cylinder { size: [z, y, z], axis: 1 },
+        (0, 0, 0) => LuminousOpening::Point,
+        (1, 1, 0) => LuminousOpening::Rectangle { x, y },
+        (0 | 1, 0 | 1, 0 | 1) => LuminousOpening::Box { size },
+        (-1, _, 0) | (_, -1, 0) => LuminousOpening::Disc { x: round[0], y: round[1] },
+        (-1, _, 1) | (_, -1, 1) => LuminousOpening::Cylinder { size: [round[0], round[1], z], axis: 2 },
+        (-1, -1, _) => LuminousOpening::Ellipsoid { size },
+        (-1, 0, _) if early => LuminousOpening::Ellipsoid { size: [y, y, z] },
+        (0, -1, _) if early => LuminousOpening::Ellipsoid { size: [x, x, z] },
+        (-1, 1, _) | (1, -1, _) if early => LuminousOpening::Ellipsoid { size },
+        (-1, 0 | 1, _) => LuminousOpening::Cylinder { size, axis: 0 },
+        (0 | 1, -1, _) => LuminousOpening::Cylinder { size, axis: 1 },
+        (0, 1, _) => LuminousOpening::Cylinder { size: [x, z, z], axis: 0 },
+        (1, 0, _) => LuminousOpening::Cylinder { size: [z, y, z], axis: 1 },
         _ => {
             let problem = format!(
                 "width {width} m, length {length} m and height {height} m of the opening are no shape of LM-63 (only round ones have a negative height); correct them"

@@ -3,8 +3,8 @@
 use crate::distribution::{Distribution, Poles};
 use crate::ies::MOST_VALUES;
 use crate::text::{Malformed, ascending, at, number, whole};
-use crate::web::{Plane, Symmetry, complete};
-use crate::{LampSet, Luminaire, Shape};
+use crate::web::{CPlane, Symmetry, complete};
+use crate::{LampSet, Luminaire, LuminousOpening};
 
 const MILLIMETRE: f64 = 1e-3;
 
@@ -15,11 +15,11 @@ const SET: usize = 6;
 /// The direct ratios after the lamp sets, which are not read: they follow from the intensities.
 const RATIOS: usize = 10;
 
-struct Lines<'a> {
+struct LdtLines<'a> {
     lines: &'a [&'a str],
 }
 
-impl Lines<'_> {
+impl LdtLines<'_> {
     fn text(&self, line: usize) -> String {
         self.lines.get(line - 1).map(|text| text.trim().chars().take(400).collect()).unwrap_or_default()
     }
@@ -54,7 +54,7 @@ impl Lines<'_> {
 
 /// Reads the lines of a file.
 pub(crate) fn read(lines: &[&str]) -> Result<Luminaire, Malformed> {
-    let lines = Lines { lines };
+    let lines = LdtLines { lines };
     let isym = lines.whole(3, "the symmetry", [0, 4])?;
     let circle = lines.whole(4, "the number of C planes", [1, 4096])?;
     let angles = lines.whole(6, "the number of angles in a plane", [2, 4096])?;
@@ -113,7 +113,7 @@ pub(crate) fn read(lines: &[&str]) -> Result<Luminaire, Malformed> {
     let gamma = lines.list(azimuths + circle, angles, "an angle γ")?;
     ascending(&c, azimuths, "the C plane", [0.0, 360.0])?;
     ascending(&gamma, azimuths + circle, "the angle γ", [0.0, 180.0])?;
-    let mut table: Vec<Plane> = Vec::with_capacity(planes);
+    let mut table: Vec<CPlane> = Vec::with_capacity(planes);
     let mut line = azimuths + circle + angles;
     for plane in 0..planes {
         let mut row = Vec::with_capacity(angles);
@@ -146,11 +146,11 @@ pub(crate) fn read(lines: &[&str]) -> Result<Luminaire, Malformed> {
         stated_ratio: Some(ratio).filter(|ratio| *ratio > 0.0),
         // The length of a luminaire is along C90–C270; without a width the area is round.
         shape: match (length > 0.0, width > 0.0, height > 0.0) {
-            (false, false, false) => Shape::Point,
-            (true, false, false) => Shape::Disc { x: length, y: length },
-            (true, false, true) => Shape::Cylinder { size: [length, length, height], axis: 2 },
-            (true, true, false) => Shape::Rectangle { x: width, y: length },
-            _ => Shape::Box { size: [width, length, height] },
+            (false, false, false) => LuminousOpening::Point,
+            (true, false, false) => LuminousOpening::Disc { x: length, y: length },
+            (true, false, true) => LuminousOpening::Cylinder { size: [length, length, height], axis: 2 },
+            (true, true, false) => LuminousOpening::Rectangle { x: width, y: length },
+            _ => LuminousOpening::Box { size: [width, length, height] },
         },
         tilt: None,
         symmetry,

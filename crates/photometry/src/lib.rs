@@ -31,7 +31,7 @@ mod text;
 mod web;
 
 pub use distribution::Distribution;
-pub use figures::Beam;
+pub use figures::BeamAngles;
 pub use text::Malformed;
 pub use web::Symmetry;
 
@@ -56,7 +56,7 @@ pub struct Luminaire {
     /// The light output ratio that the file states.
     pub stated_ratio: Option<f64>,
     /// The luminous opening.
-    pub shape: Shape,
+    pub shape: LuminousOpening,
     /// How the flux of the lamps changes where the luminaire is tilted; not applied to the distribution.
     pub tilt: Option<Tilt>,
     /// The symmetry by which the table was completed.
@@ -80,7 +80,7 @@ pub struct LampSet {
 
 /// The luminous opening of a luminaire [m]: x along C0–C180, y along C90–C270, z up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum LuminousOpening {
     /// No extent.
     Point,
     /// A horizontal rectangle.

@@ -32,10 +32,10 @@ impl Symmetry {
 }
 
 /// An angle C [°] with the intensities of its plane.
-pub(crate) type Plane = (f64, Vec<f64>);
+pub(crate) type CPlane = (f64, Vec<f64>);
 
 /// The planes of the full circle, from the first to the same 360° on.
-pub(crate) fn complete(mut planes: Vec<Plane>, symmetry: Symmetry) -> Vec<Plane> {
+pub(crate) fn complete(mut planes: Vec<CPlane>, symmetry: Symmetry) -> Vec<CPlane> {
     match symmetry {
         Symmetry::Axial => {
             planes.truncate(1);
@@ -64,7 +64,7 @@ pub(crate) fn complete(mut planes: Vec<Plane>, symmetry: Symmetry) -> Vec<Plane>
 }
 
 /// Adds to every plane at C the one at `sum` − C, unless that is there.
-fn reflect(planes: &mut Vec<Plane>, sum: f64) {
+fn reflect(planes: &mut Vec<CPlane>, sum: f64) {
     for index in 0..planes.len() {
         let (from, to) = (planes[index].0.rem_euclid(360.0), (sum - planes[index].0).rem_euclid(360.0));
         if from != to {

@@ -2,7 +2,7 @@
 
 mod support;
 
-use photometry::{Luminaire, Shape, Symmetry};
+use photometry::{Luminaire, LuminousOpening, Symmetry};
 use support::{Random, direction, ies, ldt};
 
 const FILES: [&[u8]; 4] = [
@@ -85,7 +85,7 @@ fn a_lambertian_lamp_has_the_figures_of_one() {
         assert!((beam.field.unwrap() - 168.52).abs() < 0.05, "{beam:?}");
     }
     assert!((lamp.efficacy().unwrap() - 100.0).abs() < 0.05);
-    assert_eq!((lamp.output_ratio(), lamp.shape), (None, Shape::Rectangle { x: 0.6, y: 0.6 }));
+    assert_eq!((lamp.output_ratio(), lamp.shape), (None, LuminousOpening::Rectangle { x: 0.6, y: 0.6 }));
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn factors_units_and_lamps_count() {
     let lamp = read(&text("IESNA91\n[LUMINAIRE] A", "2 800 1.5 2 1 1 1 2 -1 0\n0.9 0.8 60"));
     let down = lamp.distribution.intensity(direction(0.0, 0.0));
     assert!((down - 100.0 * 1.5 * 0.9 * 0.8).abs() < 1e-12);
-    assert_eq!(lamp.shape, Shape::Disc { x: 0.3048, y: 0.6096 });
+    assert_eq!(lamp.shape, LuminousOpening::Disc { x: 0.3048, y: 0.6096 });
     assert_eq!((lamp.lamp_flux(), lamp.watts), (Some(1600.0), Some(60.0)));
     // From 2002 on the second factor is none.
     let lamp = read(&text("IES:LM-63-2019", "1 -1 1.5 2 1 1 2 0 0 0\n0.9 1.10000 0"));
@@ -120,23 +120,23 @@ fn openings_follow_the_signs_of_their_extents() {
         let text = format!("IESNA:LM-63-{edition}\nTILT=NONE\n1 -1 1 2 1 1 2 {size} 1 1 9 0 90 0 5 5");
         Luminaire::read(text.as_bytes()).map(|lamp| lamp.shape)
     };
-    let cylinder = |size, axis| Shape::Cylinder { size, axis };
+    let cylinder = |size, axis| LuminousOpening::Cylinder { size, axis };
     // Width is along C90, length along C0.
     let cases = [
-        ("1995", "0 0 0", Shape::Point),
-        ("1995", "2 1 0", Shape::Rectangle { x: 1.0, y: 2.0 }),
-        ("2002", "2 1 3", Shape::Box { size: [1.0, 2.0, 3.0] }),
-        ("1995", "-2 0 0", Shape::Disc { x: 2.0, y: 2.0 }),
-        ("2002", "-2 -1 0", Shape::Disc { x: 1.0, y: 2.0 }),
+        ("1995", "0 0 0", LuminousOpening::Point),
+        ("1995", "2 1 0", LuminousOpening::Rectangle { x: 1.0, y: 2.0 }),
+        ("2002", "2 1 3", LuminousOpening::Box { size: [1.0, 2.0, 3.0] }),
+        ("1995", "-2 0 0", LuminousOpening::Disc { x: 2.0, y: 2.0 }),
+        ("2002", "-2 -1 0", LuminousOpening::Disc { x: 1.0, y: 2.0 }),
         ("1995", "-2 0 3", cylinder([2.0, 2.0, 3.0], 2)),
         ("2002", "-2 -2 3", cylinder([2.0, 2.0, 3.0], 2)),
-        ("1995", "-2 0 -2", Shape::Ellipsoid { size: [2.0; 3] }),
-        ("2002", "-2 -2 -2", Shape::Ellipsoid { size: [2.0; 3] }),
+        ("1995", "-2 0 -2", LuminousOpening::Ellipsoid { size: [2.0; 3] }),
+        ("2002", "-2 -2 -2", LuminousOpening::Ellipsoid { size: [2.0; 3] }),
         ("1995", "0 3 -2", cylinder([3.0, 2.0, 2.0], 0)),
         ("1995", "3 0 -2", cylinder([2.0, 3.0, 2.0], 1)),
         ("2002", "-2 3 -2", cylinder([3.0, 2.0, 2.0], 0)),
         ("2002", "3 -2 -2", cylinder([2.0, 3.0, 2.0], 1)),
-        ("1995", "-2 3 -1", Shape::Ellipsoid { size: [3.0, 2.0, 1.0] }),
+        ("1995", "-2 3 -1", LuminousOpening::Ellipsoid { size: [3.0, 2.0, 1.0] }),
         ("2002", "-2 0 -2", cylinder([0.0, 2.0, 2.0], 0)),
     ];
     for (edition, size, expected) in cases {

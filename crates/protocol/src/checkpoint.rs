@@ -48,7 +48,7 @@ const HASH_BYTES: usize = 32;
 
 /// A range of consecutive walks of one job.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
-pub struct Part {
+pub struct WalkRange {
     /// The hash of the job.
     pub job_hash: [u8; 32],
     /// The seed of the job.
@@ -59,7 +59,7 @@ pub struct Part {
     pub deliveries: Deliveries,
 }
 
-impl Part {
+impl WalkRange {
     /// The number of walks in the part.
     pub fn walks(&self) -> u64 {
         u64::try_from(self.deliveries.walks()).unwrap_or(u64::MAX)
@@ -145,7 +145,7 @@ pub struct Checkpoint {
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub struct Book {
     /// The walks, by job and number.
-    pub parts: Vec<Part>,
+    pub parts: Vec<WalkRange>,
     /// The out-of-order ranges beyond gaps, in the order of walks; their first walks count from the first walk of the only part.
     /// With several parts there are none.
     pub out_of_order: Vec<OutOfOrderRange>,
@@ -378,7 +378,7 @@ fn parse(tally: impl Read, length: u64) -> Result<Checkpoint, CheckpointFault> {
 const READ_BYTES: usize = 1 << 18;
 
 /// The header of a tally file.
-struct Header {
+struct TallyHeader {
     version: u32,
     layout: Layout,
     patches: usize,
@@ -418,7 +418,7 @@ impl<R: Read> Incoming<R> {
         Ok(field)
     }
 
-    fn header(&mut self) -> Result<Header, CheckpointFault> {
+    fn header(&mut self) -> Result<TallyHeader, CheckpointFault> {
         if self.found < MAGIC.len() as u64 || self.take()? != MAGIC {
             return Err(CheckpointFault::Magic);
         }
@@ -449,7 +449,7 @@ impl<R: Read> Incoming<R> {
         }
         // They fit into a `usize`: the file is no shorter.
         let (patches, sums, book_bytes) = (patches as usize, sums as usize, book_bytes as usize);
-        Ok(Header { version, layout, patches, sums, book_bytes, scene_hash, counts })
+        Ok(TallyHeader { version, layout, patches, sums, book_bytes, scene_hash, counts })
     }
 
     /// Checks the length before anything of that size is allocated: a damaged header may ask for more than there is
@@ -466,7 +466,7 @@ impl<R: Read> Incoming<R> {
     }
 
     /// The book of the file, if the checksum of the whole file is right.
-    fn book(mut self, header: &Header) -> Result<Book, CheckpointFault> {
+    fn book(mut self, header: &TallyHeader) -> Result<Book, CheckpointFault> {
         let mut bytes = vec![0; header.book_bytes];
         self.fill(&mut bytes)?;
         self.hasher.update(&bytes);

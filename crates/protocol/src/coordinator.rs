@@ -18,7 +18,7 @@ use crate::pace::LEASE_SECONDS_PER_SUM;
 use crate::pool::{Present, WorkerPool};
 use crate::roster::Contributor;
 use crate::terms::Terms;
-use crate::watch::{Watch, Watched};
+use crate::watch::{Watchdog, Watched};
 
 /// The longest that a stopping job waits for results that workers keep or send, and for leases that fill a gap below
 /// them; the time that the messages of two leases take is added.
@@ -31,7 +31,7 @@ const MOST_OUT_OF_ORDER_BYTES: usize = 256 << 20;
 pub type Judge = Box<dyn FnMut(&Tally, &[Look]) -> Look>;
 
 /// The job that the coordinator is to see done.
-pub struct Plan {
+pub struct JobPlan {
     /// The job, encoded as workers read it.
     pub job: Arc<[u8]>,
     /// The digest that the scene of a worker's replica must have.
@@ -101,15 +101,16 @@ pub struct Coordinator {
     looks: Vec<Look>,
     stopping: Option<(Ending, Now)>,
     ending: Option<Ending>,
-    watch: Watch,
+    watch: Watchdog,
     /// The bytes that workers have sent.
     received: u64,
 }
 
 impl Coordinator {
     /// A coordinator for a plan that goes on from the `past`, which is empty for a new job.
-    pub fn new(plan: Plan, past: Past) -> Self {
-        let Plan { job, scene_hash, job_hash, build, patches, layout, limits, leases_per_thread, .. } = plan;
+    pub fn new(plan: JobPlan, past: Past) -> Self {
+        let JobPlan { job, scene_hash, job_hash, build, patches, layout, limits, leases_per_thread, .. } =
+            plan;
         let stream_walks = plan.stream_paths;
         let terms = Terms {
             job,
@@ -141,7 +142,7 @@ impl Coordinator {
             looks,
             stopping: None,
             ending,
-            watch: Watch::default(),
+            watch: Watchdog::default(),
             received: 0,
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::lead::{Action, Lead, Now, PeerId};
 use crate::message::ToCoordinator;
-use crate::pool::{Step, WorkerPool};
+use crate::pool::{PoolOutcome, WorkerPool};
 
 /// A leader of a pool: the coordinator or a relay. Each is a [`Lead`].
 pub(crate) trait Leader {
@@ -25,14 +25,14 @@ pub(crate) trait Leader {
 }
 
 /// Carries out what an event in the pool asks for.
-fn after(leader: &mut impl Leader, step: Step, now: Now) -> Vec<Action> {
+fn after(leader: &mut impl Leader, step: PoolOutcome, now: Now) -> Vec<Action> {
     match step {
-        Step::Still(actions) => actions,
-        Step::Moved(mut actions) => {
+        PoolOutcome::Still(actions) => actions,
+        PoolOutcome::Moved(mut actions) => {
             actions.extend(leader.advance(now));
             actions
         }
-        Step::Overflow => leader.overflow(),
+        PoolOutcome::Overflow => leader.overflow(),
     }
 }
 

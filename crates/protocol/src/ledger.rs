@@ -14,7 +14,7 @@ use std::sync::Arc;
 use radiosity::{MergeError, Tally};
 
 pub use self::out_of_order::OutOfOrderRange;
-use self::out_of_order::{Sums, Waiting};
+use self::out_of_order::{RangeSums, WaitingRange};
 use crate::deliveries::{Deliveries, Delivery, Growing};
 use crate::digest::Digester;
 use crate::message::LeaseId;
@@ -38,7 +38,7 @@ pub struct Ledger {
     lost: BTreeMap<u64, u64>,
     /// The number of walks in all lost ranges.
     lost_walks: u64,
-    waiting: BTreeMap<u64, Waiting>,
+    waiting: BTreeMap<u64, WaitingRange>,
     /// The number of walks in all out-of-order ranges.
     waiting_walks: u64,
     prefix: Arc<Tally>,
@@ -122,7 +122,7 @@ impl Ledger {
             self.next = end;
             self.waiting_walks += walks;
             let deliveries = Growing::new(range.deliveries.clone(), end, self.lots);
-            self.waiting.insert(first, Waiting { end, sums: Sums::Packed(parcel), deliveries });
+            self.waiting.insert(first, WaitingRange { end, sums: RangeSums::Packed(parcel), deliveries });
         }
         self
     }
@@ -289,7 +289,7 @@ impl Ledger {
         let mut deliveries = Growing::new(Deliveries::default(), range.start, self.lots);
         brought.iter().for_each(|&part| deliveries.push(part));
         self.waiting_walks += got;
-        self.wait(range.start, Waiting { end: range.end, sums: Sums::Packed(parcel), deliveries })?;
+        self.wait(range.start, WaitingRange { end: range.end, sums: RangeSums::Packed(parcel), deliveries })?;
         Ok(())
     }
 
@@ -323,7 +323,7 @@ impl Ledger {
     }
 
     /// Puts a range beside the prefix and merges it with its neighbours.
-    fn wait(&mut self, mut start: u64, mut range: Waiting) -> Result<(), MergeError> {
+    fn wait(&mut self, mut start: u64, mut range: WaitingRange) -> Result<(), MergeError> {
         let (patches, layout) = (self.prefix.patches(), self.prefix.layout());
         let empty = || Tally::new(patches, layout);
         if let Some(before) = self.before(start) {
@@ -443,7 +443,7 @@ impl Ledger {
 
     /// Gives up everything beyond gaps in which given workers may have had a part. Returns the number of its walks.
     pub fn lose_waiting_of(&mut self, is_meant: impl Fn(u32) -> bool) -> u64 {
-        let suspect = |waiting: &Waiting| waiting.deliveries.deliveries().may_be_of(&is_meant);
+        let suspect = |waiting: &WaitingRange| waiting.deliveries.deliveries().may_be_of(&is_meant);
         let suspects: Vec<Range<u64>> = self
             .waiting
             .iter()

@@ -2,7 +2,7 @@
 //! their bytes, exact books of walks, and the state machines that lead workers.
 //!
 //! From the ground up: the [`digest`] of a tally, the [`Deliveries`] and the [`Roster`] of the workers that delivered,
-//! the [`Provenance`] that a relay sends of its workers, the [`message`] and its bytes ([`codec`]), the [`Ledger`] of
+//! the [`LeaseProvenance`] that a relay sends of its workers, the [`message`] and its bytes ([`codec`]), the [`Ledger`] of
 //! walks, the pool of workers with their leases, and at the top [`Coordinator`] and [`Relay`]: events and a time go
 //! in, actions come out ([`Lead`]). A [`Checkpoint`] holds all of this state in a file.
 //!
@@ -37,8 +37,8 @@ mod terms;
 mod transfers;
 mod watch;
 
-pub use checkpoint::{Book, Checkpoint, CheckpointError, CheckpointFault, Look, Part, Past, Session};
-pub use coordinator::{Coordinator, Ending, Judge, Plan, Progress};
+pub use checkpoint::{Book, Checkpoint, CheckpointError, CheckpointFault, Look, Past, Session, WalkRange};
+pub use coordinator::{Coordinator, Ending, JobPlan, Judge, Progress};
 pub use deliveries::{Deliveries, Delivery, Growing};
 pub use effort::Effort;
 pub use foreign::Foreign;
@@ -49,7 +49,7 @@ pub use merge::MergeFault;
 pub use message::LeaseId;
 pub use parcel::Parcel;
 pub use pool::{Present, SILENCE, STALL};
-pub use provenance::Provenance;
+pub use provenance::LeaseProvenance;
 pub use rejected::Rejected;
 pub use relay::{Relay, RelayEnd};
 pub use roster::{Contributor, Roster};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::checkpoint::{Checkpoint, Part};
+use crate::checkpoint::{Checkpoint, WalkRange};
 use crate::deliveries::Growing;
 use crate::effort::Effort;
 
@@ -64,9 +64,9 @@ impl Checkpoint {
 }
 
 /// Joins walks in the fewest parts, sorted by seed, job and first walk.
-fn united(mut parts: Vec<Part>) -> Result<Vec<Part>, MergeFault> {
+fn united(mut parts: Vec<WalkRange>) -> Result<Vec<WalkRange>, MergeFault> {
     parts.sort_by_key(|part| (part.seed, part.job_hash, part.first));
-    let mut united: Vec<Part> = Vec::with_capacity(parts.len());
+    let mut united: Vec<WalkRange> = Vec::with_capacity(parts.len());
     for part in parts {
         match united.last_mut().filter(|last| last.job_hash == part.job_hash) {
             Some(last) if part.first < last.end() => {
@@ -100,9 +100,9 @@ mod tests {
     use super::*;
     use crate::deliveries::Delivery;
 
-    fn part(seed: u8, first: u64, walks: u64) -> Part {
+    fn part(seed: u8, first: u64, walks: u64) -> WalkRange {
         let deliveries = Delivery::lease(walks, 0, first).into();
-        Part { job_hash: [seed; 32], seed: seed.into(), first, deliveries }
+        WalkRange { job_hash: [seed; 32], seed: seed.into(), first, deliveries }
     }
 
     #[test]

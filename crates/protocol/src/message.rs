@@ -19,7 +19,7 @@ use std::sync::Arc;
 use bincode::{Decode, Encode};
 
 use crate::codec::{LONG_FRAME, LONGEST_SUM, SHORT_FRAME};
-use crate::provenance::{self, Provenance};
+use crate::provenance::{self, LeaseProvenance};
 
 /// A number that names one lease; it is never used twice.
 pub type LeaseId = u64;
@@ -121,7 +121,7 @@ pub struct LeaseResult {
     /// The digest of the counts and sums.
     pub digest: u64,
     /// The parts of a relay's lease and the workers that walked them; empty for a worker's lease.
-    pub provenance: Provenance,
+    pub provenance: LeaseProvenance,
 }
 
 /// A message from the coordinator to a worker.

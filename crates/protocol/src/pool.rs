@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use radiosity::MergeError;
 
-use self::peer::{Peer, Stage};
+use self::peer::{Peer, PeerStage};
 use crate::codec::SHORT_FRAME;
 use crate::digest::Digester;
 use crate::effort::Effort;
@@ -58,7 +58,7 @@ pub struct Present {
 }
 
 /// The outcome of an event for the pool.
-pub(crate) enum Step {
+pub(crate) enum PoolOutcome {
     /// There is no new work to give out and no new result to merge.
     Still(Vec<Action>),
     /// Results or walks came in or back, or a worker is free: the leader goes on from there.
@@ -197,7 +197,7 @@ impl WorkerPool {
 
     /// Whether no peer is connected that was let in.
     pub(crate) fn is_empty(&self) -> bool {
-        self.peers.values().all(|peer| matches!(peer.stage, Stage::Admitted))
+        self.peers.values().all(|peer| matches!(peer.stage, PeerStage::Admitted))
     }
 
     /// A counter that grows whenever any peer makes progress.
@@ -265,8 +265,8 @@ impl WorkerPool {
     }
 
     /// Handles a message of a peer.
-    pub(crate) fn on_message(&mut self, id: PeerId, message: ToCoordinator, now: Now) -> Step {
-        let Some(peer) = self.peers.get_mut(&id) else { return Step::Still(vec![]) };
+    pub(crate) fn on_message(&mut self, id: PeerId, message: ToCoordinator, now: Now) -> PoolOutcome {
+        let Some(peer) = self.peers.get_mut(&id) else { return PoolOutcome::Still(vec![]) };
         let quiet = (self.awake - peer.heard).as_secs_f64();
         peer.beats = BEATS.min(peer.beats + quiet * BEATS_PER_SECOND);
         peer.heard = self.awake;
@@ -277,31 +277,33 @@ impl WorkerPool {
             }
         }
         match (&peer.stage, message) {
-            (Stage::Admitted, ToCoordinator::Hello(hello)) => Step::Still(self.on_hello(id, hello)),
-            (Stage::Welcomed, ToCoordinator::Ready { scene_hash, job_hash }) => {
+            (PeerStage::Admitted, ToCoordinator::Hello(hello)) => {
+                PoolOutcome::Still(self.on_hello(id, hello))
+            }
+            (PeerStage::Welcomed, ToCoordinator::Ready { scene_hash, job_hash }) => {
                 self.on_ready(id, scene_hash, job_hash)
             }
-            (Stage::Working, ToCoordinator::Result(result)) => self.on_result(id, result, now),
-            (Stage::Working, ToCoordinator::Offer { lease, bytes }) => self.on_offer(id, lease, bytes),
-            (Stage::Working, ToCoordinator::Piece { lease, sums }) => {
+            (PeerStage::Working, ToCoordinator::Result(result)) => self.on_result(id, result, now),
+            (PeerStage::Working, ToCoordinator::Offer { lease, bytes }) => self.on_offer(id, lease, bytes),
+            (PeerStage::Working, ToCoordinator::Piece { lease, sums }) => {
                 self.gets_on(id);
                 if sums.len() == PIECE && self.transfers.stage(id, lease, &sums, self.awake) {
-                    return Step::Still(vec![]);
+                    return PoolOutcome::Still(vec![]);
                 }
                 self.drop_peer(id, "sent a piece of a result that it was not asked for")
             }
-            (Stage::Working, ToCoordinator::Capacity { threads, lease_seconds }) if peer.relays => {
+            (PeerStage::Working, ToCoordinator::Capacity { threads, lease_seconds }) if peer.relays => {
                 self.on_capacity(id, threads, lease_seconds)
             }
-            (Stage::Working, ToCoordinator::Return { lease }) if peer.relays => self.on_return(id, lease),
-            (Stage::Welcomed | Stage::Working, ToCoordinator::Alive { progress }) => {
+            (PeerStage::Working, ToCoordinator::Return { lease }) if peer.relays => self.on_return(id, lease),
+            (PeerStage::Welcomed | PeerStage::Working, ToCoordinator::Alive { progress }) => {
                 if progress > peer.progress {
                     peer.progress = progress;
                     self.gets_on(id);
                 }
-                Step::Still(vec![])
+                PoolOutcome::Still(vec![])
             }
-            (Stage::Welcomed | Stage::Working, ToCoordinator::Leave) => self.see_off(id),
+            (PeerStage::Welcomed | PeerStage::Working, ToCoordinator::Leave) => self.see_off(id),
             (_, ToCoordinator::Failed { reason }) => self.drop_peer(id, &format!("gave up: {reason}")),
             _ => self.drop_peer(id, "sent an unexpected message (a foreign or faulty program)"),
         }
@@ -325,26 +327,26 @@ impl WorkerPool {
     }
 
     /// Takes a connection that has ended out of the books.
-    pub(crate) fn on_lost(&mut self, id: PeerId, reason: &str) -> Step {
-        if self.peers.contains_key(&id) { self.drop_peer(id, reason) } else { Step::Still(vec![]) }
+    pub(crate) fn on_lost(&mut self, id: PeerId, reason: &str) -> PoolOutcome {
+        if self.peers.contains_key(&id) { self.drop_peer(id, reason) } else { PoolOutcome::Still(vec![]) }
     }
 
     /// Closes a connection; its leases go to other workers.
-    fn drop_peer(&mut self, id: PeerId, reason: &str) -> Step {
-        Step::Moved(self.forget(id, reason))
+    fn drop_peer(&mut self, id: PeerId, reason: &str) -> PoolOutcome {
+        PoolOutcome::Moved(self.forget(id, reason))
     }
 
     /// Lets a worker leave that announced it.
-    fn see_off(&mut self, id: PeerId) -> Step {
-        let Some(peer) = self.take_out(id) else { return Step::Still(vec![]) };
+    fn see_off(&mut self, id: PeerId) -> PoolOutcome {
+        let Some(peer) = self.take_out(id) else { return PoolOutcome::Still(vec![]) };
         self.spent.workers_lost += 1;
-        Step::Moved(vec![Action::Close(id), Action::Tell(Notice::Left { name: peer.name })])
+        PoolOutcome::Moved(vec![Action::Close(id), Action::Tell(Notice::Left { name: peer.name })])
     }
 
     /// Gives up a worker that sent an impossible result, and refuses its name from now on. What it delivered beyond
     /// gaps is walked again; its share of the prefix cannot be separated from the rest.
-    fn ban(&mut self, id: PeerId, reason: &str) -> Step {
-        let Some(peer) = self.peers.get(&id) else { return Step::Still(vec![]) };
+    fn ban(&mut self, id: PeerId, reason: &str) -> PoolOutcome {
+        let Some(peer) = self.peers.get(&id) else { return PoolOutcome::Still(vec![]) };
         if self.banned.len() < MOST_BANNED {
             self.banned.insert(peer.name.clone());
         }
@@ -387,7 +389,7 @@ impl WorkerPool {
     fn forget(&mut self, id: PeerId, reason: &str) -> Vec<Action> {
         let Some(peer) = self.take_out(id) else { return vec![] };
         let reason = printable(reason, REASON_CHARS);
-        let notice = if matches!(peer.stage, Stage::Admitted) {
+        let notice = if matches!(peer.stage, PeerStage::Admitted) {
             Notice::Failed(reason)
         } else {
             self.spent.workers_lost += 1;

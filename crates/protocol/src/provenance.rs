@@ -32,14 +32,14 @@ pub(crate) const MOST_BYTES: usize =
 
 /// The parts of a relay's lease, in the order of walks; a worker's lease has none.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Encode, Decode)]
-pub struct Provenance {
+pub struct LeaseProvenance {
     /// The names of the workers of the parts, as the relay calls them.
     pub names: Vec<String>,
     /// The parts of the lease. Their workers are places among `names`, or [`Delivery::SEVERAL`] if the relay names none.
     pub parts: Vec<Delivery>,
 }
 
-impl Provenance {
+impl LeaseProvenance {
     /// The provenance of a lease that `workers` brought in at most [`Deliveries::MOST_PARTS`] parts.
     pub fn new(deliveries: &Deliveries, workers: &[Contributor]) -> Self {
         let entries = deliveries.entries();
@@ -61,7 +61,7 @@ impl Provenance {
             name.and_then(|name| places.get(name).copied()).unwrap_or(Delivery::SEVERAL)
         };
         let parts = entries.iter().map(|&entry| Delivery { worker: named(entry.worker), ..entry }).collect();
-        Provenance { names, parts }
+        LeaseProvenance { names, parts }
     }
 
     /// Why these cannot be the parts of a result, if they cannot.
@@ -143,10 +143,10 @@ mod tests {
     }
 
     /// Three leases of two workers, as their relay reports them.
-    fn sound() -> Provenance {
+    fn sound() -> LeaseProvenance {
         let parts = [(10, 1, 5), (20, 0, 6), (30, 1, 7)];
         let parts = parts.map(|(walks, worker, digest)| Delivery::lease(walks, worker, digest));
-        Provenance::new(&deliveries(parts), &workers(&["unused", "b:1"]))
+        LeaseProvenance::new(&deliveries(parts), &workers(&["unused", "b:1"]))
     }
 
     #[test]
@@ -162,7 +162,7 @@ mod tests {
         assert_eq!(named, [(b.into(), 10, 5), (other.into(), 20, 6), (b.into(), 30, 7)]);
         // A part without a worker's name is entered as the relay's own.
         let several = Delivery { worker: Delivery::SEVERAL, ..Delivery::lease(3, 0, 1) };
-        let of_many = Provenance::new(&deliveries([several]), &[]);
+        let of_many = LeaseProvenance::new(&deliveries([several]), &[]);
         assert_eq!((of_many.breach(3, 1), of_many.names.len()), (None, 0));
         let entered = of_many.entered("relay a", &mut roster);
         assert_eq!(roster.workers()[entered[0].worker as usize].name, "relay a");
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn parts_that_are_not_those_of_the_result_are_refused() {
-        let refused = |change: &dyn Fn(&mut Provenance)| {
+        let refused = |change: &dyn Fn(&mut LeaseProvenance)| {
             let mut changed = sound();
             change(&mut changed);
             changed.breach(60, 18).expect("a breach")
@@ -200,7 +200,7 @@ mod tests {
         for name in ["", "a b", &["a"; MOST_LEVELS].join(Contributor::BEHIND), &long[1..]] {
             assert!(is_name(name) && is_name(&plain_name(name)), "{name}");
         }
-        let many = Provenance {
+        let many = LeaseProvenance {
             names: vec![[&long[1..]; 4].join(Contributor::BEHIND); 60],
             parts: vec![folded(1); 60],
         };
@@ -217,7 +217,7 @@ mod tests {
         let mut growing = Growing::new(Deliveries::default(), 0, 1);
         (0..1000).for_each(|n| growing.push(far(n)));
         growing.fold_to(Deliveries::MOST_PARTS);
-        let (deliveries, all) = (growing.deliveries(), Provenance::new(growing.deliveries(), &workers));
+        let (deliveries, all) = (growing.deliveries(), LeaseProvenance::new(growing.deliveries(), &workers));
         assert!(all.parts.len() <= Deliveries::MOST_PARTS && !all.names.is_empty());
         assert_eq!(all.breach(1000 << 50, deliveries.digest()), None);
         let named = |spared: bool| {

@@ -19,7 +19,7 @@ use crate::ledger::Ledger;
 use crate::message::{LeaseId, LeaseResult, ToCoordinator};
 use crate::pace::RELAY_ROUNDS;
 use crate::pool::WorkerPool;
-use crate::provenance::Provenance;
+use crate::provenance::LeaseProvenance;
 use crate::terms::Terms;
 
 /// A lease that the relay was given.
@@ -119,7 +119,7 @@ impl Relay {
             sums: pack(tally.sums()),
             // These are the digests that came with the parts: if a sum was changed in this relay, the leader finds out.
             digest: deliveries.digest(),
-            provenance: Provenance::new(&deliveries, self.pool.workers()),
+            provenance: LeaseProvenance::new(&deliveries, self.pool.workers()),
         };
         self.outbox.push(ToCoordinator::Result(result));
     }

@@ -26,7 +26,7 @@ const PIECE_PATIENCE: Duration = Duration::from_secs(20);
 
 /// The room for large results.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Room {
+pub(crate) struct TransferRoom {
     /// The most out-of-order ranges that may be held.
     pub ranges: usize,
     /// The most bytes of packed results under way; one result of any size is always allowed.
@@ -72,7 +72,12 @@ impl Transfers {
     }
 
     /// Chooses the results to ask for at `now` of the waking clock.
-    pub(crate) fn grant(&mut self, ledger: &Ledger, room: Room, now: Duration) -> Vec<(PeerId, LeaseId)> {
+    pub(crate) fn grant(
+        &mut self,
+        ledger: &Ledger,
+        room: TransferRoom,
+        now: Duration,
+    ) -> Vec<(PeerId, LeaseId)> {
         let mut bytes: usize = self.under_way.values().map(|transfer| transfer.offer.bytes).sum();
         let founding = |offer: &Offer| !ledger.adjoins(&offer.walks);
         let mut out_of_order = ledger.out_of_order_ranges()
@@ -211,7 +216,7 @@ mod tests {
     use radiosity::{Counts, Layout, Tally};
 
     const NOW: Duration = Duration::ZERO;
-    const ROOM: Room = Room { ranges: 1, bytes: 50 };
+    const ROOM: TransferRoom = TransferRoom { ranges: 1, bytes: 50 };
 
     /// A ledger of which ten leases of ten walks are out.
     fn books() -> Ledger {
@@ -236,7 +241,7 @@ mod tests {
         assert!(transfers.offer(Offer { peer: lease, lease, walks, bytes: 10 }));
     }
 
-    fn asked(transfers: &mut Transfers, books: &Ledger, room: Room) -> Vec<LeaseId> {
+    fn asked(transfers: &mut Transfers, books: &Ledger, room: TransferRoom) -> Vec<LeaseId> {
         transfers.grant(books, room, Duration::ZERO).into_iter().map(|(_, lease)| lease).collect()
     }
 
@@ -269,7 +274,7 @@ mod tests {
     fn bytes_under_way_are_bounded_but_one_result_always_comes() {
         let (books, mut transfers) = (books(), Transfers::default());
         (0..9).for_each(|lease| offer(&mut transfers, lease));
-        let wide = Room { ranges: 9, bytes: 35 };
+        let wide = TransferRoom { ranges: 9, bytes: 35 };
         assert_eq!(asked(&mut transfers, &books, wide), [0, 1, 2]);
         transfers.finish(1, 1, &[0; 10]).unwrap();
         assert_eq!(asked(&mut transfers, &books, wide), [3]);
@@ -277,7 +282,7 @@ mod tests {
         transfers.forget(4);
         assert_eq!(asked(&mut transfers, &books, wide), [5]);
         [2, 3, 5].iter().for_each(|&peer| transfers.forget(peer));
-        assert_eq!(asked(&mut transfers, &books, Room { ranges: 9, bytes: 0 }), [6]);
+        assert_eq!(asked(&mut transfers, &books, TransferRoom { ranges: 9, bytes: 0 }), [6]);
     }
 
     #[test]

@@ -22,13 +22,13 @@ pub(crate) enum Watched {
 
 /// What the watchdog last saw, by the waking clock.
 #[derive(Debug, Default)]
-pub(crate) struct Watch {
+pub(crate) struct Watchdog {
     walks: (u64, Duration),
     progress: (u64, Duration),
     told: Duration,
 }
 
-impl Watch {
+impl Watchdog {
     /// Looks at the number of walks that are in, and at a counter that grows with any worker's progress.
     pub(crate) fn look(&mut self, awake: Duration, walks: u64, progress: u64) -> Watched {
         if walks != self.walks.0 {
@@ -57,7 +57,7 @@ mod tests {
 
     #[test]
     fn a_job_that_stands_still_is_told_of_once_a_minute() {
-        let mut watch = Watch::default();
+        let mut watch = Watchdog::default();
         let told: Vec<(u64, Watched)> = (1..400)
             .map(|second| (second, watch.look(Duration::from_secs(second), second.min(100), second.min(130))))
             .filter(|(_, watched)| *watched != Watched::Well)

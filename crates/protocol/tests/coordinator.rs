@@ -10,7 +10,8 @@ use std::time::Duration;
 use protocol::codec::{pack, unpack};
 use protocol::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
 use protocol::{
-    Action, Coordinator, Delivery, Ending, Lead, Notice, Past, PeerId, Plan, Provenance, SILENCE, STALL,
+    Action, Coordinator, Delivery, Ending, JobPlan, Lead, LeaseProvenance, Notice, Past, PeerId, SILENCE,
+    STALL,
 };
 use radiosity::Tally;
 use toy::{Dice, JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, hash, judge, plan, result, straight};
@@ -56,13 +57,13 @@ struct Stage {
 }
 
 impl Stage {
-    fn new(plan: Plan) -> Self {
+    fn new(plan: JobPlan) -> Self {
         let past = Past::none(Tally::new(plan.patches, plan.layout));
         Stage::resuming(plan, past)
     }
 
     /// A stage whose coordinator goes on from the books of another.
-    fn resuming(plan: Plan, past: Past) -> Self {
+    fn resuming(plan: JobPlan, past: Past) -> Self {
         let stream = plan.stream_paths;
         let walks = past.tally.counts.walks;
         Stage {
@@ -719,7 +720,7 @@ fn the_grace_of_a_stop_ends() {
 
 #[test]
 fn the_wall_clock_ends_a_job() {
-    let mut stage = Stage::new(Plan { wall: Some(5 * SECOND), ..plan(100, 10) });
+    let mut stage = Stage::new(JobPlan { wall: Some(5 * SECOND), ..plan(100, 10) });
     let worker = stage.join(1);
     let lease = stage.leases(worker).remove(0);
     stage.pass(4 * SECOND, &[worker]);
@@ -727,7 +728,7 @@ fn the_wall_clock_ends_a_job() {
     stage.goes_on();
     stage.pass(SECOND, &[worker]);
     stage.ends(Ending::WallClock, 10);
-    let mut stage = Stage::new(Plan { wall: Some(Duration::ZERO), ..plan(100, 10) });
+    let mut stage = Stage::new(JobPlan { wall: Some(Duration::ZERO), ..plan(100, 10) });
     stage.pass(SECOND, &[]);
     stage.ends(Ending::WallClock, 0);
 }
@@ -760,8 +761,11 @@ fn without_workers_the_job_ends_only_when_none_is_left() {
 /// death.
 #[test]
 fn coordinators_that_go_on_from_the_books_of_others_come_to_the_same_end() {
-    let job =
-        || Plan { looks: vec![300, 600], judge: judge(|tally| tally.counts.walks >= 600), ..plan(1000, 100) };
+    let job = || JobPlan {
+        looks: vec![300, 600],
+        judge: judge(|tally| tally.counts.walks >= 600),
+        ..plan(1000, 100)
+    };
     let mut past = Past::none(Tally::new(PATCHES, toy::LAYOUT));
     for session in 0..100 {
         let mut stage = Stage::resuming(job(), past);
@@ -892,7 +896,7 @@ fn a_job_that_stands_still_says_so_every_minute() {
 /// A fault of the program, whatever its cause: a worker is there, walks are left, and the worker is given none.
 #[test]
 fn the_watchdog_ends_a_job_in_which_nothing_can_move() {
-    let mut stage = Stage::new(Plan { leases_per_thread: 0, ..plan(100, 10) });
+    let mut stage = Stage::new(JobPlan { leases_per_thread: 0, ..plan(100, 10) });
     let worker = stage.join(1);
     let alive = |stage: &mut Stage, seconds: u32| {
         for _ in 0..seconds {
@@ -972,7 +976,7 @@ fn what_a_lying_relay_brought_is_walked_again_with_all_that_is_behind_it() {
     let result = |lease: &Lease| {
         let result = result(lease.id, lease.walks.clone());
         let part = Delivery::lease(lease.walks.end - lease.walks.start, 0, result.digest);
-        let provenance = Provenance { names: vec!["w".into()], parts: vec![part] };
+        let provenance = LeaseProvenance { names: vec!["w".into()], parts: vec![part] };
         LeaseResult { provenance, ..result }
     };
     stage.out.retain(|(id, _)| *id != relay);
@@ -1001,7 +1005,7 @@ fn looks_in_order(order: &[usize], target: u64) -> (Vec<u64>, Ending, Tally) {
         tally.counts.walks >= target
     };
     let looks = vec![300, 600, 900];
-    let mut stage = Stage::new(Plan { looks, judge: judge(met), ..plan(1000, 100) });
+    let mut stage = Stage::new(JobPlan { looks, judge: judge(met), ..plan(1000, 100) });
     // Workers hold two leases each; five workers have all ten streams.
     let workers: Vec<PeerId> = (0..5).map(|_| stage.join(1)).collect();
     let mut leases: Vec<(PeerId, Lease)> =

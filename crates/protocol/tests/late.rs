@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use protocol::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
-use protocol::{Action, Coordinator, Ending, Lead, Notice, PeerId, Plan, SILENCE};
+use protocol::{Action, Coordinator, Ending, JobPlan, Lead, Notice, PeerId, SILENCE};
 use radiosity::{Counts, Tally};
 use toy::{LAYOUT, READY, coordinator, hello, plan, result, result_of, straight};
 
@@ -28,7 +28,7 @@ struct Farm {
 }
 
 impl Farm {
-    fn new(plan: Plan, workers: u64) -> Self {
+    fn new(plan: JobPlan, workers: u64) -> Self {
         let (todo, told) = (BTreeMap::new(), BTreeMap::new());
         let mut farm = Farm { coordinator: coordinator(plan), now: Duration::ZERO, todo, told, lost: 0 };
         (0..workers).for_each(|id| farm.join(id));
@@ -215,7 +215,7 @@ fn a_large_result_that_others_have_brought_is_not_asked_for() {
         farm.say(id, ToCoordinator::Result(result));
     };
     for offered_before in [true, false] {
-        let mut farm = Farm::new(Plan { patches: PATCHES, ..plan(300, 100) }, 2);
+        let mut farm = Farm::new(JobPlan { patches: PATCHES, ..plan(300, 100) }, 2);
         let first = offer(&mut farm, 1, 200..300);
         bring(&mut farm, 1, first);
         farm.pass(Duration::from_secs(3), &[]);

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use protocol::message::{Hello, LeaseResult, PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
 use protocol::{
-    Action, Coordinator, Ending, Lead, Limits, Notice, Past, PeerId, Plan, Relay, RelayEnd, Terms,
+    Action, Coordinator, Ending, JobPlan, Lead, Limits, Notice, Past, PeerId, Relay, RelayEnd, Terms,
 };
 use radiosity::{Counts, Tally};
 use toy::{BUILD, Dice, JOB, JOB_HASH, LAYOUT, READY, SCENE_HASH, coordinator, hello, plan, result_of};
@@ -46,7 +46,7 @@ fn tally(patches: usize, walks: u64) -> Tally {
     Tally::from_parts(counts, patches, LAYOUT, sums).unwrap()
 }
 
-fn terms(plan: &Plan) -> Terms {
+fn terms(plan: &JobPlan) -> Terms {
     Terms {
         job: JOB.into(),
         scene_hash: SCENE_HASH,
@@ -154,7 +154,7 @@ struct World {
 }
 
 impl World {
-    fn new(plan: Plan) -> Self {
+    fn new(plan: JobPlan) -> Self {
         World {
             patches: plan.patches,
             terms: terms(&plan),
@@ -504,7 +504,7 @@ fn play_all(seeds: Range<u64>, patches: usize, walks: u64, most_relays: u64) -> 
         let paths = walks + dice.below(walks);
         // Nothing is merged across looks, so that some results wait for others.
         let looks = (1..8).map(|k| k * paths / 8).collect();
-        let world = World::new(Plan { patches, looks, limits: Limits::NONE, ..plan(paths, 10) });
+        let world = World::new(JobPlan { patches, looks, limits: Limits::NONE, ..plan(paths, 10) });
         let crew = 1 + dice.below(5) as usize;
         let relays = dice.below(most_relays + 1) as usize;
         let faults_every = 20 + dice.below(200);
@@ -542,7 +542,7 @@ fn whatever_fails_the_job_moves_on_behind_relays() {
 #[test]
 fn a_disk_that_hangs_is_waited_for_and_told_of() {
     let looks = vec![500, 1000, 1500];
-    let mut world = World::new(Plan { patches: LARGE, looks, limits: Limits::NONE, ..plan(2000, 10) });
+    let mut world = World::new(JobPlan { patches: LARGE, looks, limits: Limits::NONE, ..plan(2000, 10) });
     (0..3).for_each(|_| world.join(0, 2));
     for _ in 0..TICKS_PER_SECOND {
         world.pass();

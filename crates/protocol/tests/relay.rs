@@ -9,7 +9,9 @@ use std::time::Duration;
 
 use protocol::digest::Digester;
 use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
-use protocol::{Action, Coordinator, Deliveries, Ending, Lead, Past, PeerId, Plan, Relay, RelayEnd, Terms};
+use protocol::{
+    Action, Coordinator, Deliveries, Ending, JobPlan, Lead, Past, PeerId, Relay, RelayEnd, Terms,
+};
 use toy::{
     BUILD, JOB, JOB_HASH, LAYOUT, LIMITS, PATCHES, READY, SCENE_HASH, coordinator, hash, hello, plan,
     straight,
@@ -63,7 +65,7 @@ struct World {
 }
 
 impl World {
-    fn new(plan: Plan) -> Self {
+    fn new(plan: JobPlan) -> Self {
         let (stream, leases_per_thread) = (plan.stream_paths, plan.leases_per_thread);
         let (relays, workers) = (vec![], BTreeMap::new());
         let coordinator = coordinator(plan);
@@ -327,7 +329,7 @@ impl World {
 
 #[test]
 fn relays_and_workers_side_by_side_come_to_the_same_tally() {
-    let mut world = World::new(Plan { looks: vec![123_456], first: 0, ..plan(1_000_000, 100) });
+    let mut world = World::new(JobPlan { looks: vec![123_456], first: 0, ..plan(1_000_000, 100) });
     for _ in 0..2 {
         let relay = world.add_relay();
         (0..2).for_each(|_| _ = world.join(relay));
@@ -544,8 +546,8 @@ fn no_fault_of_relays_or_workers_changes_the_tally_or_hangs_the_job() {
 #[test]
 fn workers_behind_relays_are_as_busy_as_others() {
     for (plan_of, walks, ticks) in [
-        ((|| plan(1_000_000, 10)) as fn() -> Plan, 80, 1),
-        (|| Plan { leases_per_thread: 1, ..plan(72, 1) }, 1, 40),
+        ((|| plan(1_000_000, 10)) as fn() -> JobPlan, 80, 1),
+        (|| JobPlan { leases_per_thread: 1, ..plan(72, 1) }, 1, 40),
     ] {
         let ran = |relays: usize| {
             let mut world = World::new(plan_of());

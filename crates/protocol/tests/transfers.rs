@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use protocol::message::{LeaseResult, PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
-use protocol::{Action, Coordinator, Ending, Lead, Limits, PeerId, Plan, STALL};
+use protocol::{Action, Coordinator, Ending, JobPlan, Lead, Limits, PeerId, STALL};
 use radiosity::{Counts, Layout, Tally};
 use toy::{LAYOUT, READY, coordinator, hash, plan, result_of};
 
@@ -21,8 +21,8 @@ fn large(walks: u64) -> Tally {
     Tally::from_parts(counts, PATCHES, LAYOUT, sums).unwrap()
 }
 
-fn large_plan(paths: u64) -> Plan {
-    Plan { patches: PATCHES, layout: Layout { ..LAYOUT }, limits: Limits::NONE, ..plan(paths, 10) }
+fn large_plan(paths: u64) -> JobPlan {
+    JobPlan { patches: PATCHES, layout: Layout { ..LAYOUT }, limits: Limits::NONE, ..plan(paths, 10) }
 }
 
 /// The leases of the workers, and the results that they were asked for.
@@ -264,7 +264,7 @@ fn a_stop_waits_for_large_results_no_longer_than_is_said() {
 /// worker sends anything any more.
 #[test]
 fn what_continues_the_prefix_is_asked_for_though_a_checkpoint_reads_it() {
-    let mut coordinator = coordinator(Plan { looks: vec![20, 40], ..large_plan(5000) });
+    let mut coordinator = coordinator(JobPlan { looks: vec![20, 40], ..large_plan(5000) });
     let mut workers = Workers::default();
     (0..2).for_each(|id| workers.join(&mut coordinator, id));
     let now = Duration::from_millis(1);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use job::{OutputFile, Word};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use results::{Ending, Kept, Latest, RunOutput};
+use results::{Kept, Latest, RunOutput, WalkEnding};
 
 use crate::refusal::refuse;
 use crate::table::{PyColumn, to_python};
@@ -18,14 +18,14 @@ const GIT: &str = env!("RADWALK_GIT");
 pub(crate) struct Answer {
     pub(crate) kept: Kept,
     /// Why its walks ended; `None` where it was opened from a folder, which does not say.
-    pub(crate) ending: Option<Ending>,
+    pub(crate) ending: Option<WalkEnding>,
     /// What was to be said of the scene before it was walked, a sentence each.
     #[pyo3(get)]
     pub(crate) warnings: Vec<String>,
 }
 
 /// Corners, and how many of them each row has.
-type Corners<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>, Bound<'py, PyBytes>);
+type RowCorners<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
 #[pymethods]
 impl Answer {
@@ -39,9 +39,9 @@ impl Answer {
     #[getter]
     fn ending(&self) -> Option<&'static str> {
         self.ending.map(|ending| match ending {
-            Ending::BudgetSpent => "budget spent",
-            Ending::TargetReached => "target reached",
-            Ending::WallClock => "wall clock",
+            WalkEnding::BudgetSpent => "budget spent",
+            WalkEnding::TargetReached => "target reached",
+            WalkEnding::WallClock => "wall clock",
         })
     }
 
@@ -102,7 +102,7 @@ impl Answer {
 
     /// The corners of the outlines that rows are drawn by [m] (f64, three a corner), how many of them each outline has (i64), and
     /// the row of each outline (i64).
-    fn corners<'py>(&self, py: Python<'py>) -> Corners<'py> {
+    fn corners<'py>(&self, py: Python<'py>) -> RowCorners<'py> {
         let (mut points, mut counts, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         for (row, corners) in report::corners(&self.kept.estimates()) {
             rows.extend((row as i64).to_le_bytes());

@@ -5,15 +5,16 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use report::OutputFolder;
 use results::factors::{
-    Asked, Hands, Question, SparseAnswer, SparseAsked, SparseFile, count_rows, sparse_files, unlit,
+    Asked, FactorsQuestion, RowWatcher, SparseAnswer, SparseAsked, SparseFile, count_rows, sparse_files,
+    unlit,
 };
 
 use crate::refusal::refuse;
-use crate::run::Source;
+use crate::run::JobSource;
 
 /// What of the factors is asked for, as Python has it.
 #[derive(FromPyObject)]
-pub(crate) struct Wanted {
+pub(crate) struct FactorRequest {
     rays: u32,
     drop: f64,
     sky: Option<u32>,
@@ -29,10 +30,10 @@ pub(crate) struct Wanted {
 #[pyo3(signature = (source, overrides, folder, wanted, threads, watch=None))]
 pub(crate) fn factors(
     py: Python<'_>,
-    source: Source<'_>,
+    source: JobSource<'_>,
     overrides: Vec<String>,
     folder: PathBuf,
-    wanted: Wanted,
+    wanted: FactorRequest,
     threads: usize,
     watch: Option<Py<PyAny>>,
 ) -> PyResult<Vec<String>> {
@@ -58,9 +59,9 @@ pub(crate) fn factors(
         trouble.is_none()
     };
     let count = || -> Result<Option<Vec<String>>, results::Error> {
-        let question = Question::of(job, &asked)?;
+        let question = FactorsQuestion::of(job, &asked)?;
         let folder = OutputFolder::claim(&folder, &sparse_files(), false)?;
-        let hands = Hands { threads, watch: &mut ask };
+        let hands = RowWatcher { threads, watch: &mut ask };
         let counted = count_rows(&question, &sparse, (&folder, false, &[]), hands)?;
         if counted.interrupted {
             return Ok(None);

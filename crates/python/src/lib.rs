@@ -23,7 +23,7 @@ mod _radwalk {
     #[pymodule_export]
     use crate::factors::factors;
     #[pymodule_export]
-    use crate::mesh::Mesh;
+    use crate::mesh::ArrayMesh;
     #[pymodule_export]
     use crate::refusal::Error;
     #[pymodule_export]

@@ -10,8 +10,8 @@ use radiosity::{Sides, Spectrum};
 use crate::refusal::refuse;
 
 /// Triangles in memory, which a job can be made of.
-#[pyclass(frozen, module = "radwalk._radwalk")]
-pub(crate) struct Mesh {
+#[pyclass(name = "Mesh", frozen, module = "radwalk._radwalk")]
+pub(crate) struct ArrayMesh {
     pub(crate) name: PathBuf,
     pub(crate) mesh: import::Mesh,
 }
@@ -20,7 +20,7 @@ pub(crate) struct Mesh {
 type PyMaterial = (String, [f64; 3], [f64; 3], Option<u8>);
 
 #[pymethods]
-impl Mesh {
+impl ArrayMesh {
     /// A mesh of little-endian bytes: vertices (f64, three a row), faces (i64, three a row), and the index of each face's material
     /// (i64).
     #[new]
@@ -38,7 +38,7 @@ impl Mesh {
         let of_face: Vec<u32> = of_face.into_iter().map(|n| u32::try_from(n).unwrap_or(u32::MAX)).collect();
         let materials = materials.into_iter().map(material).collect::<PyResult<_>>()?;
         let mesh = import::from_arrays(&name, &vertices, &faces, &of_face, materials).map_err(refuse)?;
-        Ok(Mesh { name, mesh })
+        Ok(ArrayMesh { name, mesh })
     }
 }
 

@@ -11,7 +11,7 @@ use radiosity::Experiment;
 use results::{Kept, Stage, all_threads, choose, walk_here};
 
 use crate::answer::Answer;
-use crate::mesh::Mesh;
+use crate::mesh::ArrayMesh;
 use crate::refusal::refuse;
 use crate::table::{PyColumn, to_python};
 
@@ -23,27 +23,27 @@ const ASKED: Duration = Duration::from_millis(100);
 
 /// What a job is made of.
 #[derive(FromPyObject)]
-pub(crate) enum Source<'py> {
+pub(crate) enum JobSource<'py> {
     /// A mesh of arrays.
-    Mesh(PyRef<'py, Mesh>),
+    Mesh(PyRef<'py, ArrayMesh>),
     /// A job file, or a scene.
     File(PathBuf),
 }
 
-impl Source<'_> {
+impl JobSource<'_> {
     /// The file, where it is one.
     pub(crate) fn file(&self) -> Option<&Path> {
         match self {
-            Source::Mesh(_) => None,
-            Source::File(path) => Some(path),
+            JobSource::Mesh(_) => None,
+            JobSource::File(path) => Some(path),
         }
     }
 
     /// The job with the patches that the scene has.
     pub(crate) fn as_written(&self, overrides: &[String]) -> PyResult<Job> {
         match self {
-            Source::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
-            Source::File(path) => job::load_as_written(path, overrides),
+            JobSource::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
+            JobSource::File(path) => job::load_as_written(path, overrides),
         }
         .map_err(refuse)
     }
@@ -51,15 +51,15 @@ impl Source<'_> {
     /// The job, with the patches that a pilot chooses where it leaves them open.
     fn job(&self, overrides: &[String]) -> PyResult<Job> {
         let job = match self {
-            Source::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
-            Source::File(path) => job::load(path, overrides),
+            JobSource::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
+            JobSource::File(path) => job::load(path, overrides),
         }
         .map_err(refuse)?;
         let Some(chosen) = choose(&job, all_threads()).map_err(refuse)? else { return Ok(job) };
         let partition = &chosen.partition;
         match self {
-            Source::Mesh(mesh) => job::load_mesh_cut(&mesh.name, mesh.mesh.clone(), overrides, partition),
-            Source::File(path) => job::load_cut(path, overrides, partition),
+            JobSource::Mesh(mesh) => job::load_mesh_cut(&mesh.name, mesh.mesh.clone(), overrides, partition),
+            JobSource::File(path) => job::load_cut(path, overrides, partition),
         }
         .map_err(refuse)
     }
@@ -70,7 +70,7 @@ impl Source<'_> {
 #[pyo3(signature = (source, overrides, threads=None, watch=None))]
 pub(crate) fn run(
     py: Python<'_>,
-    source: Source<'_>,
+    source: JobSource<'_>,
     overrides: Vec<String>,
     threads: Option<usize>,
     watch: Option<Py<PyAny>>,
@@ -122,13 +122,13 @@ pub(crate) fn load(py: Python<'_>, folder: PathBuf) -> PyResult<Answer> {
 }
 
 /// The table and the summary of a channel.
-type Solved = (Vec<report::Column>, String);
+type ChannelTables = (Vec<report::Column>, String);
 
 /// Solves a job's scene exactly; tables and summaries (JSON), one of each for a channel.
 #[pyfunction]
 pub(crate) fn exact<'py>(
     py: Python<'py>,
-    source: Source<'py>,
+    source: JobSource<'py>,
     overrides: Vec<String>,
 ) -> PyResult<Vec<(Vec<PyColumn<'py>>, String)>> {
     let job = source.job(&overrides)?;
@@ -147,7 +147,7 @@ pub(crate) fn exact<'py>(
     solved.into_iter().map(|(columns, summary)| Ok((to_python(py, columns)?, summary))).collect()
 }
 
-fn solve(job: &Job) -> Result<Vec<Solved>, String> {
+fn solve(job: &Job) -> Result<Vec<ChannelTables>, String> {
     let words = |error: &dyn std::fmt::Display| error.to_string();
     let scene = job.build_scene().map_err(|error| words(&error))?;
     let answers = results::solve(job, &scene, &|_| (), &|_| ()).map_err(|error| words(&error))?;

@@ -3,7 +3,7 @@
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList};
-use report::{Cells, Column};
+use report::{Column, ColumnCells};
 
 /// A column: its name, numpy's word for its cells, and the bytes of these, or their words.
 pub(crate) type PyColumn<'py> = (String, &'static str, Bound<'py, PyAny>);
@@ -13,15 +13,15 @@ pub(crate) fn to_python<'py>(py: Python<'py>, columns: Vec<Column>) -> PyResult<
     columns.into_iter().map(|Column { name, cells }| column(py, name, cells)).collect()
 }
 
-fn column(py: Python<'_>, name: String, cells: Cells) -> PyResult<PyColumn<'_>> {
+fn column(py: Python<'_>, name: String, cells: ColumnCells) -> PyResult<PyColumn<'_>> {
     let (kind, cells) = match cells {
-        Cells::Words(words) => ("str", PyList::new(py, words)?.into_bound_py_any(py)?),
-        Cells::Number(numbers) => ("<f8", floats(py, numbers.into_iter())?),
-        Cells::Whole(numbers) if numbers.iter().all(Option::is_some) => {
+        ColumnCells::Words(words) => ("str", PyList::new(py, words)?.into_bound_py_any(py)?),
+        ColumnCells::Number(numbers) => ("<f8", floats(py, numbers.into_iter())?),
+        ColumnCells::Whole(numbers) if numbers.iter().all(Option::is_some) => {
             let bytes: Vec<u8> = numbers.into_iter().flatten().flat_map(i64::to_le_bytes).collect();
             ("<i8", PyBytes::new(py, &bytes).into_bound_py_any(py)?)
         }
-        Cells::Whole(numbers) => {
+        ColumnCells::Whole(numbers) => {
             ("<f8", floats(py, numbers.into_iter().map(|number| number.map(|number| number as f64)))?)
         }
     };

@@ -48,17 +48,18 @@ pub use experiment::precision::{
     Apart, FLOOR, Headline, Judged, Place, Precision, QUANTILES, Quantity, Reach, TINY,
 };
 pub use experiment::readings::{Reading, Readings};
-pub use experiment::replay::{Replay, Step};
-pub use experiment::slopes::{Accuracy, Answer, AnswerError, Fit, Slopes};
+pub use experiment::replay::{Replay, ReplayedHit};
+pub use experiment::slopes::{Accuracy, AnswerError, Fit, Slopes, ToldAnswer};
 pub use experiment::solution::{Channels, Estimate, Estimates, Mix, Solution};
 pub use experiment::{
-    Board, Compiled, Emptied, Experiment, Groups, Lost, Material, Meaning, PatchGroup, SensorView,
+    Board, Compiled, Emptied, Experiment, Groups, Lost, Meaning, PatchGroup, SensitivityMaterial, SensorView,
     SourceScores, Unfit, birth_probabilities,
 };
 pub use geometry::axes::{Covariance, outer_square, principal_axes};
 pub use geometry::face::{Face, FaceIter, Faces};
 pub use geometry::lamp::{Emission, LampSpec, LampsSpec};
-pub use geometry::leaves::{Leaf, Leaves, LeavesError};
+pub use geometry::leaves::{CutCell, Leaves, LeavesError};
+pub use geometry::pane::{CLEAREST, PaneSpec};
 pub use geometry::planes::Body;
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
 pub use geometry::sky::SkyPatches;
@@ -66,7 +67,7 @@ pub use geometry::spec::{SKY, SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSp
 pub use geometry::surface::Surface;
 pub use hands::Hands;
 pub use jacobi::plan::{Iterations, RayBirths, Solve};
-pub use jacobi::{ChainBoard, Iteration, Phase, Reciprocity, stochastic_iteration};
+pub use jacobi::{ChainBoard, Iteration, IterationPhase, Reciprocity, stochastic_iteration};
 pub use method::{BatchScore, Batches, Birth, Chains, Direction, Method, Score, Unit, Walks};
 pub use random::Sampler;
 pub use random::rng::{Sequence, WalkRng};

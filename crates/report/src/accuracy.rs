@@ -1,6 +1,6 @@
 //! The errors of the answer, as `summary.json` shows them before a run and after it.
 
-use radiosity::{Answer, AnswerError};
+use radiosity::{AnswerError, ToldAnswer};
 use serde::Serialize;
 
 /// The relative errors over the area of what tables and pictures show, foretold by a pilot or found by a run.
@@ -33,8 +33,8 @@ impl AccuracySummary {
     pub fn new(error: AnswerError, asked: Option<TotalSummary>) -> Self {
         let AnswerError { answer, noise, discretisation, total } = error;
         let answer = match answer {
-            Answer::Means => "means",
-            Answer::Linear => "linear",
+            ToldAnswer::Means => "means",
+            ToldAnswer::Linear => "linear",
         };
         AccuracySummary { answer, noise, discretisation, total, asked }
     }

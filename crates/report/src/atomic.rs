@@ -13,8 +13,9 @@ use crate::error::Error;
 const TEMPORARY: (&str, &str) = (".radwalk-", ".tmp");
 
 /// Every file that radwalk writes into an output folder; these may stand beside each other.
-const OWN_FILES: [&str; 14] = [
+const OWN_FILES: [&str; 15] = [
     "partition.toml",
+    "pilot.bin",
     "patches.csv",
     "exact.csv",
     "summary.json",

@@ -12,11 +12,12 @@ pub(crate) struct Bounds {
 
 impl Bounds {
     pub(crate) fn of(scene: &Scene) -> Self {
-        let corners = || scene.surfaces().iter().flat_map(|surface| surface.outline());
-        Bounds {
-            min: corners().fold(DVec3::INFINITY, DVec3::min),
-            max: corners().fold(DVec3::NEG_INFINITY, DVec3::max),
-        }
+        let corners = scene.surfaces().iter().flat_map(|surface| surface.outline());
+        let nothing = Bounds { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+        corners.fold(nothing, |bounds, corner| Bounds {
+            min: bounds.min.min(corner),
+            max: bounds.max.max(corner),
+        })
     }
 
     pub(crate) fn middle(&self) -> DVec3 {

@@ -35,6 +35,8 @@ pub(crate) struct Sight {
     pub surface: u32,
     /// Where on the piece's surface it is, in local coordinates.
     pub uv: [f64; 2],
+    /// Whether it is seen through the back of a one-sided surface.
+    is_behind: bool,
     /// From the eye [m].
     distance: f64,
     /// Cosine between the ray and the surface's normal.
@@ -136,6 +138,7 @@ impl Camera {
                             piece: surface.piece(surface.cell_at(hit.uv), hit.side),
                             surface: hit.surface,
                             uv: hit.uv,
+                            is_behind: rays[number].from != Ray::FREE,
                             distance: glance.distance,
                             cosine: surface.normal().dot(glance.direction).abs(),
                         };

@@ -209,7 +209,7 @@ impl Span {
     }
 }
 
-type Failure = Box<dyn Error + Send + Sync>;
+type DrawingError = Box<dyn Error + Send + Sync>;
 
 impl Chart {
     /// The chart as SVG.
@@ -239,7 +239,7 @@ impl Chart {
         (SIZE[0], SIZE[1] + LEGEND_LINE * self.series.len() as u32 + LEGEND_LINE / 2)
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Failure>
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), DrawingError>
     where
         B::ErrorType: 'static,
     {
@@ -249,7 +249,7 @@ impl Chart {
         self.draw_plot(&above)?;
         for (number, series) in self.series.iter().enumerate() {
             let middle = (number as i32) * LEGEND_LINE as i32 + LEGEND_LINE as i32 / 2;
-            let look = Look::new(number, series.style);
+            let look = SeriesLook::new(number, series.style);
             let line = [(76, middle), (116, middle)];
             look.draw_line(&below, &line)?;
             look.draw_mark(&below, (96, middle))?;
@@ -260,7 +260,7 @@ impl Chart {
         Ok(())
     }
 
-    fn draw_plot<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Failure>
+    fn draw_plot<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), DrawingError>
     where
         B::ErrorType: 'static,
     {
@@ -289,13 +289,13 @@ impl Chart {
         let plot = chart.plotting_area();
         let at = |x: f64, y: f64| Some(plot.map_coordinate(&(self.x.place(x)?, self.y.place(y)?)));
         for (number, series) in self.series.iter().enumerate() {
-            let look = Look::new(number, series.style);
+            let look = SeriesLook::new(number, series.style);
             let middles: Vec<_> = series.points.iter().filter_map(|p| at(p.x, p.y)).collect();
             look.draw_line(area, &middles)?;
         }
         // Marks stand above all lines.
         for (number, series) in self.series.iter().enumerate() {
-            let look = Look::new(number, series.style);
+            let look = SeriesLook::new(number, series.style);
             for point in &series.points {
                 let Some(middle) = at(point.x, point.y) else { continue };
                 if point.error > 0.0 && series.style != Style::Line {
@@ -325,17 +325,17 @@ fn load_font() {
 }
 
 /// How a series looks: the shape of its marks, the dashes of its line.
-struct Look {
+struct SeriesLook {
     number: usize,
     style: Style,
     colour: RGBColor,
 }
 
-type Pixel = (i32, i32);
+type ChartPixel = (i32, i32);
 
-impl Look {
+impl SeriesLook {
     fn new(number: usize, style: Style) -> Self {
-        Look { number, style, colour: COLOURS[number % COLOURS.len()] }
+        SeriesLook { number, style, colour: COLOURS[number % COLOURS.len()] }
     }
 
     /// Lengths of a dash and of the gap after it [pixels]; no gap in the first line.
@@ -346,8 +346,8 @@ impl Look {
     fn draw_line<B: DrawingBackend>(
         &self,
         area: &DrawingArea<B, Shift>,
-        points: &[Pixel],
-    ) -> Result<(), Failure>
+        points: &[ChartPixel],
+    ) -> Result<(), DrawingError>
     where
         B::ErrorType: 'static,
     {
@@ -365,13 +365,13 @@ impl Look {
     fn draw_bar<B: DrawingBackend>(
         &self,
         area: &DrawingArea<B, Shift>,
-        top: Pixel,
-        bottom: Pixel,
-    ) -> Result<(), Failure>
+        top: ChartPixel,
+        bottom: ChartPixel,
+    ) -> Result<(), DrawingError>
     where
         B::ErrorType: 'static,
     {
-        let across = |(x, y): Pixel| vec![(x - 3, y), (x + 3, y)];
+        let across = |(x, y): ChartPixel| vec![(x - 3, y), (x + 3, y)];
         for line in [vec![top, bottom], across(top), across(bottom)] {
             area.draw(&PathElement::new(line, self.colour.stroke_width(1)))?;
         }
@@ -379,20 +379,24 @@ impl Look {
     }
 
     /// Filled and hollow shapes in turn.
-    fn draw_mark<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, (x, y): Pixel) -> Result<(), Failure>
+    fn draw_mark<B: DrawingBackend>(
+        &self,
+        area: &DrawingArea<B, Shift>,
+        (x, y): ChartPixel,
+    ) -> Result<(), DrawingError>
     where
         B::ErrorType: 'static,
     {
-        const DISC: &[Pixel] = &[(4, 0), (3, 3), (0, 4), (-3, 3), (-4, 0), (-3, -3), (0, -4), (3, -3)];
-        const TRIANGLE: &[Pixel] = &[(0, -5), (5, 4), (-5, 4)];
-        const SQUARE: &[Pixel] = &[(-4, -4), (4, -4), (4, 4), (-4, 4)];
-        const DIAMOND: &[Pixel] = &[(0, -6), (5, 0), (0, 6), (-5, 0)];
-        const DOWN: &[Pixel] = &[(0, 5), (5, -4), (-5, -4)];
+        const DISC: &[ChartPixel] = &[(4, 0), (3, 3), (0, 4), (-3, 3), (-4, 0), (-3, -3), (0, -4), (3, -3)];
+        const TRIANGLE: &[ChartPixel] = &[(0, -5), (5, 4), (-5, 4)];
+        const SQUARE: &[ChartPixel] = &[(-4, -4), (4, -4), (4, 4), (-4, 4)];
+        const DIAMOND: &[ChartPixel] = &[(0, -6), (5, 0), (0, 6), (-5, 0)];
+        const DOWN: &[ChartPixel] = &[(0, 5), (5, -4), (-5, -4)];
         if self.style == Style::Line {
             return Ok(());
         }
         let shape = [DISC, TRIANGLE, SQUARE, DIAMOND, DOWN][self.number % 5];
-        let mut outline: Vec<Pixel> = shape.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
+        let mut outline: Vec<ChartPixel> = shape.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
         let hollow = self.number % 2 == 1;
         let filling = if hollow { WHITE } else { self.colour };
         area.draw(&Polygon::new(outline.clone(), filling.filled()))?;
@@ -403,7 +407,7 @@ impl Look {
 }
 
 /// The pieces of a line of dashes.
-fn dashed(points: &[Pixel], [dash, gap]: [f64; 2]) -> Vec<Vec<Pixel>> {
+fn dashed(points: &[ChartPixel], [dash, gap]: [f64; 2]) -> Vec<Vec<ChartPixel>> {
     if gap == 0.0 {
         return vec![points.to_vec()];
     }

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
-use sky::{Known, Metrics, TARGETS};
+use sky::{BoundedValue, Metrics, TARGETS};
 
 /// A row of `annual.csv`.
 #[derive(Clone, Debug)]
@@ -17,7 +17,7 @@ pub struct DaylightRow<'a> {
     /// Walks that were born there.
     pub walks: u64,
     /// The daylight factor [%].
-    pub daylight_factor: Known,
+    pub daylight_factor: BoundedValue,
     /// The figures of the year.
     pub metrics: Metrics,
 }

@@ -3,7 +3,7 @@
 
 use std::io::{self, Seek, Write};
 
-use exchange::{Estimate, Factors, Smoothed, Thermal};
+use exchange::{Factors, HeatEstimate, Smoothed, Thermal};
 use serde::Serialize;
 
 use crate::export::matrix_market;
@@ -269,7 +269,7 @@ pub fn write_thermal(writer: impl Write, names: &[String], thermal: &Thermal) ->
     let columns = ["temperature", "flux"]
         .map(|of| [of.to_owned(), format!("{of}_error"), format!("{of}_low"), format!("{of}_high")]);
     table.write_record(["group".to_owned()].iter().chain(columns.as_flattened()))?;
-    let cells = |known: &Estimate| (known.value, known.std_error, known.low, known.high);
+    let cells = |known: &HeatEstimate| (known.value, known.std_error, known.low, known.high);
     for (name, known) in names.iter().zip(thermal.temperatures.iter().zip(&thermal.fluxes)) {
         table.serialize((name, cells(known.0), cells(known.1)))?;
     }
@@ -288,11 +288,11 @@ pub fn write_json(mut writer: impl Write, summary: &impl Serialize) -> io::Resul
 #[cfg(test)]
 mod tests {
     use super::*;
-    use exchange::{Counts, smooth};
+    use exchange::{ExchangeCounts, smooth};
 
     #[test]
     fn tables_are_as_the_format_says() {
-        let mut counts = Counts::none(2);
+        let mut counts = ExchangeCounts::none(2);
         counts.add(&[vec![0, 3, 0, 1], vec![4, 0, 0, 0]]);
         let names = ["a, b".to_owned(), "c".into()];
         let mut text = Vec::new();

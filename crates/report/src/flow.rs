@@ -40,14 +40,14 @@ pub(crate) struct Flow {
     unit: &'static str,
     /// Whether there are several channels.
     coloured: bool,
-    parts: Vec<Part>,
+    parts: Vec<PowerShare>,
     /// Patches of which nothing is known.
     unknown: usize,
 }
 
 /// A part of the power, as the page lists it.
 #[derive(Clone, Debug, PartialEq)]
-struct Part {
+struct PowerShare {
     words: String,
     colour: &'static str,
     /// The power of the part [W].
@@ -58,7 +58,7 @@ struct Part {
 
 /// A row of the table.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Row {
+pub(crate) struct FlowRow {
     words: String,
     colour: &'static str,
     share: String,
@@ -72,7 +72,7 @@ impl Flow {
         let scene = estimates.scene();
         let emitted: f64 = (0..scene.channels()).map(|c| scene.total_power(c)).sum();
         let finish = finishes.of_surfaces();
-        let mut absorbed: Vec<Part> = Vec::new();
+        let mut absorbed: Vec<PowerShare> = Vec::new();
         let mut of_name: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
         let (mut unknown, mut told) = (0, false);
         for (_, face, known) in estimates.iter() {
@@ -86,7 +86,7 @@ impl Flow {
                 None => format!("reflectance {}", face.reflectance[0]),
             };
             let part = *of_name.entry(name).or_insert_with_key(|name| {
-                absorbed.push(Part { words: name.clone(), colour: OTHERS, power: 0.0, error: 0.0 });
+                absorbed.push(PowerShare { words: name.clone(), colour: OTHERS, power: 0.0, error: 0.0 });
                 absorbed.len() - 1
             });
             for (c, estimate) in known.iter().enumerate() {
@@ -104,7 +104,7 @@ impl Flow {
         let rest = absorbed.split_off(absorbed.len().min(NAMED));
         absorbed.iter_mut().zip(COLOURS).for_each(|(part, colour)| part.colour = colour);
         if !rest.is_empty() {
-            absorbed.push(Part {
+            absorbed.push(PowerShare {
                 words: format!("{} other materials", rest.len()),
                 colour: OTHERS,
                 power: rest.iter().map(|part| part.power).sum(),
@@ -118,8 +118,8 @@ impl Flow {
     }
 
     /// The rows of the table.
-    pub(crate) fn rows(&self) -> Vec<Row> {
-        let row = |part: &Part| Row {
+    pub(crate) fn rows(&self) -> Vec<FlowRow> {
+        let row = |part: &PowerShare| FlowRow {
             words: part.words.clone(),
             colour: part.colour,
             share: share(part.power / self.emitted),
@@ -211,10 +211,10 @@ pub(crate) fn losses(estimates: &Estimates) -> Option<[Measured; 3]> {
 }
 
 /// [`losses`] as parts of the diagram.
-fn lost_parts(estimates: &Estimates, emitted: f64) -> impl Iterator<Item = Part> {
+fn lost_parts(estimates: &Estimates, emitted: f64) -> impl Iterator<Item = PowerShare> {
     let kinds =
         [("left the scene", ESCAPED), ("ended on backs of one-sided surfaces", BACKS), ("cut off", CUT)];
-    let part = move |((words, colour), part): ((&str, &'static str), Measured)| Part {
+    let part = move |((words, colour), part): ((&str, &'static str), Measured)| PowerShare {
         words: words.into(),
         colour,
         power: emitted * part.value,

@@ -15,18 +15,18 @@ const MARGIN: f64 = 48.0;
 const LINES: f64 = 8.0;
 
 /// A plane as it is drawn: values at points of a grid, u to the right and v upwards.
-struct Grid {
+struct PlaneGrid {
     size: [usize; 2],
     /// The distance of points along u and v [m].
     step: [f64; 2],
     values: Vec<f64>,
 }
 
-impl Grid {
+impl PlaneGrid {
     fn of(points: &[[DVec3; 2]], [nu, nv]: [u32; 2], values: Vec<f64>) -> Self {
         let (nu, nv) = (nu as usize, nv as usize);
         let apart = |other: usize| points[0][0].distance(points[other][0]);
-        Grid { size: [nu, nv], step: [apart(nv), apart(1)], values }
+        PlaneGrid { size: [nu, nv], step: [apart(nv), apart(1)], values }
     }
 
     fn value(&self, i: usize, j: usize) -> f64 {
@@ -84,7 +84,7 @@ pub fn isolux_svg(readings: &Readings, unit: &str) -> Option<String> {
             continue;
         }
         let value = |cell: usize| readings.cell(cell)[0].irradiance.unwrap_or(0.0);
-        let drawn = Grid::of(points, *grid, sensors.cells_of(plane).map(value).collect());
+        let drawn = PlaneGrid::of(points, *grid, sensors.cells_of(plane).map(value).collect());
         top += draw(&mut body, &drawn, &spec.name, (unit, top));
     }
     (top > 0.0).then(|| {
@@ -95,7 +95,7 @@ pub fn isolux_svg(readings: &Readings, unit: &str) -> Option<String> {
 }
 
 /// Draws a plane from `top` on and returns its height [px].
-fn draw(body: &mut String, grid: &Grid, name: &str, (unit, top): (&str, f64)) -> f64 {
+fn draw(body: &mut String, grid: &PlaneGrid, name: &str, (unit, top): (&str, f64)) -> f64 {
     let [nu, nv] = grid.size.map(|points| points as f64);
     let [wide, high] = [nu * grid.step[0], nv * grid.step[1]];
     let scale = (WIDTH - 2.0 * MARGIN) / wide.max(high);
@@ -149,7 +149,7 @@ mod tests {
     fn lines_have_their_value() {
         let size = [6, 5];
         let values = (0..30).map(|n| (n / 5) as f64 + 2.0 * (n % 5) as f64).collect();
-        let grid = Grid { size, step: [1.0, 1.0], values };
+        let grid = PlaneGrid { size, step: [1.0, 1.0], values };
         let levels = levels(grid.range());
         assert_eq!(levels, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0]);
         for level in levels.into_iter().skip(1) {

@@ -49,7 +49,7 @@ pub use daylight::{DaylightRow, DaylightSummary, LevelSummary, write_daylight, w
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use export::{
-    Cells, Column, CsrKind, CsrNumbers, FoamList, MatrixRow, MatrixRows, columns, corners, read_table,
+    Column, ColumnCells, CsrKind, CsrNumbers, FoamList, MatrixRow, MatrixRows, columns, corners, read_table,
     write_csr, write_energyplus, write_glb, write_mtx, write_openfoam, write_parquet, write_udales,
     write_udales_sky, write_view3d, write_vtu,
 };
@@ -66,7 +66,7 @@ pub use page::{Live, Milestone, Page};
 pub use partition::{ChoiceSummary, PartitionSummary};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
-pub use planes::{Interval, PerChannel, PlaneSource, PlaneSummary, plane_summaries, write_planes};
+pub use planes::{FigureInterval, PerChannel, PlaneSource, PlaneSummary, plane_summaries, write_planes};
 pub use precision::{ApartSummary, DiscretisedSummary, HeadlineSummary, PrecisionSummary};
 pub use replay::walk_lines;
 pub use sensitivities::{SensitivitySummary, sensitivity_summaries, write_sensitivities};
@@ -74,7 +74,7 @@ pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use sources::{SourceSummary, source_summaries, write_sources};
 pub use summary::{
-    Check, Energy, PartSummary, Provenance, RunFacts, SessionSummary, Summary, Target, Units, Verdict,
+    Check, Energy, PartSummary, Provenance, RunFacts, SessionSummary, Summary, TargetReport, Units, Verdict,
     WorkerSummary, WorstPatch, target_scope,
 };
 pub use values::Values;

@@ -15,7 +15,7 @@ use radiosity::{Estimates, Reading, Readings};
 use serde::Serialize;
 
 use self::charts::{convergence, profile};
-use self::compact::{Layout, compact, holds_table};
+use self::compact::{CompactLayout, compact, holds_table};
 use crate::chart::Chart;
 use crate::dials::{Dials, write_scores};
 use crate::flow::{Flow, losses};
@@ -78,7 +78,7 @@ struct Facts<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     live: Option<Live>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    compact: Option<Layout>,
+    compact: Option<CompactLayout>,
 }
 
 /// A sensor, with what its patches read at most and at least.
@@ -92,7 +92,7 @@ struct SensorRow {
 }
 
 #[derive(Serialize)]
-struct Figure {
+struct PageFigure {
     title: String,
     svg: String,
 }
@@ -155,7 +155,7 @@ impl Page<'_> {
             }
             false => (None, None),
         };
-        let rounded = layout.as_ref().map(Layout::words);
+        let rounded = layout.as_ref().map(CompactLayout::words);
         let sensor_table = self.readings.map(|readings| {
             let cells = 0..readings.sensors().cell_count();
             pack(|zlib| write_cells(zlib, readings, cells))
@@ -291,8 +291,8 @@ impl Page<'_> {
         self.summary.sensitivities.iter().map(row).collect()
     }
 
-    fn figures(&self) -> Vec<Figure> {
-        let figure = |chart: Chart| Figure { svg: chart.svg(), title: chart.title };
+    fn figures(&self) -> Vec<PageFigure> {
+        let figure = |chart: Chart| PageFigure { svg: chart.svg(), title: chart.title };
         [convergence(&self.milestones, self.summary.target.as_ref()), profile(self.estimates)]
             .into_iter()
             .flatten()
@@ -305,7 +305,7 @@ impl Page<'_> {
         !holds_table(self.estimates.scene().faces().piece_count())
     }
 
-    fn facts(&self, live: Option<Live>, compact: Option<Layout>) -> io::Result<String> {
+    fn facts(&self, live: Option<Live>, compact: Option<CompactLayout>) -> io::Result<String> {
         let dials = Dials::of(self.estimates, self.level).filter(|_| compact.is_none());
         let facts = Facts { summary: self.summary, view: self.shot, dials, live, compact };
         // Nothing in it ends the element that holds it.

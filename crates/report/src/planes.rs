@@ -44,14 +44,14 @@ pub struct PlaneSource {
 #[serde(untagged)]
 pub enum PerChannel {
     /// Of a grey scene.
-    Grey(Interval),
+    Grey(FigureInterval),
     /// Of red, green and blue.
-    Coloured(Vec<Interval>),
+    Coloured(Vec<FigureInterval>),
 }
 
 /// A figure with its interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Interval {
+pub struct FigureInterval {
     /// The estimate; `null` where there is none.
     pub value: Option<f64>,
     /// The lower end of its interval.
@@ -62,15 +62,17 @@ pub struct Interval {
 
 impl PerChannel {
     fn of(figures: Vec<Figure>) -> Self {
-        let mut each: Vec<Interval> =
-            figures.into_iter().map(|Figure { value, low, high }| Interval { value, low, high }).collect();
+        let mut each: Vec<FigureInterval> = figures
+            .into_iter()
+            .map(|Figure { value, low, high }| FigureInterval { value, low, high })
+            .collect();
         match each.len() {
             1 => PerChannel::Grey(each.remove(0)),
             _ => PerChannel::Coloured(each),
         }
     }
 
-    fn each(&self) -> &[Interval] {
+    fn each(&self) -> &[FigureInterval] {
         match self {
             PerChannel::Grey(figure) => std::slice::from_ref(figure),
             PerChannel::Coloured(each) => each,
@@ -79,8 +81,8 @@ impl PerChannel {
 
     /// The figures with their intervals, in words.
     pub fn words(&self) -> String {
-        let one = |figure: &Interval| {
-            let Interval { value, low, high } = *figure;
+        let one = |figure: &FigureInterval| {
+            let FigureInterval { value, low, high } = *figure;
             let decimals = decimals(figure);
             let value = value.map_or("unknown".into(), |value| format!("{value:.decimals$}"));
             format!("{value} ({low:.decimals$} … {high:.decimals$})")
@@ -90,7 +92,7 @@ impl PerChannel {
 }
 
 /// Decimals that show two digits of half of an interval, or four of a number without one.
-fn decimals(&Interval { value, low, high }: &Interval) -> usize {
+fn decimals(&FigureInterval { value, low, high }: &FigureInterval) -> usize {
     let shown = match 0.5 * (high - low) {
         half if half > 0.0 => 0.1 * half,
         _ => 1e-3 * value.unwrap_or(1.0).abs(),
@@ -162,7 +164,7 @@ mod tests {
     #[test]
     fn figures_show_two_digits_of_their_intervals() {
         let words = |value: f64, half: f64| {
-            let figure = Interval { value: Some(value), low: value - half, high: value + half };
+            let figure = FigureInterval { value: Some(value), low: value - half, high: value + half };
             PerChannel::Grey(figure).words()
         };
         assert_eq!(words(389.652, 0.1208), "389.65 (389.53 … 389.77)");

@@ -1,6 +1,6 @@
 //! One walk in words.
 
-use radiosity::{Replay, Scene, Step, WalkEnd};
+use radiosity::{Replay, ReplayedHit, Scene, WalkEnd};
 
 use crate::patches::side_name;
 
@@ -21,7 +21,7 @@ pub fn walk_lines(scene: &Scene, replay: &Replay) -> Vec<String> {
     std::iter::once(birth).chain(steps).chain([end.into()]).collect()
 }
 
-fn sentence(scene: &Scene, step: &Step) -> String {
+fn sentence(scene: &Scene, step: &ReplayedHit) -> String {
     let arrival = format!("arrives at {}", place(scene, step.patch));
     let weight = if step.weights.iter().all(|&weight| weight == 1.0) {
         String::new()

@@ -29,7 +29,7 @@ pub fn sensitivity_summaries(influences: &Influences) -> Vec<SensitivitySummary>
         area += face.area;
         light += face.area * known.iter().map(|estimate| estimate.radiosity).sum::<f64>() / channels;
     }
-    let summary = |(number, material): (usize, &radiosity::Material)| {
+    let summary = |(number, material): (usize, &radiosity::SensitivityMaterial)| {
         let (mut change, mut error) = (0.0, 0.0);
         for (i, face) in scene.faces().iter().enumerate() {
             for by in influences.of(number, Property::Reflectance, i).into_iter().flatten() {
@@ -51,7 +51,7 @@ pub fn sensitivity_summaries(influences: &Influences) -> Vec<SensitivitySummary>
 }
 
 /// A column that each channel has, and where its values are from.
-type Column = (&'static str, fn(&Derivative) -> Option<f64>);
+type DerivativeColumn = (&'static str, fn(&Derivative) -> Option<f64>);
 
 /// Writes the derivatives: of each material those by its reflectance, then, where all its emitters are alike, those by its
 /// emittance.
@@ -61,7 +61,7 @@ type Column = (&'static str, fn(&Derivative) -> Option<f64>);
 pub fn write_sensitivities(writer: impl Write, influences: &Influences) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
     let scene = influences.estimates().scene();
-    let columns: [Column; 4] = [
+    let columns: [DerivativeColumn; 4] = [
         ("derivative", |d| Some(d.value)),
         ("std_error", |d| d.std_error),
         ("ci_low", |d| Some(d.ci_low)),

@@ -12,7 +12,9 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use radiosity::{Estimate, Estimates, Face, Scene, Side};
+use radiosity::{Estimate, Estimates, Face, Side};
+
+use crate::bounds::Bounds;
 
 /// The cosine of the largest angle between the normals of faces that are one surface to the eye: 20°.
 const BEND: f64 = 0.94;
@@ -55,7 +57,7 @@ impl Smooth {
         let shown: Vec<Shown> =
             (0..faces.piece_count() as u32).map(|piece| Shown::of(estimates, piece)).collect();
         let mut places: HashMap<[i64; 3], Vec<Touch>> = HashMap::new();
-        let grid = 1.0 / (SAME_PLACE * size(scene));
+        let grid = 1.0 / (SAME_PLACE * Bounds::of(scene).size().max_element());
         for piece in 0..faces.piece_count() as u32 {
             for (corner, place) in (0..).zip(faces.piece_corners(piece)) {
                 let key = ((place - scene.origin()) * grid).round().to_array().map(|x| x as i64);
@@ -151,14 +153,6 @@ impl Shown {
             difference > CERTAIN * a_error.hypot(b_error) && difference > STEP * a.max(b)
         })
     }
-}
-
-/// The longest extent of a scene [m].
-fn size(scene: &Scene) -> f64 {
-    let corners = || scene.surfaces().iter().flat_map(|surface| surface.outline());
-    let (low, high) =
-        (corners().fold(DVec3::INFINITY, DVec3::min), corners().fold(DVec3::NEG_INFINITY, DVec3::max));
-    (high - low).max_element()
 }
 
 #[cfg(test)]

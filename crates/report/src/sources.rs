@@ -49,8 +49,8 @@ pub fn source_summaries(experiment: &Experiment, tally: &Tally, confidence: f64)
 }
 
 /// Columns that each channel has, and where their values are from.
-type Column = (&'static str, fn(f64, &Estimate) -> Option<f64>);
-const LIGHT: [Column; 9] = [
+type SourceColumn = (&'static str, fn(f64, &Estimate) -> Option<f64>);
+const LIGHT: [SourceColumn; 9] = [
     ("emittance", |emittance, _| Some(emittance)),
     ("radiosity", |_, e| e.known_radiosity()),
     ("std_error", |_, e| known_error(e)),

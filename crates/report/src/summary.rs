@@ -93,7 +93,7 @@ pub struct Summary {
     /// Where the power went.
     pub energy: Energy,
     /// The target, if the job has one.
-    pub target: Option<Target>,
+    pub target: Option<TargetReport>,
     /// The sensors; absent where there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensors: Option<SensorsSummary>,
@@ -219,7 +219,7 @@ pub enum Energy {
 
 /// What the job asked for, and whether it was reached.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Target {
+pub struct TargetReport {
     /// Whether `achieved` is at least `fraction`.
     pub reached: bool,
     /// The relative error that was asked for.
@@ -250,7 +250,7 @@ pub fn target_scope(patches: Option<&[u32]>, quantity: Quantity) -> String {
     }
 }
 
-impl Target {
+impl TargetReport {
     /// The part of the area that meets the target, in words.
     pub fn achieved_words(&self) -> String {
         let of = target_scope(self.patches.as_deref(), self.quantity);
@@ -367,7 +367,7 @@ pub struct RunFacts {
     /// Streams that were leased more than once.
     pub streams_reissued: u64,
     /// The target, if the job has one.
-    pub target: Option<Target>,
+    pub target: Option<TargetReport>,
     /// How far the discretised system's answer is from the integral equation's, if that was examined, and if the answer is of that
     /// system.
     pub discretised: Option<Option<DiscretisedSummary>>,

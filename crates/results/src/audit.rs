@@ -11,7 +11,7 @@ use std::path::Path;
 
 use judge::MOMENTS;
 use protocol::digest::{self, Digest, Digester};
-use protocol::{Checkpoint, Contributor, Delivery, Part};
+use protocol::{Checkpoint, Contributor, Delivery, WalkRange};
 use radiosity::{Estimates, Experiment, Influences, Overflow, Readings, Sequence};
 use serde_json::Value;
 
@@ -79,7 +79,7 @@ pub fn audit(run: &Path, share: f64, seed: u64, now: &dyn Fn(&'static str)) -> R
     let kept = Kept::open(run)?;
     let Kept { checkpoint, settings, experiment } = &kept;
     check_files(run, &kept)?;
-    let job_hash = |part: &Part| settings.job_hash(experiment.scene().hash(), part.seed);
+    let job_hash = |part: &WalkRange| settings.job_hash(experiment.scene().hash(), part.seed);
     if !checkpoint.book.parts.iter().all(|part| part.job_hash == job_hash(part)) {
         return Err(unusable(run, checkpoint, "its walks are not those of the job".into()));
     }
@@ -178,7 +178,7 @@ fn classes(workers: &[Contributor]) -> Vec<&str> {
 }
 
 fn all_leases(checkpoint: &Checkpoint) -> Vec<Lease> {
-    let of_part = |part: &Part| {
+    let of_part = |part: &WalkRange| {
         let mut next = part.first;
         let lease = |&Delivery { walks, leases, worker, digest, spared }: &Delivery| {
             let walks = next..next.saturating_add(walks);
@@ -349,7 +349,7 @@ mod tests {
     fn of(deliveries: Deliveries, workers: &[Contributor]) -> Checkpoint {
         let layout = radiosity::Layout { scores: 1, moments: 2, slopes: 0, events: false };
         let book = Book {
-            parts: vec![Part { job_hash: [0; 32], seed: 1, first: 0, deliveries }],
+            parts: vec![WalkRange { job_hash: [0; 32], seed: 1, first: 0, deliveries }],
             out_of_order: vec![],
             workers: workers.into(),
             looks: vec![],

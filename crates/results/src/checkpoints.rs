@@ -11,12 +11,13 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use job::{Budget, Job};
 use judge::{MOMENTS, limits};
 use protocol::{
-    Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, Judge, Part, Past, Plan, Session,
+    Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, JobPlan, Judge, Past, Session, WalkRange,
 };
-use radiosity::Experiment;
+use radiosity::{Experiment, SceneSpec};
 use report::OutputFolder;
 
 use crate::error::Error;
+use crate::pilot::PILOT;
 use crate::replica::pack;
 use crate::settings::Settings;
 
@@ -50,14 +51,25 @@ impl Identity {
     /// # Errors
     /// Where the scene is too large to be sent.
     pub fn new(job: &Job, settings: &Settings, experiment: &Experiment, build: &str) -> Result<Self, Error> {
+        let first = job.budget.first_path / experiment.unit().paths();
+        Identity::of_walks((job.scene.spec(), settings), experiment, first, build)
+    }
+
+    /// [`Identity::new`] of walks from a first number on, in a scene.
+    pub(crate) fn of_walks(
+        (spec, settings): (&SceneSpec, &Settings),
+        experiment: &Experiment,
+        first: u64,
+        build: &str,
+    ) -> Result<Self, Error> {
         let scene = experiment.scene();
-        let packed = pack(scene, job.scene.spec(), settings)
+        let packed = pack(scene, spec, settings)
             .map_err(|error| Error::System { doing: "packing the job", source: io::Error::other(error) })?;
         Ok(Identity {
             scene_hash: scene.hash(),
-            job_hash: settings.job_hash(scene.hash(), job.seed),
-            seed: job.seed,
-            first: job.budget.first_path / experiment.unit().paths(),
+            job_hash: settings.job_hash(scene.hash(), settings.seed),
+            seed: settings.seed,
+            first,
             goal: settings.goal(),
             job: packed,
             sessions: vec![session(build)],
@@ -73,13 +85,13 @@ impl Identity {
         experiment: &Experiment,
         (looks, judge): (Vec<u64>, Judge),
         lots: u64,
-    ) -> Plan {
+    ) -> JobPlan {
         // A batch is leased as a walk is, whole and alone.
         let (stream_paths, leases_per_thread) = match experiment.unit().batch() {
             Some(_) => (1, 1),
             None => (budget.stream_paths, 2),
         };
-        Plan {
+        JobPlan {
             job: self.job.clone().into(),
             scene_hash: self.scene_hash,
             job_hash: self.job_hash,
@@ -105,7 +117,7 @@ impl Identity {
         if let Some(session) = sessions.last_mut() {
             session.ended = unix_seconds();
         }
-        let part = Part { job_hash: self.job_hash, seed: self.seed, first: self.first, deliveries };
+        let part = WalkRange { job_hash: self.job_hash, seed: self.seed, first: self.first, deliveries };
         let (goal, job) = (self.goal, self.job.clone());
         let book = Book { parts: vec![part], out_of_order, workers, looks, goal, effort, sessions, job };
         Checkpoint { scene_hash: self.scene_hash, tally, book }
@@ -223,7 +235,7 @@ pub(crate) fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Late
     };
     report::replace_atomically(&path, previous.as_deref(), |file| checkpoint.write(file), prove)?;
     if latest == Latest::Foreign {
-        folder.remove(&[&DERIVED[..], &[PREVIOUS]].concat())?;
+        folder.remove(&[&DERIVED[..], &[PREVIOUS, PILOT]].concat())?;
     }
     Ok(())
 }

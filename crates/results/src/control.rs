@@ -39,14 +39,6 @@ impl Chosen {
         let foretold = forecast.discretisation * forecast.discretisation;
         let missed =
             control.missed(&groups, forecast.linear).map_or(foretold, |missed| missed.with(foretold));
-        if std::env::var("FIG").is_ok() {
-            eprintln!(
-                "   foretold {foretold:.5} missed {missed:.5} linear {} walks {paths} of {} cells {}",
-                forecast.linear,
-                forecast.for_paths,
-                self.partition.cuts.len()
-            );
-        }
         self.partition.forecast = Some(Forecast {
             paths: forecast.paths + paths,
             rays: forecast.rays + rays,

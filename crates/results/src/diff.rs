@@ -41,7 +41,7 @@ const EXACT: [&str; 4] = ["exact", "exact_r", "exact_g", "exact_b"];
 
 /// One radiosity of a result.
 #[derive(Clone, Debug, PartialEq)]
-struct Row {
+struct PatchRadiosity {
     /// Patch, surface, cell and side, as the table has them.
     place: Vec<String>,
     /// The column of the radiosity.
@@ -51,8 +51,8 @@ struct Row {
 }
 
 /// A result as its table has it.
-struct Side {
-    rows: Vec<Row>,
+struct ComparedResult {
+    rows: Vec<PatchRadiosity>,
     /// `None` of a deterministic solution.
     tally: Option<Checkpoint>,
     job: JobFacts,
@@ -110,7 +110,7 @@ pub fn compare(first: &Path, second: &Path) -> Result<Comparison, Error> {
         incomparable([vec![reason], why].concat().join("; "), "compare results of one scene")
     })?;
     let same_tally = match &sides {
-        [Side { tally: Some(a), .. }, Side { tally: Some(b), .. }] => {
+        [ComparedResult { tally: Some(a), .. }, ComparedResult { tally: Some(b), .. }] => {
             let same = a.tally.hash() == b.tally.hash();
             if !same && share_walks(a, b) {
                 let reason =
@@ -130,7 +130,7 @@ pub fn compare(first: &Path, second: &Path) -> Result<Comparison, Error> {
 }
 
 /// Reads what a run left, or a deterministic solution: an output folder, or a table in one.
-fn read(path: &Path) -> Result<Side, Error> {
+fn read(path: &Path) -> Result<ComparedResult, Error> {
     let folder = if path.is_file() { path.parent().unwrap_or(path) } else { path };
     let is_named = |name: &str| path.is_file() && path.file_stem().is_some_and(|stem| stem == name);
     let table = folder.join("patches.csv");
@@ -148,16 +148,16 @@ fn read(path: &Path) -> Result<Side, Error> {
     let rows = read_table(&table, None)?;
     let tally = Checkpoint::read(&folder.join(CURRENT))?;
     let job = JobFacts::of_run(&tally).map_err(|reason| unusable(folder, &tally, reason))?;
-    Ok(Side { rows, job, tally: Some(tally) })
+    Ok(ComparedResult { rows, job, tally: Some(tally) })
 }
 
 /// Reads the tables of a deterministic solution, one for each channel.
-fn read_exact(tables: &[PathBuf], summary: &Path) -> Result<Side, Error> {
+fn read_exact(tables: &[PathBuf], summary: &Path) -> Result<ComparedResult, Error> {
     let channel = |table: &PathBuf| {
         let name = table.file_stem().and_then(|stem| EXACT.into_iter().position(|name| stem == name));
         COLUMNS[name.unwrap_or(0)][0]
     };
-    let channels: Result<Vec<Vec<Row>>, Error> =
+    let channels: Result<Vec<Vec<PatchRadiosity>>, Error> =
         tables.iter().map(|table| read_table(table, Some(channel(table)))).collect();
     let mut channels: Vec<_> = channels?.into_iter().map(Vec::into_iter).collect();
     let mut rows = Vec::new();
@@ -165,11 +165,11 @@ fn read_exact(tables: &[PathBuf], summary: &Path) -> Result<Side, Error> {
     while channels.iter().all(|channel| channel.len() > 0) {
         rows.extend(channels.iter_mut().filter_map(Iterator::next));
     }
-    Ok(Side { rows, tally: None, job: JobFacts::of_exact(summary) })
+    Ok(ComparedResult { rows, tally: None, job: JobFacts::of_exact(summary) })
 }
 
 /// Reads a table; `of` is the channel of one that has a single channel's numbers, and not what a run leaves.
-fn read_table(path: &Path, of: Option<&'static str>) -> Result<Vec<Row>, Error> {
+fn read_table(path: &Path, of: Option<&'static str>) -> Result<Vec<PatchRadiosity>, Error> {
     let fault = |reason: String| Error::NoTable { path: path.into(), reason };
     let bytes = fs::read(path).map_err(|error| fault(error.to_string()))?;
     let mut reader = csv::Reader::from_reader(&bytes[..]);
@@ -196,7 +196,7 @@ fn read_table(path: &Path, of: Option<&'static str>) -> Result<Vec<Row>, Error> 
         let place: Vec<String> = places.iter().map(|&i| record[i].to_owned()).collect();
         for &(channel, value, error) in &channels {
             let value = value_of(&record, value, error, hits).map_err(&fault)?;
-            rows.push(Row { place: place.clone(), channel, value });
+            rows.push(PatchRadiosity { place: place.clone(), channel, value });
         }
     }
     Ok(rows)
@@ -223,11 +223,11 @@ fn value_of(
 }
 
 /// Whether rows stand for the same faces.
-fn check_places([first, second]: &[Side; 2]) -> Result<(), String> {
+fn check_places([first, second]: &[ComparedResult; 2]) -> Result<(), String> {
     if first.rows.len() != second.rows.len() {
         return Err(format!("one has {} radiosities, the other {}", first.rows.len(), second.rows.len()));
     }
-    let same = |(a, b): (&Row, &Row)| (&a.place, a.channel) == (&b.place, b.channel);
+    let same = |(a, b): (&PatchRadiosity, &PatchRadiosity)| (&a.place, a.channel) == (&b.place, b.channel);
     match first.rows.iter().zip(&second.rows).position(|rows| !same(rows)) {
         None => Ok(()),
         Some(row) => Err(format!("row {} is of other patches, sides or channels", row + 1)),
@@ -243,15 +243,16 @@ fn share_walks(a: &Checkpoint, b: &Checkpoint) -> bool {
 }
 
 /// The chains or batches of a result, where its intervals are Student's; its paths tell.
-fn freedom(side: &Side) -> Option<u64> {
+fn freedom(side: &ComparedResult) -> Option<u64> {
     let Checkpoint { tally, .. } = side.tally.as_ref()?;
     let ends =
         tally.counts.absorbed + tally.counts.absorbed_back + tally.counts.escaped + tally.counts.truncated;
     (ends > tally.counts.walks).then(|| tally.counts.walks.max(2) - 1)
 }
 
-fn compare_rows([first, second]: &[Side; 2], same_tally: bool) -> Comparison {
-    let of_row = |(i, (a, b)): (usize, (&Row, &Row))| Some((z([a.value?, b.value?]), i));
+fn compare_rows([first, second]: &[ComparedResult; 2], same_tally: bool) -> Comparison {
+    let of_row =
+        |(i, (a, b)): (usize, (&PatchRadiosity, &PatchRadiosity))| Some((z([a.value?, b.value?]), i));
     let mut ranks: Vec<(f64, usize)> =
         first.rows.iter().zip(&second.rows).enumerate().filter_map(of_row).collect();
     ranks.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()).then(a.1.cmp(&b.1)));
@@ -267,7 +268,7 @@ fn compare_rows([first, second]: &[Side; 2], same_tally: bool) -> Comparison {
         Some(freedom) => student_quantile(p, freedom),
     };
     let difference = |&(z, i): &(f64, usize)| {
-        let Row { place, channel, value } = &first.rows[i];
+        let PatchRadiosity { place, channel, value } = &first.rows[i];
         let values = [(*value)?, second.rows[i].value?];
         Some(Difference { place: place.clone(), channel, z, values })
     };
@@ -298,14 +299,14 @@ fn z([(x, dx), (y, dy)]: [(f64, f64); 2]) -> f64 {
 mod tests {
     use super::*;
 
-    fn side(values: &[Option<(f64, f64)>]) -> Side {
-        let row = |(i, &value): (usize, &Option<(f64, f64)>)| Row {
+    fn side(values: &[Option<(f64, f64)>]) -> ComparedResult {
+        let row = |(i, &value): (usize, &Option<(f64, f64)>)| PatchRadiosity {
             place: vec![i.to_string()],
             channel: "radiosity",
             value,
         };
         let job = JobFacts::of_exact(Path::new(""));
-        Side { rows: values.iter().enumerate().map(row).collect(), tally: None, job }
+        ComparedResult { rows: values.iter().enumerate().map(row).collect(), tally: None, job }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The deterministic solution of a job's scene, as tables and summaries have it.
 
-use exact::{Accuracy, Bounds, ESTIMATORS, Exact, ExactError, SharedPath, WeightedWalk};
+use exact::{ESTIMATORS, Exact, ExactError, SharedPath, SystemAccuracy, VarianceBounds, WeightedWalk};
 use job::Job;
 use radiosity::{Scene, birth_probabilities};
 use report::{Check, ExactBounds, ExactColumns, ExactSummary, Units};
@@ -48,7 +48,7 @@ pub fn solve(
     let birth = birth_probabilities(scene, &job.method.birth);
     let answer = |exact: Exact| {
         let walk = shared.as_ref().map(|shared| WeightedWalk::new(&exact, shared)).transpose()?;
-        let accuracy = Accuracy::of(&exact);
+        let accuracy = SystemAccuracy::of(&exact);
         let columns = columns(&exact, walk.as_ref(), &accuracy, &birth);
         let summary = summary(&exact, &accuracy, scene, units(job.light));
         Ok(ExactAnswer { exact, columns, summary })
@@ -57,11 +57,11 @@ pub fn solve(
 }
 
 /// What holds of the whole scene.
-fn summary(exact: &Exact, accuracy: &Accuracy, scene: &Scene, units: Units) -> ExactSummary {
+fn summary(exact: &Exact, accuracy: &SystemAccuracy, scene: &Scene, units: Units) -> ExactSummary {
     let [row_sum_min, row_sum_max] = accuracy.row_sums;
     let worst = accuracy.worst(exact);
     let worst_face = worst.map(|(face, _)| scene.faces().get(face));
-    let bounds = Bounds::of(exact);
+    let bounds = VarianceBounds::of(exact);
     ExactSummary {
         version: env!("CARGO_PKG_VERSION").into(),
         scene_hash: scene.hash(),
@@ -89,7 +89,7 @@ fn summary(exact: &Exact, accuracy: &Accuracy, scene: &Scene, units: Units) -> E
 }
 
 /// Whether the rows of form factors can be.
-fn rows_check(accuracy: &Accuracy) -> Check {
+fn rows_check(accuracy: &SystemAccuracy) -> Check {
     let message = if accuracy.rows_possible {
         "no row of form factors sums to more than 1 by more than its error"
     } else {
@@ -104,7 +104,7 @@ fn rows_check(accuracy: &Accuracy) -> Check {
 fn columns(
     exact: &Exact,
     walk: Option<&WeightedWalk<'_>>,
-    accuracy: &Accuracy,
+    accuracy: &SystemAccuracy,
     birth: &[f64],
 ) -> ExactColumns {
     let solution = exact.solution();

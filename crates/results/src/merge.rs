@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::{Checkpoint, MergeFault, Part};
+use protocol::{Checkpoint, MergeFault, WalkRange};
 
 use crate::checkpoints::CURRENT;
 use crate::error::Error;
@@ -29,7 +29,7 @@ fn add(merged: &mut Checkpoint, other: Checkpoint, settings: &Settings) -> Resul
     if merged.scene_hash != other.scene_hash {
         return Err(MergeFault::Scene);
     }
-    let is_ours = |part: &Part| part.job_hash == settings.job_hash(merged.scene_hash, part.seed);
+    let is_ours = |part: &WalkRange| part.job_hash == settings.job_hash(merged.scene_hash, part.seed);
     if !other.book.parts.iter().all(is_ours) {
         return Err(MergeFault::Method);
     }

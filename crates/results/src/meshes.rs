@@ -45,7 +45,7 @@ fn cut_finely(surface: &mut SurfaceSpec, coarse: Grid, scores: &[f64]) -> Grid {
 }
 
 /// How all surfaces of a scene are cut, and which cells are one patch.
-pub(crate) struct Cells {
+pub(crate) struct MeshCells {
     pub(crate) cuts: Vec<Cut>,
     /// The patch of each cell, in the order of surfaces and their cells. Patches are numbered in the order of their first cells.
     pub(crate) patch_of_cell: Vec<u32>,
@@ -116,10 +116,10 @@ impl Meshes {
 
     /// The cells of parts that are patches, given by the part of each cell, where other surfaces than those of meshes have these cuts, and their
     /// cells these patches ([`judge::partition::Choice::patches`]).
-    pub(crate) fn cells(&self, part_of_cell: &[u32], cuts: &[Cut], others: &[Option<Vec<u32>>]) -> Cells {
+    pub(crate) fn cells(&self, part_of_cell: &[u32], cuts: &[Cut], others: &[Option<Vec<u32>>]) -> MeshCells {
         let parts = part_of_cell.iter().max().map_or(0, |last| *last as usize + 1);
         let patch_of_part = vec![None; parts];
-        let mut cells = Cells { cuts: Vec::new(), patch_of_cell: Vec::new(), patch_of_part };
+        let mut cells = MeshCells { cuts: Vec::new(), patch_of_cell: Vec::new(), patch_of_part };
         let (mut first, mut patches) = (0, 0);
         for (surface, cut) in cuts.iter().enumerate() {
             let count = self.grids[surface].cells() as usize;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use job::{Beside, Forecast, Light, OutputFile, WalkKind, Word};
 use judge::{Control, bounces, checks_of_result, is_discretised, target};
-use protocol::{Book, Checkpoint, Contributor, Look, Part, Session};
+use protocol::{Book, Checkpoint, Contributor, Look, Session, WalkRange};
 use radiosity::{Estimates, Experiment, Influences, Precision, Quantity, Readings};
 use report::words::{counted, percent, quantity};
 use report::{
@@ -20,6 +20,7 @@ use crate::checkpoints::{
 };
 use crate::error::Error;
 use crate::kept::Kept;
+use crate::pilot::PILOT;
 use crate::settings::Settings;
 
 /// Files by name, written but not in their places.
@@ -43,7 +44,7 @@ impl RunOutput {
     /// # Errors
     /// Where it holds results that may not be `replace`d.
     pub fn new(path: &Path, replace: bool, exports: &[OutputFile], git: &'static str) -> Result<Self, Error> {
-        let files = [&[CURRENT, PREVIOUS][..], &DERIVED].concat();
+        let files = [&[CURRENT, PREVIOUS, PILOT][..], &DERIVED].concat();
         let folder = OutputFolder::claim(path, &files, replace)?.into();
         Ok(RunOutput { folder, exports: exports.into(), git })
     }
@@ -462,7 +463,7 @@ fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
         paths: worker.walks.saturating_mul(paths_per_walk),
         leases: worker.leases,
     };
-    let part = |part: &Part| PartSummary {
+    let part = |part: &WalkRange| PartSummary {
         seed: part.seed,
         first_path: part.first.saturating_mul(paths_per_walk),
         paths: part.walks().saturating_mul(paths_per_walk),

@@ -1,17 +1,18 @@
 //! The choice of a job's patches: a pilot walks the scene on a fine grid, with walks of its own, and a rule reads off what to cut.
 
-use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
+mod kept;
+mod stage;
 
-use job::{Auto, Cut, Forecast, Job, Partition, WalkKind};
-use judge::MOMENTS;
+use job::{Auto, Cut, Forecast, Job, Partition};
 use judge::partition::{
-    Basis, Candidates, Choice, Grid, MeshLight, PilotTallies, SurfaceLight, doublings, shared_noise,
+    Basis, Candidates, Choice, Grid, Grouped, MeshLight, SurfaceLight, doublings, shared_noise,
 };
-use radiosity::{
-    Birth, Direction, Estimator, Experiment, MergeError, Scene, Score, Sequence, Space, Tally, Walks,
-};
+use radiosity::{Scene, Space};
 
+pub use self::kept::{PILOT, PilotBooks};
+use self::stage::Task;
+pub use self::stage::{Groups, Stage, Walked};
+use crate::all_threads;
 use crate::error::Error;
 use crate::meshes::{Look, Meshes, add_patches};
 
@@ -21,7 +22,7 @@ const SHARE: u64 = 10;
 /// The least number of walks of a pilot.
 const LEAST: u64 = 1 << 14;
 
-/// The largest number of walks of a pilot: the pilot runs in one process, however many workers the job has.
+/// The largest number of walks of a pilot.
 const MOST: u64 = 1 << 24;
 
 /// The pilot looks at the light first after one of this many parts of its walks: where the light is even, that is enough.
@@ -35,12 +36,6 @@ const FEW: u64 = 4;
 
 /// Independent groups of the pilot's walks: products of what they find have no bias.
 const GROUPS: u64 = 16;
-
-/// From one group's first walk to the next one's, in the pilot's sequence.
-const GROUP_STRIDE: u64 = 1 << 40;
-
-/// Walks that a thread takes at once.
-const PART: u64 = 1 << 18;
 
 /// Walks of the pilot for each of its cells.
 const WALKS_PER_CELL: u64 = 16;
@@ -95,28 +90,38 @@ impl Chosen {
 /// # Errors
 /// Where the scene or the method is refused, or a sum overflows.
 pub fn choose(job: &Job, threads: usize) -> Result<Option<Chosen>, Error> {
+    choose_by(job, &mut |stage| stage.walk_here(threads))
+}
+
+/// [`choose`] by walks that are taken elsewhere.
+///
+/// # Errors
+/// As [`choose`], and those of `walk`.
+pub fn choose_by<E: From<Error>>(
+    job: &Job,
+    walk: &mut dyn FnMut(&Stage) -> Result<Walked, E>,
+) -> Result<Option<Chosen>, E> {
     let Some(auto) = &job.auto else { return Ok(None) };
     let most = job.budget.paths;
     let in_groups = Meshes::are_many(auto, most);
-    let of_pilot = |plan: Plan| match in_groups {
-        true => of_pilot_in_groups(job, auto, plan, threads),
-        false => of_pilot(job, auto, plan, threads),
+    let mut pilots = Pilots { job, walk, scene: None, counted: [0, 0] };
+    let mut of_pilot = |plan: Plan| match in_groups {
+        true => pilots.choose_in_groups(auto, plan),
+        false => pilots.choose(auto, plan),
     };
     let Some(target) = &job.total_target else {
         let chosen = of_pilot(Plan { walks: most, most, aim: 0.0 })?;
-        return chosen.controlled(job, threads).map(Some);
+        return Ok(Some(chosen.controlled(job, all_threads())?));
     };
     // The pilot grows with the walks that it finds to be needed.
-    let (mut walks, mut before) = (FIRST_PLAN.min(most), [0, 0]);
+    let mut walks = FIRST_PLAN.min(most);
     loop {
-        let mut chosen = of_pilot(Plan { walks, most, aim: AIM * target.total_error })?;
-        let forecast = chosen.partition.forecast.as_mut().expect("a pilot foretells");
-        before = [before[0] + forecast.paths, before[1] + forecast.rays];
-        [forecast.paths, forecast.rays] = before;
-        if forecast.for_paths <= ENOUGH * walks || walks == most {
-            return chosen.controlled(job, threads).map(Some);
+        let chosen = of_pilot(Plan { walks, most, aim: AIM * target.total_error })?;
+        let needed = chosen.partition.forecast.expect("a pilot foretells").for_paths;
+        if needed <= ENOUGH * walks || walks == most {
+            return Ok(Some(chosen.controlled(job, all_threads())?));
         }
-        walks = forecast.for_paths.min(GROWTH * walks);
+        walks = needed.min(GROWTH * walks);
     }
 }
 
@@ -131,78 +136,144 @@ struct Plan {
     aim: f64,
 }
 
-/// The choice for the walks of a job.
-fn of_pilot(
-    job: &Job,
-    auto: &Auto,
-    Plan { walks, most, aim }: Plan,
-    threads: usize,
-) -> Result<Chosen, Error> {
-    let bases = open_bases(auto);
-    let wanted = pilot_for(walks);
-    let first = (wanted / FIRST_PART).max(LEAST.min(walks));
-    let look = |walks: u64, fewer: u64| -> Result<Pilot, Error> {
-        let mut pilot = Pilot::linear(job, &auto.surfaces, walks / fewer)?;
-        pilot.walk(walks, threads)?;
-        Ok(pilot)
-    };
-    let choose = |candidates: &Candidates, energy: f64| match aim > 0.0 {
-        true => candidates.choose_for(aim * aim * energy.max(0.0), walks as f64, most as f64),
-        false => candidates.choose(walks as f64),
-    };
-    let mut before = [0, 0];
-    if first * FEW <= wanted {
-        // Where the light is even this is enough.
-        let pilot = look(first, FIRST_CELLS)?;
-        let (lights, energy) = pilot.see();
-        let candidates = Candidates::new(&lights, shared_noise(&lights), &bases);
-        before = pilot.counted(before);
-        if candidates.are_even() {
-            return Ok(pilot.tell(&choose(&candidates, energy), energy, before));
-        }
-    }
-    let pilot = look(wanted, 1)?;
-    let (lights, energy) = pilot.see();
-    let candidates = Candidates::new(&lights, shared_noise(&lights), &bases);
-    Ok(pilot.tell(&choose(&candidates, energy), energy, pilot.counted(before)))
+/// The pilots of a job, one after the other.
+struct Pilots<'a, 'w, E> {
+    job: &'a Job,
+    walk: &'w mut dyn FnMut(&Stage) -> Result<Walked, E>,
+    /// The scene of the latest, by which rays find surfaces.
+    scene: Option<Scene>,
+    /// Walks and rays of all of them.
+    counted: [u64; 2],
 }
 
-/// The choice where faces of meshes are grouped: of the bases that the job leaves open the better one, for all surfaces.
-fn of_pilot_in_groups(job: &Job, auto: &Auto, plan: Plan, threads: usize) -> Result<Chosen, Error> {
-    let auto = &without_large_kinds(job, auto);
-    if auto.kinds.iter().all(Option::is_none) {
-        return of_pilot(job, auto, plan, threads);
+impl<'a, E: From<Error>> Pilots<'a, '_, E> {
+    /// Walks a stage on grids, whose cells are those of the task.
+    fn look(&mut self, grids: Grids, task: Task) -> Result<Pilot<'a>, E> {
+        let cells = (&task.cells.0[..], &task.cells.1[..]);
+        let scene = match self.scene.take() {
+            Some(scene) => self.job.scene.recut(&scene, cells),
+            None => self.job.scene.build_cut(cells, self.job.index),
+        };
+        let scene = scene.map_err(Error::from)?;
+        self.scene = Some(scene.clone());
+        let stage = Stage::new(self.job, scene, task)?;
+        let walked = (self.walk)(&stage)?;
+        self.counted[0] += walked.all.counts.walks;
+        self.counted[1] += walked.all.counts.rays;
+        Ok(Pilot { stage, grids, walked })
     }
-    let looked = (pilot_for(plan.walks) / FIRST_PART).max(1);
-    let walks = (pilot_for(plan.walks) - looked).max(1);
-    let (look, before) = first_look(job, auto, (looked, walks), threads)?;
-    let (meshes, clusters) = Meshes::new(job.scene.spec(), auto, &look);
-    let others: Vec<usize> = auto.surfaces.iter().copied().filter(|&surface| !meshes.has(surface)).collect();
-    let grids = grids(job, &others, walks);
-    let finest =
-        (0..).zip(&clusters.parts).filter(|(_, part)| part.halves.is_none()).map(|(number, _)| number);
-    let part_of_cell = clusters.part_of_cell(finest, meshes.cell_count());
-    let cells = meshes.cells(&part_of_cell, &cuts_of(&grids), &[]);
-    let score = if auto.linear { Score::Linear } else { Score::Of };
-    let scene = job.scene.recut(before.experiment.scene(), (&cells.cuts, &cells.patch_of_cell))?;
-    let before = before.counted([0, 0]);
-    let mut pilot = Pilot::new(job, grids, scene, score, GROUPS)?;
-    pilot.walk(walks, threads)?;
-    let tallies = pilot.tallies();
-    let lights = pilot.lights(&tallies, |surface| !meshes.has(surface));
-    let mut on_meshes = MeshLight::new(&pilot.experiment, &tallies, clusters, &cells.patch_of_part);
-    let energy = on_meshes.energy() + lights.iter().map(SurfaceLight::energy).sum::<f64>();
-    let shared = shared_noise(&lights) + on_meshes.shared();
+
+    /// A pilot that fits linear functions, on as many cells as some walks allow.
+    fn look_linear(&mut self, auto: &Auto, walks: u64, fewer: u64) -> Result<Pilot<'a>, E> {
+        let grids = grids(self.job, &auto.surfaces, walks / fewer);
+        let cells = (cuts_of(&grids), Vec::new());
+        self.look(grids, Task { cells, linear: true, seed: seed(self.job.seed), groups: GROUPS, walks })
+    }
+
+    /// The choice for the walks of a job.
+    fn choose(&mut self, auto: &Auto, Plan { walks, most, aim }: Plan) -> Result<Chosen, E> {
+        let bases = open_bases(auto);
+        let wanted = pilot_for(walks);
+        let first = (wanted / FIRST_PART).max(LEAST.min(walks));
+        let choose = |candidates: &Candidates, energy: f64| match aim > 0.0 {
+            true => candidates.choose_for(aim * aim * energy.max(0.0), walks as f64, most as f64),
+            false => candidates.choose(walks as f64),
+        };
+        if first * FEW <= wanted {
+            // Where the light is even this is enough.
+            let pilot = self.look_linear(auto, first, FIRST_CELLS)?;
+            let (lights, energy) = pilot.see();
+            let candidates = Candidates::new(&lights, shared_noise(&lights), &bases);
+            if candidates.are_even() {
+                return Ok(pilot.tell(&choose(&candidates, energy), energy, self.counted));
+            }
+        }
+        let pilot = self.look_linear(auto, wanted, 1)?;
+        let (lights, energy) = pilot.see();
+        let candidates = Candidates::new(&lights, shared_noise(&lights), &bases);
+        Ok(pilot.tell(&choose(&candidates, energy), energy, self.counted))
+    }
+
+    /// The choice where faces of meshes are grouped: of the bases that the job leaves open the better one, for all surfaces.
+    fn choose_in_groups(&mut self, auto: &Auto, plan: Plan) -> Result<Chosen, E> {
+        let job = self.job;
+        let auto = &without_large_kinds(job, auto);
+        if auto.kinds.iter().all(Option::is_none) {
+            return self.choose(auto, plan);
+        }
+        let looked = (pilot_for(plan.walks) / FIRST_PART).max(1);
+        let walks = (pilot_for(plan.walks) - looked).max(1);
+        let look = self.first_look(auto, (looked, walks))?;
+        let (meshes, clusters) = Meshes::new(job.scene.spec(), auto, &look);
+        let others: Vec<usize> =
+            auto.surfaces.iter().copied().filter(|&surface| !meshes.has(surface)).collect();
+        let grids = grids(job, &others, walks);
+        let finest =
+            (0..).zip(&clusters.parts).filter(|(_, part)| part.halves.is_none()).map(|(number, _)| number);
+        let part_of_cell = clusters.part_of_cell(finest, meshes.cell_count());
+        let cells = meshes.cells(&part_of_cell, &cuts_of(&grids), &[]);
+        let patch_of_part = cells.patch_of_part;
+        let cells = (cells.cuts, cells.patch_of_cell);
+        let task = Task { cells, linear: auto.linear, seed: seed(job.seed), groups: GROUPS, walks };
+        let pilot = self.look(grids, task)?;
+        let tallies = pilot.walked.tallies();
+        let lights = pilot.lights(|surface| !meshes.has(surface));
+        let mut on_meshes = MeshLight::new(&pilot.stage.experiment, &tallies, clusters, &patch_of_part);
+        let energy = on_meshes.energy() + lights.iter().map(SurfaceLight::energy).sum::<f64>();
+        let shared = shared_noise(&lights) + on_meshes.shared();
+        let candidates = Candidates::new(&lights, shared, &open_bases(auto));
+        let (mut choice, grouped) =
+            best_in_groups(&candidates, (&mut on_meshes, meshes.cell_count()), (plan, energy));
+        let mut of_others =
+            std::mem::take(&mut choice.cuts).into_iter().zip(std::mem::take(&mut choice.patches));
+        let cut = |(surface, &(base, _)): (usize, &(Grid, Option<[u32; 2]>))| match meshes.has(surface) {
+            true => (base.cut(), None),
+            false => of_others.next().expect("a cut for each of the other surfaces"),
+        };
+        let (cuts, others): (Vec<Cut>, Vec<_>) = pilot.grids.iter().enumerate().map(cut).unzip();
+        let cells = meshes.cells(&grouped.part_of_cell, &cuts, &others);
+        choice.cuts = cells.cuts;
+        let mut chosen = pilot.tell(&choice, energy, self.counted);
+        chosen.partition.groups = cells.patch_of_cell;
+        let forecast = chosen.partition.forecast.iter_mut();
+        forecast.for_each(|forecast| forecast.surfaces = auto.surfaces.len() as u64);
+        Ok(chosen)
+    }
+
+    /// What a look of few walks tells of the light on meshes, for a pilot of more walks: on cells that are no smaller than need be, one patch each.
+    fn first_look(&mut self, auto: &Auto, (looked, walks): (u64, u64)) -> Result<Look, E> {
+        let surfaces = &self.job.scene.spec().surfaces;
+        let area: f64 = auto.surfaces.iter().map(|&surface| surfaces[surface].shape.area()).sum();
+        let mut grids: Vec<Grid> = surfaces.iter().map(|surface| Grid::of(&surface.shape)).collect();
+        for ((grid, surface), _) in
+            grids.iter_mut().zip(surfaces).zip(&auto.kinds).filter(|(_, kind)| kind.is_some())
+        {
+            *grid = grid.doubled(doublings(&surface.shape, *grid, area / LOOK_CELLS));
+        }
+        let cells = (grids.iter().map(|grid| grid.cut()).collect(), Vec::new());
+        // Other walks than those of the pilot, which is thereby independent of the cells that are chosen for it.
+        let seed = seed(seed(self.job.seed));
+        let task = Task { cells, linear: false, seed, groups: 1, walks: looked };
+        let pilot = self.look(grids.iter().map(|&grid| (grid, None)).collect(), task)?;
+        Ok(Look { grids, scores: pilot.scores(walks as f64 / looked as f64) })
+    }
+}
+
+/// The best choice of a basis, of cuts of some surfaces and of groups of the cells of meshes, of which there are some.
+fn best_in_groups(
+    candidates: &Candidates,
+    (on_meshes, cells): (&mut MeshLight, usize),
+    (plan, energy): (Plan, f64),
+) -> (Choice, Grouped) {
     let error = plan.aim * plan.aim * energy.max(0.0);
     let mut for_walks = plan.walks;
-    // Where light varies on large faces, constants lose more than their laws foretell.
-    let candidates = Candidates::new(&lights, shared, &open_bases(auto));
-    let (mut choice, grouped) = loop {
+    loop {
         let of_basis = |basis| COARSENING.map(|coarser| (basis, coarser));
+        // Where light varies on large faces, constants lose more than their laws foretell.
         let choices = candidates.bases().flat_map(of_basis).map(|(basis, coarser)| {
             let mut choice = candidates.choose_basis(basis, for_walks as f64);
             // As fine as pays among fewer walks; the noise is that of all.
-            let mut grouped = on_meshes.choose(basis, for_walks as f64 / coarser, meshes.cell_count());
+            let mut grouped = on_meshes.choose(basis, for_walks as f64 / coarser, cells);
             grouped.noise /= coarser;
             choice.noise += grouped.noise;
             choice.lost += grouped.lost;
@@ -211,23 +282,10 @@ fn of_pilot_in_groups(job: &Job, auto: &Auto, plan: Plan, threads: usize) -> Res
         let best = choices.min_by(|(a, _), (b, _)| a.error().total_cmp(&b.error()));
         let (choice, grouped) = best.expect("some basis may be chosen");
         if plan.aim == 0.0 || choice.error() <= error || for_walks >= plan.most {
-            break (choice, grouped);
+            return (choice, grouped);
         }
         for_walks = (2 * for_walks).min(plan.most);
-    };
-    let mut of_others = std::mem::take(&mut choice.cuts).into_iter().zip(std::mem::take(&mut choice.patches));
-    let cut = |(surface, &(base, _)): (usize, &(Grid, Option<[u32; 2]>))| match meshes.has(surface) {
-        true => (base.cut(), None),
-        false => of_others.next().expect("a cut for each of the other surfaces"),
-    };
-    let (cuts, others): (Vec<Cut>, Vec<_>) = pilot.grids.iter().enumerate().map(cut).unzip();
-    let cells = meshes.cells(&grouped.part_of_cell, &cuts, &others);
-    choice.cuts = cells.cuts;
-    let mut chosen = pilot.tell(&choice, energy, pilot.counted(before));
-    chosen.partition.groups = cells.patch_of_cell;
-    let forecast = chosen.partition.forecast.iter_mut();
-    forecast.for_each(|forecast| forecast.surfaces = auto.surfaces.len() as u64);
-    Ok(chosen)
+    }
 }
 
 /// What a job leaves open, but for groups with large faces: these are cut as surfaces by themselves, into cells with straight edges.
@@ -238,32 +296,6 @@ fn without_large_kinds(job: &Job, auto: &Auto) -> Auto {
     let kinds = auto.kinds.iter().enumerate();
     let kinds = kinds.map(|(surface, kind)| kind.filter(|_| is_small(surface))).collect();
     Auto { kinds, ..auto.clone() }
-}
-
-/// What a look of few walks tells of the light on meshes, for a pilot of more walks, and the pilot that looked: on cells that are no smaller than
-/// need be, one patch each.
-fn first_look<'a>(
-    job: &'a Job,
-    auto: &Auto,
-    (looked, walks): (u64, u64),
-    threads: usize,
-) -> Result<(Look, Pilot<'a>), Error> {
-    let surfaces = &job.scene.spec().surfaces;
-    let area: f64 = auto.surfaces.iter().map(|&surface| surfaces[surface].shape.area()).sum();
-    let mut grids: Vec<Grid> = surfaces.iter().map(|surface| Grid::of(&surface.shape)).collect();
-    for ((grid, surface), _) in
-        grids.iter_mut().zip(surfaces).zip(&auto.kinds).filter(|(_, kind)| kind.is_some())
-    {
-        *grid = grid.doubled(doublings(&surface.shape, *grid, area / LOOK_CELLS));
-    }
-    let cuts: Vec<Cut> = grids.iter().map(|grid| grid.cut()).collect();
-    let scene = job.scene.build_cut((&cuts, &[]), job.index)?;
-    let mut pilot = Pilot::new(job, grids.iter().map(|&grid| (grid, None)).collect(), scene, Score::Of, 1)?;
-    // Other walks than those of the pilot, which is thereby independent of the cells that are chosen for it.
-    pilot.sequence = Sequence::new(seed(seed(job.seed)));
-    pilot.walk(looked, threads)?;
-    let scores = pilot.scores(walks as f64 / looked as f64);
-    Ok((Look { grids, scores }, pilot))
 }
 
 /// The bases that a job leaves open; the constant one where its method has no other.
@@ -298,78 +330,17 @@ fn pilot_for(walks: u64) -> u64 {
     (walks / SHARE).clamp(LEAST.min(walks), MOST)
 }
 
-/// A pilot under way.
+/// A pilot that has walked.
 struct Pilot<'a> {
-    job: &'a Job,
-    experiment: Experiment,
-    sequence: Sequence,
+    stage: Stage<'a>,
     grids: Grids,
-    /// The sums of the groups, without squares.
-    groups: Vec<Tally>,
-    /// All groups together.
-    all: Tally,
+    walked: Walked,
 }
 
-impl<'a> Pilot<'a> {
-    /// A pilot that fits linear functions, on as many cells as some walks allow.
-    fn linear(job: &'a Job, open: &[usize], walks: u64) -> Result<Self, Error> {
-        let grids = grids(job, open, walks);
-        let scene = job.scene.build_cut((&cuts_of(&grids), &[]), job.index)?;
-        Pilot::new(job, grids, scene, Score::Linear, GROUPS)
-    }
-
-    /// A pilot that keeps some kind of scores in a scene that is cut for it.
-    fn new(
-        job: &'a Job,
-        grids: Grids,
-        scene: Scene,
-        score: impl Fn(Estimator) -> Score,
-        groups: u64,
-    ) -> Result<Self, Error> {
-        let direction = match job.method.walk {
-            WalkKind::Gathering => Direction::Gathering(Birth::Area),
-            WalkKind::Shooting | WalkKind::Jacobi | WalkKind::Auto => Direction::Shooting,
-        };
-        let score = score(job.method.estimator.ending(job.method.infinite));
-        let experiment = Experiment::new(scene, Walks { direction, space: Space::Continuous, score })?;
-        let all = experiment.tally::<MOMENTS>();
-        let group = Tally::new(all.patches(), all.layout().without_squares());
-        let groups = vec![group; groups as usize];
-        let sequence = Sequence::new(seed(job.seed));
-        Ok(Pilot { job, experiment, sequence, grids, groups, all })
-    }
-
-    /// Goes on to a number of walks.
-    fn walk(&mut self, walks: u64, threads: usize) -> Result<(), Error> {
-        let Pilot { experiment, sequence, groups, all, .. } = self;
-        let each = walks.div_ceil(groups.len() as u64);
-        let parts: Vec<(usize, Range<u64>)> = groups
-            .iter()
-            .enumerate()
-            .flat_map(|(group, tally)| {
-                let first = group as u64 * GROUP_STRIDE;
-                let part = move |from: u64| (group, first + from..first + each.min(from + PART));
-                (tally.counts.walks..each).step_by(PART as usize).map(part)
-            })
-            .collect();
-        let groups: Vec<Mutex<&mut Tally>> = groups.iter_mut().map(Mutex::new).collect();
-        let all = Mutex::new(all);
-        let boards = || (experiment.board::<MOMENTS>(), experiment.tally::<MOMENTS>());
-        let walked = parallel::on_threads(threads, parts.len(), boards, |(board, tally), i| {
-            let (group, range) = &parts[i];
-            experiment.walk(sequence, range.clone(), board);
-            board.add_to(tally)?;
-            groups[*group].lock().unwrap_or_else(PoisonError::into_inner).add_without_squares(tally)?;
-            all.lock().unwrap_or_else(PoisonError::into_inner).merge(tally)?;
-            tally.clear();
-            Ok::<_, MergeError>(())
-        });
-        walked.into_iter().collect::<Result<(), _>>().map_err(|_| Error::Overflow)
-    }
-
+impl Pilot<'_> {
     /// What was seen of every surface, and the energy of all the light.
     fn see(&self) -> (Vec<SurfaceLight>, f64) {
-        let lights = self.lights(&self.tallies(), |_| true);
+        let lights = self.lights(|_| true);
         let energy = lights.iter().map(SurfaceLight::energy).sum();
         (lights, energy)
     }
@@ -377,11 +348,11 @@ impl<'a> Pilot<'a> {
     /// By cell of a scene without groups, the scores that a number of times the walks are expected to find there: as many of one size as tell
     /// what these do, on both sides, in the brightest channel. One score alone is chance.
     fn scores(&self, times: f64) -> Vec<f64> {
-        let all = &self.all;
-        let faces = self.experiment.scene().faces();
+        let (all, experiment) = (&self.walked.all, &self.stage.experiment);
+        let faces = experiment.scene().faces();
         let of_face = |face: u32| {
-            let channels = 0..self.experiment.scene().channels();
-            let fits = channels.filter_map(|channel| self.experiment.fit(all, face as usize, channel));
+            let channels = 0..experiment.scene().channels();
+            let fits = channels.filter_map(|channel| experiment.fit(all, face as usize, channel));
             let told =
                 fits.filter(|fit| fit.mean_variance > 0.0).map(|fit| fit.mean * fit.mean / fit.mean_variance);
             (told.fold(0.0, f64::max) - 1.0).max(0.0)
@@ -390,28 +361,18 @@ impl<'a> Pilot<'a> {
         (0..faces.patch_count() as u32).map(of_patch).collect()
     }
 
-    /// The tallies of the groups, and their sum.
-    fn tallies(&self) -> PilotTallies<'_> {
-        PilotTallies { groups: &self.groups, all: &self.all }
-    }
-
     /// What was seen of some surfaces.
-    fn lights(&self, tallies: &PilotTallies, of: impl Fn(usize) -> bool) -> Vec<SurfaceLight> {
-        let shapes = self.job.scene.spec().surfaces.iter().map(|surface| &surface.shape).enumerate();
+    fn lights(&self, of: impl Fn(usize) -> bool) -> Vec<SurfaceLight> {
+        let Stage { job, experiment, .. } = &self.stage;
+        let tallies = self.walked.tallies();
+        let shapes = job.scene.spec().surfaces.iter().map(|surface| &surface.shape).enumerate();
         let wanted = shapes.zip(&self.grids).filter(|((surface, _), _)| of(*surface));
-        let lights =
-            wanted.map(|(surface, &grid)| SurfaceLight::new(&self.experiment, tallies, surface, grid));
-        let can_be_grouped = self.job.auto.as_ref().is_some_and(|auto| !auto.kinds.is_empty());
+        let lights = wanted.map(|(surface, &grid)| SurfaceLight::new(experiment, &tallies, surface, grid));
+        let can_be_grouped = job.auto.as_ref().is_some_and(|auto| !auto.kinds.is_empty());
         match can_be_grouped {
             true => lights.collect(),
             false => lights.map(SurfaceLight::without_groups).collect(),
         }
-    }
-
-    /// The walks and rays of some pilots and this one.
-    fn counted(&self, before: [u64; 2]) -> [u64; 2] {
-        let counts = &self.all.counts;
-        [before[0] + counts.walks, before[1] + counts.rays]
     }
 
     /// The partition that was chosen after some walks and rays.
@@ -434,7 +395,7 @@ impl<'a> Pilot<'a> {
             space: Space::Continuous,
             forecast: Some(forecast),
         };
-        Chosen { partition, scene: self.experiment.scene().clone() }
+        Chosen { partition, scene: self.stage.experiment.scene().clone() }
     }
 }
 

@@ -7,7 +7,8 @@ use judge::MOMENTS;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
 use radiosity::{
-    Board, Experiment, IndexChoice, LampsSpec, Overflow, Quantity, Scene, SceneSpec, Sequence, Tally,
+    Board, Experiment, IndexChoice, LampsSpec, Overflow, PaneSpec, Quantity, Scene, SceneSpec, Sequence,
+    Tally,
 };
 use serde::{Deserialize, Serialize};
 
@@ -29,13 +30,15 @@ struct Packed {
     vantage: Option<Vantage>,
     /// [`SceneSpec::lamps`].
     lamps: LampsSpec,
+    /// [`SceneSpec::panes`].
+    panes: Vec<PaneSpec>,
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
 /// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, the
-/// quantity that a target is about, whether the program chose the method, from where the picture looks, and the two lists of lamps.
-const LATER_SETTINGS: usize = 22;
+/// quantity that a target is about, whether the program chose the method, from where the picture looks, the two lists of lamps, and panes.
+const LATER_SETTINGS: usize = 23;
 
 /// The bytes of a job.
 ///
@@ -51,6 +54,7 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
         chooses_method: settings.chooses_method,
         vantage: settings.view.from,
         lamps: spec.lamps.clone(),
+        panes: spec.panes.clone(),
     })
 }
 
@@ -80,6 +84,7 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
     let mut packed: Packed = packed.map_err(|error| error.to_string())?;
     packed.scene.patch_of_cell.clone_from(&packed.patch_of_cell);
     packed.scene.lamps.clone_from(&packed.lamps);
+    packed.scene.panes.clone_from(&packed.panes);
     if let Some(target) = &mut packed.settings.target {
         target.quantity = packed.quantity;
     }

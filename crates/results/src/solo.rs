@@ -45,7 +45,7 @@ const GRACE: Duration = Duration::from_secs(3);
 
 /// Why the walks of a job ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum WalkEnding {
     /// Every walk is in.
     BudgetSpent,
     /// The target was met at a look.
@@ -78,7 +78,7 @@ pub fn walk_here(
     threads: usize,
     build: &str,
     watch: &mut dyn FnMut(Stage) -> bool,
-) -> Result<Option<(Kept, Ending)>, Error> {
+) -> Result<Option<(Kept, WalkEnding)>, Error> {
     let settings = Settings::of(job);
     let identity = Identity::new(job, &settings, &experiment, build)?;
     let replica = Replica::new(experiment, &settings, settings.seed);
@@ -134,7 +134,7 @@ struct Books {
     threads: usize,
     /// Whether no more leases are given.
     closed: bool,
-    ending: Option<Result<Ending, Overflow>>,
+    ending: Option<Result<WalkEnding, Overflow>>,
     /// Processor time of walks [s].
     cpu_seconds: f64,
     /// From the first walk to the latest that came in [s].
@@ -209,7 +209,7 @@ impl<'a> Hall<'a> {
             self.over.store(true, Ordering::Relaxed);
         }
         if ended && books.closed {
-            books.ending.get_or_insert(Ok(Ending::WallClock));
+            books.ending.get_or_insert(Ok(WalkEnding::WallClock));
         }
     }
 
@@ -290,7 +290,12 @@ impl<'a> Hall<'a> {
 }
 
 impl Books {
-    fn take(&mut self, id: LeaseId, parcel: Parcel, delivery: Delivery) -> Result<Option<Ending>, Overflow> {
+    fn take(
+        &mut self,
+        id: LeaseId,
+        parcel: Parcel,
+        delivery: Delivery,
+    ) -> Result<Option<WalkEnding>, Overflow> {
         if self.ending.is_some() {
             return Ok(None);
         }
@@ -301,11 +306,11 @@ impl Books {
                 let look = observer.look(ledger.prefix(), looks);
                 looks.push(look);
                 if look.reached {
-                    return Ok(Some(Ending::TargetReached));
+                    return Ok(Some(WalkEnding::TargetReached));
                 }
             }
         }
-        Ok(ledger.is_complete().then_some(Ending::BudgetSpent))
+        Ok(ledger.is_complete().then_some(WalkEnding::BudgetSpent))
     }
 
     fn past(self, threads: usize) -> Past {

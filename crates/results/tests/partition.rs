@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use common::tally;
 use job::{Cut, Job, Partition};
-use radiosity::{Estimates, Experiment, Leaf, SceneSpec, Shape, SurfaceSpec};
+use radiosity::{CutCell, Estimates, Experiment, SceneSpec, Shape, SurfaceSpec};
 use results::choose;
 use stats::Coverage;
 use tempfile::{TempDir, tempdir};
@@ -177,7 +177,7 @@ fn coverage(seeds: u64, paths: u64, known: u64) -> (f64, f64, u64) {
             let cells: Vec<([u32; 2], u32)> = match cut {
                 &Cut::Grid(grid) => (0..grid[0] * grid[1]).map(|cell| (grid, cell)).collect(),
                 Cut::Leaves(leaves) => {
-                    let cell = |leaf: Leaf| (leaf.grid(), leaf.at[0] * leaf.grid()[1] + leaf.at[1]);
+                    let cell = |leaf: CutCell| (leaf.grid(), leaf.at[0] * leaf.grid()[1] + leaf.at[1]);
                     leaves.iter().map(cell).collect()
                 }
                 Cut::Rows(_) => panic!("quads"),

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use radiosity::{SceneSpec, Shape, Sides, SurfaceSpec};
 
-use crate::material::Material;
+use crate::material::SceneMaterial;
 
 /// The unit cube with faces of n × n cells, reflectances from 0.3 (first face) to 0.8 (last); the cell in the
 /// middle of the first face emits 1 W/m². n = 3 is the 54-patch cube of S97 figs 2 and 3 (Sbert 1997).
@@ -20,7 +20,9 @@ pub fn cube(n: u32) -> SceneSpec {
     let mut surfaces: Vec<SurfaceSpec> = faces
         .into_iter()
         .zip(reflectances)
-        .map(|((corner, u, v), reflectance)| Material::new(reflectance).surface(quad(corner, u, v, [n, n])))
+        .map(|((corner, u, v), reflectance)| {
+            SceneMaterial::new(reflectance).surface(quad(corner, u, v, [n, n]))
+        })
         .collect();
     surfaces[0].cell_emittance = vec![(n / 2 * n + n / 2, 1.0.into())];
     SceneSpec::new(surfaces)
@@ -106,10 +108,10 @@ fn cells_as_surfaces(face: &SurfaceSpec) -> Vec<SurfaceSpec> {
 /// blocks that stand on a millimetre of air, so that no patch lies half under one. 21 surfaces of about
 /// 28 mm patches; the front is open, as published.
 pub fn cornell() -> SceneSpec {
-    const WHITE: Material = Material::new(0.737);
-    const GREEN: Material = Material::new(0.283);
-    const RED: Material = Material::new(0.184);
-    const LAMP: Material = Material::new(0.78).emitting(100.0);
+    const WHITE: SceneMaterial = SceneMaterial::new(0.737);
+    const GREEN: SceneMaterial = SceneMaterial::new(0.283);
+    const RED: SceneMaterial = SceneMaterial::new(0.184);
+    const LAMP: SceneMaterial = SceneMaterial::new(0.78).emitting(100.0);
     let [w, h, d] = [DVec3::X * 0.556, DVec3::Y * 0.5488, DVec3::Z * 0.5592];
     let (lamp_low, lamp_high) = (DVec3::new(0.213, 0.0, 0.227), DVec3::new(0.343, 0.0, 0.332));
     // A rectangle of the ceiling, facing down.
@@ -149,14 +151,14 @@ pub fn room(n: u32) -> SceneSpec {
     let walls =
         [(DVec3::ZERO, d, w), (h, w, d), (d, h, w), (DVec3::ZERO, w, h), (DVec3::ZERO, h, d), (w, d, h)];
     let reflectances = [0.4, 0.8, 0.7, 0.7, 0.6, 0.5];
-    let wall = |((corner, u, v), r)| Material::new(r).surface(quad(corner, u, v, [n, n]));
+    let wall = |((corner, u, v), r)| SceneMaterial::new(r).surface(quad(corner, u, v, [n, n]));
     let mut surfaces: Vec<SurfaceSpec> = walls.into_iter().zip(reflectances).map(wall).collect();
     let middle = n / 4..n - n / 4;
     surfaces[1].cell_emittance =
         middle.clone().flat_map(|i| middle.clone().map(move |j| (i * n + j, 1.0.into()))).collect();
     let panel = |corner: [f64; 3], u: DVec3, v: DVec3| SurfaceSpec {
         sides: Sides::Both,
-        ..Material::new(0.6).surface(quad(corner.into(), u, v, [n, n]))
+        ..SceneMaterial::new(0.6).surface(quad(corner.into(), u, v, [n, n]))
     };
     // The table: its top and four legs.
     surfaces.push(panel([0.7, 0.8, 0.9], DVec3::X * 1.5, DVec3::Z * 1.2));

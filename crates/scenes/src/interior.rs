@@ -6,8 +6,8 @@ use glam::DVec3;
 use radiosity::{SceneSpec, Sequence, WalkRng};
 
 use crate::furniture::{self, Detail, GAP, between};
-use crate::material::Material;
-use crate::mesh::Mesh;
+use crate::material::SceneMaterial;
+use crate::mesh::ObjMesh;
 use crate::obj::to_obj;
 
 /// The inside measures of a room: x, y, z [m].
@@ -39,7 +39,7 @@ pub fn interior_obj(triangles: usize) -> [String; 2] {
     to_obj(&interior_mesh(triangles), "interior.mtl")
 }
 
-fn interior_mesh(triangles: usize) -> Mesh {
+fn interior_mesh(triangles: usize) -> ObjMesh {
     let side = ((triangles as f64).sqrt() / 240.0).round().max(1.0) as u32;
     let rooms = [side + 1, side];
     let detail = detail_for(triangles, rooms);
@@ -88,11 +88,11 @@ fn lines(rooms: u32, length: f64, door: [f64; 2]) -> Vec<f64> {
 }
 
 /// Walls, floors and ceilings: every face between a hollow cell of the grid and a solid one, towards the hollow.
-fn shell(rooms: [u32; 2]) -> Mesh {
-    const PLASTER: Material = Material::new(0.75);
-    const FLOOR: Material = Material::new(0.4);
+fn shell(rooms: [u32; 2]) -> ObjMesh {
+    const PLASTER: SceneMaterial = SceneMaterial::new(0.75);
+    const FLOOR: SceneMaterial = SceneMaterial::new(0.4);
     let grid = [lines(rooms[0], ROOM.x, DOOR_X), lines(rooms[1], ROOM.y, DOOR_Y), vec![0.0, DOOR, ROOM.z]];
-    let mut mesh = Mesh::default();
+    let mut mesh = ObjMesh::default();
     let cells = [grid[0].len(), grid[1].len(), grid[2].len()].map(|lines| lines as i64 - 1);
     for (x, y, z) in
         (0..cells[0]).flat_map(|x| (0..cells[1]).flat_map(move |y| (0..2).map(move |z| (x, y, z))))
@@ -128,9 +128,9 @@ fn face(grid: &[Vec<f64>; 3], cell: [i64; 3], axis: usize, step: i64) -> [DVec3;
 }
 
 /// The furniture of `rooms` rooms along x and y.
-fn furnish(rooms: [u32; 2], detail: Detail) -> Mesh {
+fn furnish(rooms: [u32; 2], detail: Detail) -> ObjMesh {
     let sequence = Sequence::new(2026);
-    let mut mesh = Mesh::default();
+    let mut mesh = ObjMesh::default();
     for room in 0..rooms[0] * rooms[1] {
         let corner = DVec3::new(
             f64::from(room % rooms[0]) * (ROOM.x + WALL),
@@ -143,8 +143,8 @@ fn furnish(rooms: [u32; 2], detail: Detail) -> Mesh {
 }
 
 /// The furniture of one room, from the room's corner (0, 0, 0).
-fn furnish_room(detail: Detail, rng: &mut WalkRng) -> Mesh {
-    let mut mesh = Mesh::default();
+fn furnish_room(detail: Detail, rng: &mut WalkRng) -> ObjMesh {
+    let mut mesh = ObjMesh::default();
     dining_place(&mut mesh, detail, rng);
     mesh.add(furniture::bookcase(rng).named("bookcase"), DVec3::new(0.3, ROOM.y, 0.0), 0.0);
     mesh.add(furniture::wire_rack(detail, rng).named("wire rack"), DVec3::new(1.2, 3.75, 0.0), 0.0);
@@ -170,7 +170,7 @@ fn furnish_room(detail: Detail, rng: &mut WalkRng) -> Mesh {
 }
 
 /// A table, laid, with chairs round it and a lamp above.
-fn dining_place(mesh: &mut Mesh, detail: Detail, rng: &mut WalkRng) {
+fn dining_place(mesh: &mut ObjMesh, detail: Detail, rng: &mut WalkRng) {
     let centre = DVec3::new(2.8, 2.4, 0.0);
     mesh.add(furniture::table(detail).named("table"), centre, 0.0);
     let top = centre + DVec3::Z * 0.76;

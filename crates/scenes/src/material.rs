@@ -4,26 +4,26 @@ use radiosity::{Shape, Sides, SurfaceSpec};
 
 /// A material: reflectance, emittance [W/m²] and active sides.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Material {
+pub(crate) struct SceneMaterial {
     reflectance: f64,
     emittance: f64,
     sides: Sides,
 }
 
-impl Material {
+impl SceneMaterial {
     /// A material that reflects with its front only.
     pub(crate) const fn new(reflectance: f64) -> Self {
-        Material { reflectance, emittance: 0.0, sides: Sides::Front }
+        SceneMaterial { reflectance, emittance: 0.0, sides: Sides::Front }
     }
 
     /// The material reflecting with both sides, as leaves and cloth do.
     pub(crate) const fn two_sided(self) -> Self {
-        Material { sides: Sides::Both, ..self }
+        SceneMaterial { sides: Sides::Both, ..self }
     }
 
     /// The material that also emits `emittance` [W/m²].
     pub(crate) const fn emitting(self, emittance: f64) -> Self {
-        Material { emittance, ..self }
+        SceneMaterial { emittance, ..self }
     }
 
     /// Reflectance and emittance [W/m²].
@@ -33,7 +33,7 @@ impl Material {
 
     /// A name that says all of it; `-both` ends those of materials that reflect with both sides.
     pub(crate) fn name(self) -> String {
-        let Material { reflectance, emittance, sides } = self;
+        let SceneMaterial { reflectance, emittance, sides } = self;
         let both = if sides == Sides::Both { "-both" } else { "" };
         format!("reflecting-{reflectance}-emitting-{emittance}{both}")
     }

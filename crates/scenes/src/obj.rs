@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
-use crate::material::Material;
-use crate::mesh::Mesh;
+use crate::material::SceneMaterial;
+use crate::mesh::ObjMesh;
 
 /// The text of a mesh as an OBJ file that names a file of materials, and the text of that. Objects of one name are told apart by numbers.
 /// Numbers have the fewest digits from which the same number is read back.
-pub(crate) fn to_obj(mesh: &Mesh, materials: &str) -> [String; 2] {
+pub(crate) fn to_obj(mesh: &ObjMesh, materials: &str) -> [String; 2] {
     let (mut obj, mut mtl) = (format!("mtllib {materials}\n"), String::new());
     let (mut corners, mut names) = (HashMap::new(), HashMap::new());
     let mut objects = mesh.objects().iter().peekable();
@@ -38,7 +38,7 @@ pub(crate) fn to_obj(mesh: &Mesh, materials: &str) -> [String; 2] {
 }
 
 /// Writes a material, unless it stands there.
-fn define(mtl: &mut String, name: &str, material: Material) {
+fn define(mtl: &mut String, name: &str, material: SceneMaterial) {
     let header = format!("newmtl {name}\n");
     if !mtl.contains(&header) {
         let [reflectance, emittance] = material.light().map(|x| [x; 3].map(|x| x.to_string()).join(" "));

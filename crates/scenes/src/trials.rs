@@ -4,7 +4,7 @@ use glam::DVec3;
 use radiosity::{SceneSpec, Shape, SurfaceSpec};
 
 use crate::boxes::quad;
-use crate::material::Material;
+use crate::material::SceneMaterial;
 
 const X: DVec3 = DVec3::X;
 const Y: DVec3 = DVec3::Y;
@@ -20,7 +20,7 @@ fn walls() -> [Shape; 6] {
 /// A wedge: two unit squares that meet at an angle [rad], with the third side and the two ends closed. Everything
 /// reflects R and emits 1 − R, so that B = 1 W/m² everywhere.
 pub fn wedge(angle: f64, reflectance: f64) -> SceneSpec {
-    let material = Material::new(reflectance).emitting(1.0 - reflectance);
+    let material = SceneMaterial::new(reflectance).emitting(1.0 - reflectance);
     let slope = DVec3::new(angle.cos(), 0.0, angle.sin());
     let shapes = [
         quad(DVec3::ZERO, X, Y, [2, 1]),
@@ -35,7 +35,7 @@ pub fn wedge(angle: f64, reflectance: f64) -> SceneSpec {
 /// A closed unit cube of reflectance R. Patch 0, a square of this side in a corner of the floor, and patches 1 and 2
 /// make up the floor; the other walls are a patch each, 3 to 7, the first of them the ceiling. Nothing emits yet.
 pub fn cube_with_tile(side: f64, reflectance: f64) -> SceneSpec {
-    let material = Material::new(reflectance);
+    let material = SceneMaterial::new(reflectance);
     let (u, v) = (X * side, Y * side);
     let floor = [quad(DVec3::ZERO, u, v, [1, 1]), quad(v, u, Y - v, [1, 1]), quad(u, X - u, Y, [1, 1])];
     let rest = walls().into_iter().skip(1);
@@ -44,7 +44,7 @@ pub fn cube_with_tile(side: f64, reflectance: f64) -> SceneSpec {
 
 /// Two unit squares that face each other, of reflectance R, the first in z = 1; it emits 1 W/m².
 pub fn plates(gap: f64, reflectance: f64) -> SceneSpec {
-    let material = Material::new(reflectance);
+    let material = SceneMaterial::new(reflectance);
     let surfaces = vec![
         material.emitting(1.0).surface(quad(Z, X, Y, [1, 1])),
         material.surface(quad(Z * (1.0 + gap), Y, X, [1, 1])),
@@ -58,8 +58,8 @@ pub fn plates(gap: f64, reflectance: f64) -> SceneSpec {
 pub fn far_lamp(distance: f64, scale: f64) -> SceneSpec {
     let side = 0.1 * scale;
     let corner = DVec3::new(0.5 * (1.0 - side), 0.5 * (1.0 - side), distance * scale);
-    let floor = Material::new(0.5).surface(quad(DVec3::ZERO, X, Y, [3, 3]));
-    let lamp = Material::new(0.0).emitting(1.0).surface(quad(corner, Y * side, X * side, [1, 1]));
+    let floor = SceneMaterial::new(0.5).surface(quad(DVec3::ZERO, X, Y, [3, 3]));
+    let lamp = SceneMaterial::new(0.0).emitting(1.0).surface(quad(corner, Y * side, X * side, [1, 1]));
     SceneSpec::new(vec![floor, lamp])
 }
 
@@ -68,7 +68,7 @@ pub fn far_lamp(distance: f64, scale: f64) -> SceneSpec {
 pub fn unequal_rooms(dim: f64) -> SceneSpec {
     let mut surfaces: Vec<SurfaceSpec> = Vec::new();
     for (from, emittance) in [(0.0, 1.0), (2.0, dim)] {
-        let room = walls().map(|shape| Material::new(0.5).surface(shape));
+        let room = walls().map(|shape| SceneMaterial::new(0.5).surface(shape));
         let room = SceneSpec::new(room.into());
         let mut room = moved(&room, |corner| corner + X * from).surfaces;
         room[0].emittance = emittance.into();
@@ -80,7 +80,7 @@ pub fn unequal_rooms(dim: f64) -> SceneSpec {
 /// Two unit cubes whose common wall, 2 cm thick, has a square hole of this side in its middle; reflectance R
 /// everywhere, a lamp in the floor of the first, x < 1.
 pub fn two_rooms(hole: f64, reflectance: f64) -> SceneSpec {
-    let material = Material::new(reflectance);
+    let material = SceneMaterial::new(reflectance);
     let room = |from: f64| {
         let (o, x) = (X * from, X * 0.99);
         [(o, x, Y), (o + Z, Y, x), (o, Z, x), (o + Y, x, Z)].map(|(c, u, v)| quad(c, u, v, [2, 2]))

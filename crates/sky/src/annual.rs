@@ -12,11 +12,11 @@ use stats::{Sample, mean_interval};
 
 use crate::dome::Dome;
 use crate::epw::{Weather, WeatherHour};
-use crate::perez::Quantity;
+use crate::perez::SkyUnit;
 
 /// What became of the walks of one sensor, by the numbers of a sky vector: the ground, then patches.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct SkyPatchCounts {
     /// All walks.
     pub walks: u64,
     /// Those that left without a reflection.
@@ -27,7 +27,7 @@ pub struct Row {
 
 /// A number with its interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Known {
+pub struct BoundedValue {
     /// The estimate.
     pub value: f64,
     /// The lower end of the interval.
@@ -36,7 +36,7 @@ pub struct Known {
     pub high: f64,
 }
 
-impl Row {
+impl SkyPatchCounts {
     /// The coefficients ∂E/∂L_j of numbers of the sky vector [sr]: π·p_j.
     pub fn coefficients(&self) -> impl Iterator<Item = f64> + '_ {
         let each = self.straight.iter().zip(&self.reflected);
@@ -47,10 +47,10 @@ impl Row {
     ///
     /// Few walks find the sun, and each of them brings much. So what these say has an interval of its own, and the ends of both intervals are
     /// added in squares (G. Y. Zou & A. Donner, Statistics in Medicine 27 (2008) 1693–1702); the covariance, −E·E′/N, is left out.
-    pub fn light(&self, sky: &[f64], sun: &[(usize, f64)], confidence: f64) -> Known {
+    pub fn light(&self, sky: &[f64], sun: &[(usize, f64)], confidence: f64) -> BoundedValue {
         let of = |(scores, most): (Sample, f64)| {
             let interval = mean_interval(scores, 1.0, confidence, most.max(1.0));
-            Known { value: scores.mean().unwrap_or(0.0), low: interval.low, high: interval.high }
+            BoundedValue { value: scores.mean().unwrap_or(0.0), low: interval.low, high: interval.high }
         };
         let [rest, sunny] = self.samples(sky, sun).map(of);
         if sun.is_empty() {
@@ -58,7 +58,7 @@ impl Row {
         }
         let value = rest.value + sunny.value;
         let low = value - (rest.value - rest.low).hypot(sunny.value - sunny.low);
-        Known { value, low, high: value + (rest.high - rest.value).hypot(sunny.high - sunny.value) }
+        BoundedValue { value, low, high: value + (rest.high - rest.value).hypot(sunny.high - sunny.value) }
     }
 
     /// The scores of walks that have not found the sun, and of those that have, with the largest of each.
@@ -111,7 +111,7 @@ pub struct Hour {
 }
 
 impl Hour {
-    fn new(hour: &WeatherHour, dome: &Dome, quantity: Quantity, ground: f64) -> Self {
+    fn new(hour: &WeatherHour, dome: &Dome, quantity: SkyUnit, ground: f64) -> Self {
         let conditions = &hour.conditions;
         let time = [hour.month, hour.day, hour.hour];
         let direction =
@@ -146,7 +146,7 @@ pub struct Year {
 
 impl Year {
     /// The hours of a weather file, over ground of this reflectance.
-    pub fn new(weather: &Weather, dome: &Dome, quantity: Quantity, ground: f64) -> Self {
+    pub fn new(weather: &Weather, dome: &Dome, quantity: SkyUnit, ground: f64) -> Self {
         Year { hours: weather.hours.iter().map(|hour| Hour::new(hour, dome, quantity, ground)).collect() }
     }
 
@@ -169,7 +169,7 @@ pub(crate) mod tests {
     use stats::Coverage;
 
     /// Counts of walks of known probabilities, the last of which is that of ending.
-    pub(crate) fn counted(probabilities: &[f64], walks: u64, seed: u64) -> Row {
+    pub(crate) fn counted(probabilities: &[f64], walks: u64, seed: u64) -> SkyPatchCounts {
         let numbers = (probabilities.len() - 1) / 2;
         let mut counts = vec![0; probabilities.len()];
         let mut rng = Sequence::new(seed).walk(0);
@@ -184,7 +184,11 @@ pub(crate) mod tests {
             let x = rng.pair()[0];
             counts[ends.partition_point(|&end| end <= x).min(probabilities.len() - 1)] += 1;
         }
-        Row { walks, straight: counts[..numbers].to_vec(), reflected: counts[numbers..2 * numbers].to_vec() }
+        SkyPatchCounts {
+            walks,
+            straight: counts[..numbers].to_vec(),
+            reflected: counts[numbers..2 * numbers].to_vec(),
+        }
     }
 
     /// Probabilities of a sensor that sees a part of the sky through a window, and less of it by reflections.
@@ -217,7 +221,7 @@ pub(crate) mod tests {
             Hour::new(
                 &WeatherHour { month: 4, day: 10, hour: 12, conditions },
                 dome,
-                Quantity::Illuminance,
+                SkyUnit::Illuminance,
                 0.2,
             )
         };
@@ -242,7 +246,7 @@ pub(crate) mod tests {
         let vector = dome.vector(&crate::Sky::uniform(1000.0));
         let mut straight = vec![1; dome.size()];
         straight[0] = 0;
-        let row = |walks, reflected: u64| Row {
+        let row = |walks, reflected: u64| SkyPatchCounts {
             walks,
             straight: straight.clone(),
             reflected: straight.iter().map(|n| reflected * n).collect(),
@@ -268,7 +272,7 @@ pub(crate) mod tests {
             for seed in 0..300 {
                 let row = counted(&p, walks, seed);
                 for hour in &year.hours {
-                    let Known { low, high, .. } = row.light(&hour.sky, &hour.sun, 0.95);
+                    let BoundedValue { low, high, .. } = row.light(&hour.sky, &hour.sun, 0.95);
                     coverage.record(&stats::Interval { low, high }, truth(&p, hour));
                 }
             }

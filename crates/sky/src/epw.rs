@@ -13,7 +13,7 @@ use crate::sun::{Site, SunPosition};
 /// The rule that a file breaks: line, problem, reason, remedy.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{line}: {problem}")]
-pub struct Malformed {
+pub struct MalformedWeather {
     /// The line, from 1.
     pub line: usize,
     /// Problem, reason and remedy.
@@ -61,7 +61,7 @@ impl Weather {
     ///
     /// # Errors
     /// The first line that is malformed, and why.
-    pub fn read(bytes: &[u8]) -> Result<Self, Malformed> {
+    pub fn read(bytes: &[u8]) -> Result<Self, MalformedWeather> {
         let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes));
         let lines: Vec<&str> = text.lines().collect();
         let (city, site) = location(lines.first().copied().unwrap_or_default())?;
@@ -81,11 +81,11 @@ impl Weather {
     }
 }
 
-fn at(line: usize, problem: impl Into<String>) -> Malformed {
-    Malformed { line, problem: problem.into() }
+fn at(line: usize, problem: impl Into<String>) -> MalformedWeather {
+    MalformedWeather { line, problem: problem.into() }
 }
 
-fn location(line: &str) -> Result<(String, Site), Malformed> {
+fn location(line: &str) -> Result<(String, Site), MalformedWeather> {
     let fields: Vec<&str> = line.split(',').map(str::trim).collect();
     if fields.first().is_none_or(|word| !word.eq_ignore_ascii_case("LOCATION")) {
         return Err(at(
@@ -108,7 +108,7 @@ fn location(line: &str) -> Result<(String, Site), Malformed> {
 }
 
 /// `DATA PERIODS,n,records an hour,…`: only whole hours are read.
-fn check_periods(line: &str) -> Result<(), Malformed> {
+fn check_periods(line: &str) -> Result<(), MalformedWeather> {
     let fields: Vec<&str> = line.split(',').map(str::trim).collect();
     match fields.as_slice() {
         [name, _, records, ..] if name.eq_ignore_ascii_case("DATA PERIODS") && *records != "1" => Err(at(
@@ -121,7 +121,7 @@ fn check_periods(line: &str) -> Result<(), Malformed> {
     }
 }
 
-fn hour(line: usize, row: &str, site: &Site) -> Result<WeatherHour, Malformed> {
+fn hour(line: usize, row: &str, site: &Site) -> Result<WeatherHour, MalformedWeather> {
     let fields: Vec<&str> = row.split(',').map(str::trim).collect();
     if fields.len() < FIELDS {
         return Err(at(
@@ -228,7 +228,7 @@ mod tests {
     #[test]
     fn malformed_lines_are_named_with_the_reason() {
         let refused = |text: &str| {
-            let Malformed { line, problem } = Weather::read(text.as_bytes()).unwrap_err();
+            let MalformedWeather { line, problem } = Weather::read(text.as_bytes()).unwrap_err();
             (line, problem)
         };
         let broken = |from: &str, to: &str| refused(&file(&[NOON, &NOON.replace(from, to)]));

@@ -2,7 +2,7 @@
 
 use stats::{normal_cdf, normal_quantile};
 
-use crate::annual::{Hour, Known, Row, Year};
+use crate::annual::{BoundedValue, Hour, SkyPatchCounts, Year};
 use crate::replicates::{Moved, REPLICATES, interval};
 
 /// Standard errors beyond which a replicate does not carry an hour over a border: one in 10⁹ would.
@@ -37,15 +37,15 @@ impl Default for Wanted {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metrics {
     /// The mean over all hours, nights too [lx].
-    pub mean: Known,
+    pub mean: BoundedValue,
     /// DA, the part of the occupied hours in which light is enough (C. F. Reinhart & O. Walkenhorst, Energy and Buildings 33 (2001) 683–697).
-    pub enough: Known,
+    pub enough: BoundedValue,
     /// UDI, the part of them in which it is between the limits (A. Nabil & J. Mardaljevic, Lighting Research & Technology 37 (2005) 41–57).
-    pub useful: Known,
+    pub useful: BoundedValue,
     /// The part of them in which it is above both.
-    pub excess: Known,
+    pub excess: BoundedValue,
     /// The part of the daylight hours that reaches each of [`TARGETS`]: of the half of all hours with the most light from the sky (EN 17037, annex A).
-    pub daylight: [Known; TARGETS.len()],
+    pub daylight: [BoundedValue; TARGETS.len()],
 }
 
 /// The recommendations of EN 17037:2018, table A.1: illuminances that half of the daylight hours reach on half of a plane, and on 95 % of it.
@@ -165,7 +165,7 @@ impl<'a> Calendar<'a> {
 
 impl Year {
     /// The light of each hour as a row says it, the sun that shines on the sensor straight given; and its standard error.
-    pub fn light(&self, row: &Row, beam: &[f64]) -> Vec<[f64; 2]> {
+    pub fn light(&self, row: &SkyPatchCounts, beam: &[f64]) -> Vec<[f64; 2]> {
         let (moved, found) = self.moved(row);
         let mut light: Vec<[f64; 2]> = beam.iter().map(|&beam| [beam, 0.0]).collect();
         for (i, &(hour, mean)) in found.iter().enumerate() {
@@ -175,7 +175,7 @@ impl Year {
     }
 
     /// Hours with light by number, with what comes from walks, and how they move.
-    fn moved(&self, row: &Row) -> (Moved, Vec<(usize, f64)>) {
+    fn moved(&self, row: &SkyPatchCounts) -> (Moved, Vec<(usize, f64)>) {
         let lit = self.hours.iter().enumerate().filter(|(_, hour)| !hour.is_dark());
         let found: Vec<(usize, f64)> = lit.map(|(i, hour)| (i, row.mean_light(hour))).collect();
         (Moved::new(row, found.iter().map(|&(i, mean)| (&self.hours[i], mean))), found)
@@ -188,7 +188,7 @@ impl Year {
     /// them are: replicates begin at the estimate, and do not tell on which side these were. So each of them counts besides, as if its error were its own.
     pub fn metrics(
         &self,
-        row: &Row,
+        row: &SkyPatchCounts,
         beam: &[f64],
         mean: (&[f64], &[(usize, f64)]),
         wanted: &Wanted,
@@ -207,14 +207,14 @@ impl Year {
             |((value, replicates), alone)| {
                 let [low, high] = interval(value, replicates, wanted.confidence);
                 let half = (value - low).max(high - value).hypot(z * alone);
-                Known { value, low: (value - half).max(0.0), high: (value + half).min(1.0) }
+                BoundedValue { value, low: (value - half).max(0.0), high: (value + half).min(1.0) }
             },
         );
         let mut next = || known.next().expect("there are that many figures");
         let always = beam.iter().sum::<f64>() / beam.len().max(1) as f64;
-        let Known { value, low, high } = row.light(mean.0, mean.1, wanted.confidence);
+        let BoundedValue { value, low, high } = row.light(mean.0, mean.1, wanted.confidence);
         Metrics {
-            mean: Known { value: value + always, low: low + always, high: high + always },
+            mean: BoundedValue { value: value + always, low: low + always, high: high + always },
             enough: next(),
             useful: next(),
             excess: next(),
@@ -256,7 +256,7 @@ mod tests {
                 let [_, three, five, _] = found.daylight;
                 let known = [found.mean, found.enough, found.useful, found.excess, three, five];
                 let truths = [all, expected[0], expected[1], expected[2], expected[4], expected[5]];
-                for ((coverage, Known { low, high, .. }), truth) in
+                for ((coverage, BoundedValue { low, high, .. }), truth) in
                     coverages.iter_mut().zip(known).zip(truths)
                 {
                     coverage.record(&Interval { low, high }, truth);
@@ -276,7 +276,7 @@ mod tests {
         let (row, mean) = (counted(&p, 1 << 14, 1), year.mean(&dome));
         let wanted = Wanted { enough: 1.0, useful: [1e-3, 1e9], ..Wanted::default() };
         let found = year.metrics(&row, &[5.0; 50], (&mean.0, &mean.1), &wanted);
-        assert_eq!(found.enough, Known { value: 1.0, low: 1.0, high: 1.0 });
+        assert_eq!(found.enough, BoundedValue { value: 1.0, low: 1.0, high: 1.0 });
         assert_eq!((found.useful.value, found.excess.high), (1.0, 0.0));
     }
 

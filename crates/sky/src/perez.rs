@@ -101,7 +101,7 @@ const DIRECT_EFFICACY: [[f64; 4]; 8] = [
 
 /// What light is measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
+pub enum SkyUnit {
     /// Light as the eye sees it [lx, cd/m²].
     Illuminance,
     /// Power [W/m², W/(m² sr)].
@@ -166,11 +166,11 @@ impl Conditions {
     }
 
     /// Diffuse horizontal and direct normal light in a quantity.
-    pub fn light(&self, quantity: Quantity) -> [f64; 2] {
+    pub fn light(&self, quantity: SkyUnit) -> [f64; 2] {
         match quantity {
-            Quantity::Irradiance => [self.diffuse, self.direct],
-            Quantity::Illuminance if self.diffuse <= 0.0 => [0.0, self.direct * self.efficacies_of_dark()],
-            Quantity::Illuminance => {
+            SkyUnit::Irradiance => [self.diffuse, self.direct],
+            SkyUnit::Illuminance if self.diffuse <= 0.0 => [0.0, self.direct * self.efficacies_of_dark()],
+            SkyUnit::Illuminance => {
                 let [diffuse, direct] = self.efficacies();
                 [self.diffuse * diffuse, self.direct * direct]
             }
@@ -183,7 +183,7 @@ impl Conditions {
     }
 
     /// The sky of these conditions in a quantity; `None` where it is dark.
-    pub fn sky(&self, quantity: Quantity) -> Option<Sky> {
+    pub fn sky(&self, quantity: SkyUnit) -> Option<Sky> {
         let [horizontal, _] = self.light(quantity);
         if horizontal <= 0.0 {
             return None;
@@ -228,7 +228,7 @@ mod tests {
         let cubed = 1.041 * 50.0_f64.to_radians().powi(3);
         assert!((clear.clearness() - (11.0 + cubed) / (1.0 + cubed)).abs() < 1e-12);
         assert_eq!((clear.class(), Conditions { direct: 200.0, ..NOON }.class()), (7, 4));
-        assert!(Conditions { diffuse: 0.0, ..NOON }.sky(Quantity::Irradiance).is_none());
+        assert!(Conditions { diffuse: 0.0, ..NOON }.sky(SkyUnit::Irradiance).is_none());
     }
 
     /// Efficacies of skies lie between 90 and 160 lm/W, those of the sun below: P90 figures 7 and 8.
@@ -238,7 +238,7 @@ mod tests {
             let conditions = Conditions { direct, diffuse, ..NOON };
             let [sky, sun] = conditions.efficacies();
             assert!((90.0..160.0).contains(&sky) && (40.0..115.0).contains(&sun), "{direct}: {sky}, {sun}");
-            let [horizontal, normal] = conditions.light(Quantity::Illuminance);
+            let [horizontal, normal] = conditions.light(SkyUnit::Illuminance);
             assert!((horizontal - diffuse * sky).abs() + (normal - direct * sun).abs() < 1e-9);
         }
     }
@@ -246,8 +246,8 @@ mod tests {
     /// A clear sky is brightest about the sun, an overcast one at the zenith.
     #[test]
     fn the_brightest_place_is_where_it_should_be() {
-        let clear = Conditions { direct: 850.0, diffuse: 90.0, ..NOON }.sky(Quantity::Irradiance).unwrap();
-        let overcast = NOON.sky(Quantity::Irradiance).unwrap();
+        let clear = Conditions { direct: 850.0, diffuse: 90.0, ..NOON }.sky(SkyUnit::Irradiance).unwrap();
+        let overcast = NOON.sky(SkyUnit::Irradiance).unwrap();
         let [up, sun, away] = [[0.0, 0.0, 1.0], [0.0, -0.766, 0.643], [0.0, 0.766, 0.643]];
         assert!(
             clear.relative(sun) > 4.0 * clear.relative(up)

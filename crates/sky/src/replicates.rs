@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use radiosity::Sequence;
 use stats::normal_quantile;
 
-use crate::annual::{Hour, Row};
+use crate::annual::{Hour, SkyPatchCounts};
 
 /// Replicates from which an interval is made: its ends at 95 % are the 10th and the 390th.
 pub(crate) const REPLICATES: usize = 399;
@@ -26,7 +26,7 @@ pub(crate) struct Moved {
 
 impl Moved {
     /// Hours, of which a row says E.
-    pub(crate) fn new<'a>(row: &Row, hours: impl Iterator<Item = (&'a Hour, f64)>) -> Self {
+    pub(crate) fn new<'a>(row: &SkyPatchCounts, hours: impl Iterator<Item = (&'a Hour, f64)>) -> Self {
         let classes: Vec<(usize, bool, u64)> = row.classes().collect();
         let walks = row.walks as f64;
         let ended = row.walks - classes.iter().map(|&(_, _, n)| n).sum::<u64>();

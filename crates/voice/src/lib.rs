@@ -27,14 +27,14 @@ pub const LOG_VARIABLE: &str = "RADWALK_LOG";
 static UNSAID: Mutex<Option<io::Error>> = Mutex::new(None);
 
 /// The form of lines on stderr.
-static FORM: OnceLock<Form> = OnceLock::new();
+static FORM: OnceLock<LineForm> = OnceLock::new();
 
 /// The progress bar on the terminal; lines go above it.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
 /// The form of lines on stderr.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
+pub enum LineForm {
     /// Lines are sentences without time and level.
     Plain,
     /// Lines begin with the time and the level: logs of long runs.
@@ -47,7 +47,7 @@ pub enum Form {
 #[derive(Clone, Copy, Debug)]
 pub struct Voice {
     /// The form of lines on stderr.
-    pub form: Form,
+    pub form: LineForm,
     /// The least level of messages that are written.
     pub level: LevelFilter,
 }
@@ -56,9 +56,9 @@ impl Voice {
     /// The voice of a command. `long` commands stamp their lines if stderr is no terminal.
     pub fn new(json: bool, quiet: bool, long: bool) -> Self {
         let form = match () {
-            () if json => Form::Json,
-            () if long && !io::stderr().is_terminal() => Form::Stamped,
-            () => Form::Plain,
+            () if json => LineForm::Json,
+            () if long && !io::stderr().is_terminal() => LineForm::Stamped,
+            () => LineForm::Plain,
         };
         Voice { form, level: if quiet { LevelFilter::ERROR } else { LevelFilter::INFO } }
     }
@@ -136,8 +136,8 @@ impl Drop for Phase {
 /// Writes messages while a phase takes long: on a terminal in a line that is replaced, else in lines at growing
 /// intervals.
 fn tell_phases((state, changed): &(Mutex<Doing>, Condvar)) {
-    let lasts = FORM.get() != Some(&Form::Plain) || !io::stderr().is_terminal();
-    let steps = FORM.get() == Some(&Form::Json) || !lasts;
+    let lasts = FORM.get() != Some(&LineForm::Plain) || !io::stderr().is_terminal();
+    let steps = FORM.get() == Some(&LineForm::Json) || !lasts;
     let (mut told, mut wait) = (None, PULSE);
     let spinner = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
     if !lasts {
@@ -234,17 +234,17 @@ pub fn record(level: &str, event: &str, text: &str) -> Map<String, Value> {
 
 /// The subscriber that writes events to stderr.
 struct Printer {
-    form: Form,
+    form: LineForm,
 }
 
 /// The parts of an event: its text and its fields.
 #[derive(Default)]
-struct Parts {
+struct EventParts {
     text: String,
     fields: Map<String, Value>,
 }
 
-impl Visit for Parts {
+impl Visit for EventParts {
     fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
         if field.name() == "message" {
             // Writing to a string cannot fail.
@@ -265,7 +265,7 @@ impl Visit for Parts {
 
 impl<S: Subscriber> Layer<S> for Printer {
     fn on_event(&self, event: &Event<'_>, _context: Context<'_, S>) {
-        let mut parts = Parts::default();
+        let mut parts = EventParts::default();
         event.record(&mut parts);
         let line = self.line(*event.metadata().level(), &parts);
         let write = || {
@@ -280,12 +280,12 @@ impl<S: Subscriber> Layer<S> for Printer {
 }
 
 impl Printer {
-    fn line(&self, level: Level, Parts { text, fields }: &Parts) -> String {
+    fn line(&self, level: Level, EventParts { text, fields }: &EventParts) -> String {
         let word = level.as_str().to_lowercase();
         let prefix = if level <= Level::WARN { "radwalk: " } else { "" };
         let text = harmless(text);
         match self.form {
-            Form::Json => {
+            LineForm::Json => {
                 let event = match level {
                     Level::ERROR => "error",
                     Level::WARN => "warning",
@@ -296,8 +296,8 @@ impl Printer {
                 Value::Object(line).to_string()
             }
             // The last line of a command is its message alone.
-            Form::Stamped if level > Level::ERROR => format!("{} {word:<5} {text}", stamp()),
-            Form::Stamped | Form::Plain => format!("{prefix}{text}"),
+            LineForm::Stamped if level > Level::ERROR => format!("{} {word:<5} {text}", stamp()),
+            LineForm::Stamped | LineForm::Plain => format!("{prefix}{text}"),
         }
     }
 }
@@ -306,8 +306,8 @@ impl Printer {
 mod tests {
     use super::*;
 
-    fn line(form: Form, level: Level, text: &str) -> String {
-        let parts = Parts {
+    fn line(form: LineForm, level: Level, text: &str) -> String {
+        let parts = EventParts {
             text: text.into(),
             fields: [("worker".to_owned(), "w\u{7}1".into())].into_iter().collect(),
         };
@@ -316,12 +316,16 @@ mod tests {
 
     #[test]
     fn lines_have_their_form() {
-        assert_eq!(line(Form::Plain, Level::INFO, "a\u{1b}[31m"), "a[31m", "nothing commands the terminal");
-        assert_eq!(line(Form::Plain, Level::WARN, "a"), "radwalk: a");
-        assert_eq!(line(Form::Stamped, Level::ERROR, "a"), "radwalk: a");
-        let stamped = line(Form::Stamped, Level::INFO, "a");
+        assert_eq!(
+            line(LineForm::Plain, Level::INFO, "a\u{1b}[31m"),
+            "a[31m",
+            "nothing commands the terminal"
+        );
+        assert_eq!(line(LineForm::Plain, Level::WARN, "a"), "radwalk: a");
+        assert_eq!(line(LineForm::Stamped, Level::ERROR, "a"), "radwalk: a");
+        let stamped = line(LineForm::Stamped, Level::INFO, "a");
         assert!(stamped.starts_with("20") && stamped.ends_with("Z info  a"), "{stamped}");
-        let json: Value = serde_json::from_str(&line(Form::Json, Level::WARN, "a \"b\"\n")).unwrap();
+        let json: Value = serde_json::from_str(&line(LineForm::Json, Level::WARN, "a \"b\"\n")).unwrap();
         assert_eq!((&json["event"], &json["level"]), (&json!("warning"), &json!("warn")));
         assert_eq!((&json["text"], &json["worker"]), (&json!("a \"b\"\n"), &json!("w\u{7}1")));
     }

@@ -102,7 +102,7 @@ impl Trial {
 /// The way in which errors fall with the rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum Kind {
+pub(super) enum Convergence {
     /// Errors fall as 1/√rays.
     Walks,
     /// Errors fall to a bias.
@@ -121,12 +121,12 @@ pub(super) struct Contender {
 
 impl Contender {
     /// The way in which its error falls.
-    pub(super) fn kind(&self) -> Kind {
+    pub(super) fn kind(&self) -> Convergence {
         let experiment = &self.trial.experiment;
         match experiment.unit().batch() {
-            Some(_) => Kind::Chains,
-            None if experiment.is_biased() => Kind::Biased,
-            None => Kind::Walks,
+            Some(_) => Convergence::Chains,
+            None if experiment.is_biased() => Convergence::Biased,
+            None => Convergence::Walks,
         }
     }
 

@@ -1,35 +1,35 @@
 //! The ranking of methods by the time they take.
 
-use super::contender::Kind;
-use super::measure::Point;
+use super::contender::Convergence;
+use super::measure::ContenderResult;
 
 /// The rms relative errors for which methods are ranked.
 pub(super) const LEVELS: [f64; 5] = [0.3, 0.1, 0.03, 0.01, 0.003];
 
 /// The points of one method, sorted by rays.
-pub(super) struct Curve<'a> {
+pub(super) struct MethodCurve<'a> {
     /// The name of the method.
     pub method: &'a str,
     /// The points, of which there is at least one.
-    pub points: Vec<&'a Point>,
+    pub points: Vec<&'a ContenderResult>,
 }
 
 /// The curves of some points, in the order of each curve's first point.
-pub(super) fn curves(points: &[Point]) -> Vec<Curve<'_>> {
-    let mut curves: Vec<Curve<'_>> = Vec::new();
+pub(super) fn curves(points: &[ContenderResult]) -> Vec<MethodCurve<'_>> {
+    let mut curves: Vec<MethodCurve<'_>> = Vec::new();
     for point in points {
         match curves.iter_mut().find(|curve| curve.method == point.method) {
             Some(curve) => curve.points.push(point),
-            None => curves.push(Curve { method: &point.method, points: vec![point] }),
+            None => curves.push(MethodCurve { method: &point.method, points: vec![point] }),
         }
     }
     curves.iter_mut().for_each(|curve| curve.points.sort_by_key(|point| point.rays));
     curves
 }
 
-impl Curve<'_> {
+impl MethodCurve<'_> {
     /// The point with the most rays.
-    pub(super) fn last(&self) -> &Point {
+    pub(super) fn last(&self) -> &ContenderResult {
         self.points.last().expect("a curve has points")
     }
 
@@ -45,16 +45,17 @@ impl Curve<'_> {
 
     /// The cost of an rms relative error. For walks it follows from the merit of all their points. Other methods follow
     /// their points, and beyond these fall as walks do.
-    fn cost_to(&self, rms: f64, cost: fn(&Point) -> f64) -> Option<f64> {
+    fn cost_to(&self, rms: f64, cost: fn(&ContenderResult) -> f64) -> Option<f64> {
         let wanted = rms * rms;
-        let as_walks = |point: &Point| cost(point) * point.squared_error / wanted;
+        let as_walks = |point: &ContenderResult| cost(point) * point.squared_error / wanted;
         let last = self.last();
-        if last.kind == Kind::Walks {
+        if last.kind == Convergence::Walks {
             // Relative to the squared error itself, longer runs know it no better, so all points weigh alike.
             let costs = self.points.iter().map(|point| as_walks(point).ln());
             return Some((costs.sum::<f64>() / self.points.len() as f64).exp());
         }
-        let within = |pair: &&[&Point]| (pair[1].squared_error..=pair[0].squared_error).contains(&wanted);
+        let within =
+            |pair: &&[&ContenderResult]| (pair[1].squared_error..=pair[0].squared_error).contains(&wanted);
         if let Some([a, b]) = self.points.windows(2).find(within).map(|pair| [pair[0], pair[1]]) {
             let slope = (cost(b) / cost(a)).ln() / (b.squared_error / a.squared_error).ln();
             return Some(cost(a) * (slope * (wanted / a.squared_error).ln()).exp());
@@ -62,9 +63,9 @@ impl Curve<'_> {
         if wanted > self.points[0].squared_error {
             // Chains need a number of rays each: no run of them may be shorter than the first point.
             let first = self.points[0];
-            return Some(if last.kind == Kind::Chains { cost(first) } else { as_walks(first) });
+            return Some(if last.kind == Convergence::Chains { cost(first) } else { as_walks(first) });
         }
-        (last.kind == Kind::Chains).then(|| as_walks(last))
+        (last.kind == Convergence::Chains).then(|| as_walks(last))
     }
 
     /// The uncertainty of such a time as a factor, by the standard errors of the squared errors.
@@ -75,16 +76,16 @@ impl Curve<'_> {
 }
 
 /// Whether no other point is both faster and more accurate.
-pub(super) fn is_pareto(point: &Point, points: &[Point]) -> bool {
-    let beats = |other: &&Point| {
+pub(super) fn is_pareto(point: &ContenderResult, points: &[ContenderResult]) -> bool {
+    let beats = |other: &&ContenderResult| {
         other.seconds <= point.seconds && other.squared_error <= point.squared_error && **other != *point
     };
     !points.iter().any(|other| beats(&other))
 }
 
 /// The points that no other beats, the fastest first.
-pub(super) fn front(points: &[Point]) -> Vec<&Point> {
-    let mut front: Vec<&Point> = points.iter().filter(|point| is_pareto(point, points)).collect();
+pub(super) fn front(points: &[ContenderResult]) -> Vec<&ContenderResult> {
+    let mut front: Vec<&ContenderResult> = points.iter().filter(|point| is_pareto(point, points)).collect();
     front.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
     front
 }
@@ -94,18 +95,18 @@ pub(super) struct Advice<'a> {
     /// The rms relative error that is asked for.
     pub rms: f64,
     /// The methods by the time that they take [s], the best first.
-    pub ranking: Vec<(&'a Curve<'a>, f64)>,
+    pub ranking: Vec<(&'a MethodCurve<'a>, f64)>,
     /// The number of methods that the measurement cannot tell from the best.
     pub alike: usize,
 }
 
 /// Ranks the curves for every error of [`LEVELS`].
-pub(super) fn advice<'a>(curves: &'a [Curve<'a>]) -> Vec<Advice<'a>> {
+pub(super) fn advice<'a>(curves: &'a [MethodCurve<'a>]) -> Vec<Advice<'a>> {
     LEVELS.into_iter().map(|rms| advise(curves, rms)).collect()
 }
 
-fn advise<'a>(curves: &'a [Curve<'a>], rms: f64) -> Advice<'a> {
-    let mut ranking: Vec<(&Curve<'a>, f64)> =
+fn advise<'a>(curves: &'a [MethodCurve<'a>], rms: f64) -> Advice<'a> {
+    let mut ranking: Vec<(&MethodCurve<'a>, f64)> =
         curves.iter().filter_map(|curve| Some((curve, curve.time_to(rms)?))).collect();
     ranking.sort_by(|a, b| a.1.total_cmp(&b.1));
     let (best, least) = (ranking[0].0.doubt(), ranking[0].1);
@@ -117,8 +118,14 @@ fn advise<'a>(curves: &'a [Curve<'a>], rms: f64) -> Advice<'a> {
 mod tests {
     use super::*;
 
-    fn point(method: &str, kind: Kind, rays: u64, seconds: f64, squared_error: f64) -> Point {
-        Point {
+    fn point(
+        method: &str,
+        kind: Convergence,
+        rays: u64,
+        seconds: f64,
+        squared_error: f64,
+    ) -> ContenderResult {
+        ContenderResult {
             build: String::new(),
             job: "cube".into(),
             key: String::new(),
@@ -138,14 +145,14 @@ mod tests {
         }
     }
 
-    fn points() -> Vec<Point> {
+    fn points() -> Vec<ContenderResult> {
         vec![
-            point("walks", Kind::Walks, 1, 1.0, 1e-2),
-            point("walks", Kind::Walks, 10, 10.0, 1e-3),
-            point("chains", Kind::Chains, 1, 2.0, 1e-2),
-            point("chains", Kind::Chains, 10, 20.0, 1e-4),
-            point("cut", Kind::Biased, 1, 0.5, 1e-2),
-            point("cut", Kind::Biased, 10, 5.0, 5e-3),
+            point("walks", Convergence::Walks, 1, 1.0, 1e-2),
+            point("walks", Convergence::Walks, 10, 10.0, 1e-3),
+            point("chains", Convergence::Chains, 1, 2.0, 1e-2),
+            point("chains", Convergence::Chains, 10, 20.0, 1e-4),
+            point("cut", Convergence::Biased, 1, 0.5, 1e-2),
+            point("cut", Convergence::Biased, 10, 5.0, 5e-3),
         ]
     }
 

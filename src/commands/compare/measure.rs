@@ -4,9 +4,9 @@ use radiosity::{Estimates, Scene, Tally};
 use serde::{Deserialize, Serialize};
 use stats::Measured;
 
-use super::contender::{Contender, Kind, Trial};
-use super::shoot::Shot;
-use super::truth::Truth;
+use super::contender::{Contender, Convergence, Trial};
+use super::shoot::TrialRuns;
+use super::truth::ReferenceSolution;
 use crate::build::BUILD;
 
 /// The part of the mean radiosity below which patches are left out of relative errors.
@@ -14,7 +14,7 @@ const DARK: f64 = 1e-3;
 
 /// The result of a contender's runs: a row of `compare.csv`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Point {
+pub(crate) struct ContenderResult {
     /// The build of the program that measured it.
     pub build: String,
     /// The name of the job.
@@ -28,7 +28,7 @@ pub(crate) struct Point {
     /// The number of runs.
     pub runs: usize,
     /// The way in which its error falls.
-    pub kind: Kind,
+    pub kind: Convergence,
     /// The paths of a run, as in a job's budget.
     pub paths: u64,
     /// The rays that a run traced.
@@ -49,7 +49,7 @@ pub(crate) struct Point {
     pub traffic: u64,
 }
 
-impl Point {
+impl ContenderResult {
     /// The root mean square with its standard error.
     pub(crate) fn rms(&self) -> Measured {
         let value = self.squared_error.max(0.0).sqrt();
@@ -67,14 +67,14 @@ impl Point {
 
 /// The estimates that are judged: those of reflecting patches that do not emit and are not dark, with weights by area
 /// that sum to 1.
-pub(super) struct Judged {
+pub(super) struct JudgedPatches {
     estimates: Vec<usize>,
     weights: Vec<f64>,
 }
 
-impl Judged {
+impl JudgedPatches {
     /// The judged estimates of a scene.
-    pub(super) fn new(scene: &Scene, truth: &Truth) -> Self {
+    pub(super) fn new(scene: &Scene, truth: &ReferenceSolution) -> Self {
         let channels = scene.channels();
         let mean = |c: usize| {
             let patches = || scene.faces().iter().enumerate();
@@ -94,11 +94,11 @@ impl Judged {
         }
         let total: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|weight| *weight /= total);
-        Judged { estimates, weights }
+        JudgedPatches { estimates, weights }
     }
 
     /// The mean squared relative error of the truth itself.
-    pub(super) fn own_error(&self, truth: &Truth) -> f64 {
+    pub(super) fn own_error(&self, truth: &ReferenceSolution) -> f64 {
         let square = |&i: &usize| truth.variance[i] / truth.radiosity[i].powi(2);
         self.estimates.iter().map(square).zip(&self.weights).map(|(square, weight)| square * weight).sum()
     }
@@ -109,9 +109,9 @@ pub(super) fn point(
     key: String,
     rays: u64,
     contender: &Contender,
-    shot: &Shot,
-    (truth, judged): &(Truth, Judged),
-) -> Point {
+    shot: &TrialRuns,
+    (truth, judged): &(ReferenceSolution, JudgedPatches),
+) -> ContenderResult {
     let Trial { job, experiment } = &contender.trial;
     let channels = experiment.scene().channels();
     let mut squares = vec![0.0; judged.estimates.len()];
@@ -139,7 +139,7 @@ pub(super) fn point(
         below >= 0.99
     });
     let traced: u128 = shot.tallies.iter().map(|tally| u128::from(tally.counts.rays)).sum();
-    Point {
+    ContenderResult {
         build: BUILD.into(),
         job: job.name.clone(),
         key,

@@ -8,15 +8,15 @@ use stats::Measured;
 
 use super::contender;
 use super::contender::Absent;
-use super::judge::{Advice, Curve, advice, curves, front, is_pareto};
-use super::measure::Point;
+use super::judge::{Advice, MethodCurve, advice, curves, front, is_pareto};
+use super::measure::ContenderResult;
 use crate::team::Team;
 
 /// The most curves in one chart: as many as can be told apart.
 const DRAWN: usize = 8;
 
 /// The chapter of one job.
-pub(crate) struct Chapter {
+pub(crate) struct JobChapter {
     /// The name of the job.
     pub job: String,
     /// The path of the job's file.
@@ -24,7 +24,7 @@ pub(crate) struct Chapter {
     /// The numbers of patches and surfaces in its scene.
     pub size: [usize; 2],
     /// All points of the job.
-    pub points: Vec<Point>,
+    pub points: Vec<ContenderResult>,
     /// The methods that could not be compared at any size.
     pub absent: Vec<Absent>,
     /// The reference for the errors of discrete methods, in words.
@@ -34,10 +34,10 @@ pub(crate) struct Chapter {
 }
 
 /// The charts of a chapter, each with its file.
-pub(crate) fn charts(chapter: &Chapter) -> [(String, Chart); 2] {
+pub(crate) fn charts(chapter: &JobChapter) -> [(String, Chart); 2] {
     let curves = best(&chapter.points);
-    let series = |x: fn(&Point) -> f64| -> Vec<Series> {
-        let of = |curve: &Curve<'_>| {
+    let series = |x: fn(&ContenderResult) -> f64| -> Vec<Series> {
+        let of = |curve: &MethodCurve<'_>| {
             Series::measured(curve.method, curve.points.iter().map(|point| (x(point), point.rms())))
         };
         let mut series: Vec<Series> = curves.iter().map(of).collect();
@@ -61,7 +61,7 @@ pub(crate) fn charts(chapter: &Chapter) -> [(String, Chart); 2] {
 }
 
 /// The curves with the best merit at their ends, and always the first method.
-fn best(points: &[Point]) -> Vec<Curve<'_>> {
+fn best(points: &[ContenderResult]) -> Vec<MethodCurve<'_>> {
     let mut curves = curves(points);
     let first = curves.remove(0);
     curves.sort_by(|a, b| b.last().merit()[0].total_cmp(&a.last().merit()[0]));
@@ -69,7 +69,7 @@ fn best(points: &[Point]) -> Vec<Curve<'_>> {
 }
 
 /// Writes the page of all chapters.
-pub(crate) fn write(how: &str, date: &str, team: Team, chapters: &[Chapter]) -> String {
+pub(crate) fn write(how: &str, date: &str, team: Team, chapters: &[JobChapter]) -> String {
     let mut page = Markdown::default();
     let workers = plural(team.workers, "worker");
     let threads = plural(team.threads as usize, "thread");
@@ -92,8 +92,9 @@ fn plural(n: usize, what: &str) -> String {
     if n == 1 { format!("one {what}") } else { format!("{n} {what}s") }
 }
 
-fn write_chapter(page: &mut Markdown, chapter: &Chapter) {
-    let Chapter { job, path, size: [patches, surfaces], points, absent, truth, continuous_truth } = chapter;
+fn write_chapter(page: &mut Markdown, chapter: &JobChapter) {
+    let JobChapter { job, path, size: [patches, surfaces], points, absent, truth, continuous_truth } =
+        chapter;
     page.heading(2, job);
     page.paragraph(format!("{patches} patches on {surfaces} surfaces."));
     let all = curves(points);
@@ -136,7 +137,7 @@ fn write_chapter(page: &mut Markdown, chapter: &Chapter) {
 }
 
 /// A point as the cells of a table.
-fn row(point: &Point, points: &[Point]) -> [String; 10] {
+fn row(point: &ContenderResult, points: &[ContenderResult]) -> [String; 10] {
     let [merit, low, high] = point.merit().map(quantity);
     [
         point.method.clone(),
@@ -153,7 +154,7 @@ fn row(point: &Point, points: &[Point]) -> [String; 10] {
 }
 
 /// Writes the time to every error, method by method.
-fn write_times(page: &mut Markdown, curves: &[Curve<'_>]) {
+fn write_times(page: &mut Markdown, curves: &[MethodCurve<'_>]) {
     page.paragraph("Seconds of one core to an rms error of (– where a bias is in the way):");
     let levels = super::judge::LEVELS.map(|rms| format!("{} %", 100.0 * rms));
     let [a, b, c, d, e] = levels.each_ref().map(String::as_str);
@@ -205,7 +206,7 @@ fn write_level(page: &mut Markdown, path: &Path, Advice { rms, ranking, alike }:
 }
 
 /// The command by which a method reaches an error.
-fn command(path: &Path, curve: &Curve<'_>, rms: f64) -> String {
+fn command(path: &Path, curve: &MethodCurve<'_>, rms: f64) -> String {
     let method = contender::method(curve.method).expect("only known methods are ranked");
     let paths = curve.paths_to(rms).expect("only methods that reach an error are ranked for it");
     format!("`radwalk run {} --set 'method={method}' --paths {paths}`", path.display())

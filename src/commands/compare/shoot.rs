@@ -4,7 +4,7 @@
 use std::sync::mpsc::channel;
 
 use judge::MOMENTS;
-use protocol::Look;
+use protocol::{Look, Past};
 use radiosity::{Counts, Tally};
 use results::{Identity, Settings};
 
@@ -15,7 +15,7 @@ use crate::lead::{Executor, walk};
 use crate::team::Team;
 
 /// The result of some runs of a trial.
-pub(super) struct Shot {
+pub(super) struct TrialRuns {
     /// The tally of each run.
     pub tallies: Vec<Tally>,
     /// The processor time of one run's walks [s].
@@ -30,7 +30,7 @@ pub(super) struct Shot {
 ///
 /// # Errors
 /// Where the cluster fails, and where a signal ends it.
-pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
+pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<TrialRuns, Fault> {
     let Trial { job, experiment } = trial;
     let identity = Identity::new(job, &Settings::of(job), experiment, BUILD)?;
     let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();
@@ -40,15 +40,15 @@ pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
         let _ = out.send(prefix.clone());
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
-    let walked =
-        walk(&Executor::Local(team), &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
+    let (job, past) = ((&identity, &job.budget, experiment), Past::none(experiment.tally::<MOMENTS>()));
+    let walked = walk(&Executor::Local(team), job, past, (ends, Box::new(judge)), &mut |_| ())?;
     let mut before = experiment.tally::<MOMENTS>();
     let run = |prefix: Tally| {
         let run = since(&before, &prefix);
         before = prefix;
         run
     };
-    Ok(Shot {
+    Ok(TrialRuns {
         tallies: prefixes.iter().map(run).collect(),
         seconds: walked.cpu_seconds / runs as f64,
         memory: walked.memory,

@@ -3,10 +3,10 @@
 use voice::Phase;
 
 use super::contender::{Absent, Arena, Trial, contenders, names};
-use super::measure::{Point, point};
-use super::page::Chapter;
+use super::measure::{ContenderResult, point};
+use super::page::JobChapter;
 use super::shoot::shoot;
-use super::table::Table;
+use super::table::ResultTable;
 use super::truths::Truths;
 use crate::fault::Fault;
 use crate::team::Team;
@@ -21,7 +21,7 @@ const RAYS_PER_PATCH: u64 = 32 * 8;
 
 /// How much is measured.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Course {
+pub(crate) struct StudySize {
     /// The rays of the longest runs, where they are asked for.
     pub rays: Option<u64>,
     /// The runs of every method and size.
@@ -33,16 +33,16 @@ pub(crate) struct Bench<'a> {
     /// The processes that walk.
     pub team: Team,
     /// The points so far.
-    pub table: Table<'a>,
+    pub table: ResultTable<'a>,
     /// Hears of each point that has been measured.
-    pub announce: &'a dyn Fn(&Point),
+    pub announce: &'a dyn Fn(&ContenderResult),
 }
 
 /// Measures all sizes of all methods in the scene of a job.
 ///
 /// # Errors
 /// If the cluster fails, a row cannot be kept, or a signal ends it.
-pub(crate) fn study(arena: Arena<'_>, course: Course, bench: &mut Bench<'_>) -> Result<Chapter, Fault> {
+pub(crate) fn study(arena: Arena<'_>, course: StudySize, bench: &mut Bench<'_>) -> Result<JobChapter, Fault> {
     let Arena { path, job, scene, .. } = arena;
     let patches = scene.faces().len();
     let most = course.rays.unwrap_or(LEAST_RAYS.max(RAYS_PER_PATCH * patches as u64));
@@ -70,13 +70,14 @@ pub(crate) fn study(arena: Arena<'_>, course: Course, bench: &mut Bench<'_>) -> 
         }
     }
     // A method that some size has no room for is still compared at others.
-    missing.retain(|absent: &Absent| points.iter().all(|point: &Point| point.method != absent.name));
+    missing
+        .retain(|absent: &Absent| points.iter().all(|point: &ContenderResult| point.method != absent.name));
     missing.sort_by_key(|absent| absent.name);
     missing.dedup_by(|a, b| a.name == b.name);
     let order = names();
     points.sort_by_key(|point| (order.iter().position(|name| *name == point.method), point.rays));
     let [truth, continuous_truth] = truths.words();
-    Ok(Chapter {
+    Ok(JobChapter {
         job: job.name.clone(),
         path: path.into(),
         size: [patches, scene.surfaces().len()],

@@ -5,7 +5,7 @@ use std::fs;
 use report::OutputFolder;
 use tracing::warn;
 
-use super::measure::Point;
+use super::measure::ContenderResult;
 use crate::build::BUILD;
 use crate::fault::Fault;
 
@@ -16,12 +16,12 @@ pub(crate) const TABLE: &str = "compare.csv";
 const PREVIOUS: &str = "compare.previous.csv";
 
 /// The rows of an output folder.
-pub(crate) struct Table<'a> {
+pub(crate) struct ResultTable<'a> {
     folder: &'a OutputFolder,
-    points: Vec<Point>,
+    points: Vec<ContenderResult>,
 }
 
-impl<'a> Table<'a> {
+impl<'a> ResultTable<'a> {
     /// An empty table, or one with the usable rows of the file.
     ///
     /// # Errors
@@ -29,7 +29,7 @@ impl<'a> Table<'a> {
     pub(crate) fn new(folder: &'a OutputFolder, resume: bool) -> Result<Self, Fault> {
         let path = folder.file(TABLE);
         if !resume || !path.exists() {
-            return Ok(Table { folder, points: Vec::new() });
+            return Ok(ResultTable { folder, points: Vec::new() });
         }
         let bytes = fs::read(&path).map_err(|source| Fault::Table { path: path.clone(), source })?;
         let (points, lost) = usable(&bytes);
@@ -43,7 +43,7 @@ impl<'a> Table<'a> {
                 previous.display()
             );
         }
-        Ok(Table { folder, points })
+        Ok(ResultTable { folder, points })
     }
 
     /// How many rows there are.
@@ -52,8 +52,9 @@ impl<'a> Table<'a> {
     }
 
     /// A row that was measured before.
-    pub(super) fn find(&self, key: &str, method: &str, rays: u64, runs: usize) -> Option<&Point> {
-        let is_it = |p: &&Point| (&p.key[..], &p.method[..], p.rays, p.runs) == (key, method, rays, runs);
+    pub(super) fn find(&self, key: &str, method: &str, rays: u64, runs: usize) -> Option<&ContenderResult> {
+        let is_it =
+            |p: &&ContenderResult| (&p.key[..], &p.method[..], p.rays, p.runs) == (key, method, rays, runs);
         self.points.iter().find(is_it)
     }
 
@@ -61,7 +62,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// Where it cannot be written.
-    pub(super) fn add(&mut self, point: Point) -> Result<(), Fault> {
+    pub(super) fn add(&mut self, point: ContenderResult) -> Result<(), Fault> {
         self.points.push(point);
         Ok(self.folder.write(TABLE, |file| {
             let mut writer = csv::Writer::from_writer(file);
@@ -72,12 +73,12 @@ impl<'a> Table<'a> {
 }
 
 /// The rows of a table that this build measured, and how many others there are.
-fn usable(table: &[u8]) -> (Vec<Point>, usize) {
+fn usable(table: &[u8]) -> (Vec<ContenderResult>, usize) {
     // A line without an end may lack digits of its last number.
     let whole = table.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
     let mut lost = usize::from(whole < table.len());
     let mut points = Vec::new();
-    for row in csv::Reader::from_reader(&table[..whole]).deserialize::<Point>() {
+    for row in csv::Reader::from_reader(&table[..whole]).deserialize::<ContenderResult>() {
         match row {
             Ok(point) if point.build == BUILD => points.push(point),
             _ => lost += 1,

@@ -5,7 +5,7 @@ use job::Job;
 use radiosity::{Estimates, Scene, Space};
 
 use super::contender::{Arena, Trial};
-use super::shoot::Shot;
+use super::shoot::TrialRuns;
 use crate::fault::Fault;
 
 /// The most patches of a scene that is no box for which computing form factors is worth the time.
@@ -22,7 +22,7 @@ const DISCRETE: [&str; 2] = [r#"{ walk = "jacobi" }"#, r#"{ estimator = "collisi
 const CONTINUOUS: [&str; 1] = [r#"{ estimator = "collision", space = "continuous" }"#];
 
 /// B of every patch and channel, and the way in which it is known.
-pub(super) struct Truth {
+pub(super) struct ReferenceSolution {
     /// B [W/m²], the channels of a patch side by side.
     pub radiosity: Vec<f64>,
     /// The squared standard error of each [W²/m⁴]; 0 if it is exact.
@@ -31,7 +31,7 @@ pub(super) struct Truth {
     pub how: String,
 }
 
-impl Truth {
+impl ReferenceSolution {
     /// The solution of the patches' radiosity system: exact if that is quickly found, else by chains, or by walks if
     /// chains would be too short. Runs have up to `rays` rays.
     ///
@@ -40,8 +40,8 @@ impl Truth {
     pub(super) fn discrete(
         arena: &Arena<'_>,
         rays: u64,
-        shoot: impl FnOnce(&Trial) -> Result<Shot, Fault>,
-    ) -> Result<Truth, Fault> {
+        shoot: impl FnOnce(&Trial) -> Result<TrialRuns, Fault>,
+    ) -> Result<ReferenceSolution, Fault> {
         match exact(arena.job, arena.scene) {
             Some(truth) => Ok(truth),
             None => by_run(arena, &DISCRETE, rays, shoot),
@@ -55,13 +55,13 @@ impl Truth {
     pub(super) fn continuous(
         arena: &Arena<'_>,
         rays: u64,
-        shoot: impl FnOnce(&Trial) -> Result<Shot, Fault>,
-    ) -> Result<Truth, Fault> {
+        shoot: impl FnOnce(&Trial) -> Result<TrialRuns, Fault>,
+    ) -> Result<ReferenceSolution, Fault> {
         by_run(arena, &CONTINUOUS, rays, shoot)
     }
 }
 
-fn exact(job: &Job, scene: &Scene) -> Option<Truth> {
+fn exact(job: &Job, scene: &Scene) -> Option<ReferenceSolution> {
     let spec = job.scene.spec();
     let boxed = exact::BoxScene::recognise(spec).is_ok();
     if !boxed && scene.faces().len() > FEW_PATCHES {
@@ -76,11 +76,11 @@ fn exact(job: &Job, scene: &Scene) -> Option<Truth> {
         "the exact solution of the patches' radiosity system (form factors {})",
         exact_words(&channels[0])
     );
-    Some(Truth { variance: vec![0.0; radiosity.len()], radiosity, how })
+    Some(ReferenceSolution { variance: vec![0.0; radiosity.len()], radiosity, how })
 }
 
 fn exact_words(exact: &Exact) -> String {
-    exact::Accuracy::of(exact).form_factors.to_string()
+    exact::SystemAccuracy::of(exact).form_factors.to_string()
 }
 
 /// The solution by one run of the first method that the scene takes; `shoot` runs it.
@@ -88,8 +88,8 @@ fn by_run(
     arena: &Arena<'_>,
     methods: &[&str],
     rays: u64,
-    shoot: impl FnOnce(&Trial) -> Result<Shot, Fault>,
-) -> Result<Truth, Fault> {
+    shoot: impl FnOnce(&Trial) -> Result<TrialRuns, Fault>,
+) -> Result<ReferenceSolution, Fault> {
     let trials = methods.iter().filter_map(|method| Trial::of_rays(arena, method, LONGER * rays).ok());
     let mut trial = { trials }.next().expect("collision walks fit every scene");
     trial.job.seed = trial.job.seed.wrapping_add(SEED);
@@ -111,5 +111,5 @@ fn by_run(
         "an independent run of {what} with {:.1e} rays, whose own variance is taken off",
         tally.counts.rays as f64
     );
-    Ok(Truth { radiosity, variance, how })
+    Ok(ReferenceSolution { radiosity, variance, how })
 }

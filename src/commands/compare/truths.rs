@@ -3,15 +3,15 @@
 use report::words::percent;
 
 use super::contender::{Arena, Contender, Trial};
-use super::measure::Judged;
-use super::shoot::Shot;
-use super::truth::Truth;
+use super::measure::JudgedPatches;
+use super::shoot::TrialRuns;
+use super::truth::ReferenceSolution;
 use crate::fault::Fault;
 
 /// The references of a job, and the patches on which errors are measured against each.
 pub(super) struct Truths {
-    discrete: (Truth, Judged),
-    continuous: (Truth, Judged),
+    discrete: (ReferenceSolution, JudgedPatches),
+    continuous: (ReferenceSolution, JudgedPatches),
 }
 
 impl Truths {
@@ -22,20 +22,20 @@ impl Truths {
     pub(super) fn new(
         arena: Arena<'_>,
         rays: u64,
-        mut shoot: impl FnMut(&Trial) -> Result<Shot, Fault>,
+        mut shoot: impl FnMut(&Trial) -> Result<TrialRuns, Fault>,
     ) -> Result<Self, Fault> {
-        let judged = |truth: Truth| {
-            let judged = Judged::new(arena.scene, &truth);
+        let judged = |truth: ReferenceSolution| {
+            let judged = JudgedPatches::new(arena.scene, &truth);
             (truth, judged)
         };
         Ok(Truths {
-            discrete: judged(Truth::discrete(&arena, rays, &mut shoot)?),
-            continuous: judged(Truth::continuous(&arena, rays, &mut shoot)?),
+            discrete: judged(ReferenceSolution::discrete(&arena, rays, &mut shoot)?),
+            continuous: judged(ReferenceSolution::continuous(&arena, rays, &mut shoot)?),
         })
     }
 
     /// The reference of a contender.
-    pub(super) fn of(&self, contender: &Contender) -> &(Truth, Judged) {
+    pub(super) fn of(&self, contender: &Contender) -> &(ReferenceSolution, JudgedPatches) {
         if contender.is_continuous() { &self.continuous } else { &self.discrete }
     }
 

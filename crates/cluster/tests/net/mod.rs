@@ -8,10 +8,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use cluster::noise::{self, Greeting, HANDSHAKE_RECORD, Sealer};
-use cluster::{Access, Identity, Inbound, Wish, Work, serve, work};
+use cluster::{Access, Inbound, Wish, Work, WorkerIntroduction, serve, work};
 use protocol::codec::frame;
 use protocol::message::{ToCoordinator, ToWorker};
-use protocol::{Coordinator, Ending, Notice, Plan};
+use protocol::{Coordinator, Ending, JobPlan, Notice};
 use radiosity::{Counts, Layout, Overflow, Tally};
 
 use crate::toy::{
@@ -29,7 +29,7 @@ pub struct Run {
 }
 
 /// Serves a job to workers and `others`, which get the access, until it is done or `stop` returns true.
-pub fn run(plan: Plan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(&Access) + Send) -> Run {
+pub fn run(plan: JobPlan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(&Access) + Send) -> Run {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let access = access_of(&listener);
     let mut coordinator = coordinator(plan);
@@ -101,8 +101,8 @@ pub fn toy_of(job: &[u8]) -> Result<Toy, String> {
     Ok(Toy)
 }
 
-pub fn identity(threads: usize) -> Identity {
-    Identity { build: BUILD.into(), name: "a worker".into(), threads, leave: || false }
+pub fn identity(threads: usize) -> WorkerIntroduction {
+    WorkerIntroduction { build: BUILD.into(), name: "a worker".into(), threads, leave: || false }
 }
 
 pub fn honest(access: &Access, threads: usize) {

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "every test file uses its own part")]
 
 use exact::Exact;
-use exchange::Counts;
+use exchange::ExchangeCounts;
 use radiosity::{
     EstimatorKind, ExchangeSpec, Experiment, FactorKind, IndexChoice, Method, Scene, SceneSpec, Segment,
     Sequence, exchange_counts,
@@ -47,7 +47,7 @@ impl Grouped {
     }
 
     /// Walks of every group, from its walk `first` on.
-    pub fn count(&self, kind: FactorKind, seed: u64, first: u64, walks: u64) -> Counts {
+    pub fn count(&self, kind: FactorKind, seed: u64, first: u64, walks: u64) -> ExchangeCounts {
         let segments = (0..self.groups as u32).map(|group| Segment { group, first, walks }).collect();
         let groups = self.groups as u32;
         let spec = ExchangeSpec { kind, group_of_face: self.group_of_face.clone(), groups, segments };
@@ -59,7 +59,7 @@ impl Grouped {
         for part in [0..all / 3, all / 3..all / 2, all / 2..all] {
             experiment.walk(&Sequence::new(seed), part, &mut board);
         }
-        let mut counts = Counts::none(self.groups);
+        let mut counts = ExchangeCounts::none(self.groups);
         counts.add(&exchange_counts(&board.take().unwrap(), groups));
         counts
     }

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::json::{Accessor, At, BufferView, Document, element};
 use crate::bytes::Bytes;
-use crate::error::Fault;
+use crate::error::UnplacedError;
 use crate::files::Files;
 
 /// The first bytes of a GLB file: `glTF` in ASCII.
@@ -17,7 +17,7 @@ const JSON_CHUNK: u32 = 0x4E4F_534A;
 const BINARY_CHUNK: u32 = 0x004E_4942;
 
 /// The JSON of a file, and the bytes that a GLB file holds beside it.
-pub(super) fn unpack(content: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
+pub(super) fn unpack(content: &[u8]) -> Result<(&[u8], &[u8]), UnplacedError> {
     if !content.starts_with(MAGIC) {
         return Ok((content, &[]));
     }
@@ -36,11 +36,11 @@ pub(super) fn unpack(content: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
             _ => bytes.skip(length)?,
         }
     }
-    Ok((json.ok_or_else(Fault::short)?, binary))
+    Ok((json.ok_or_else(UnplacedError::short)?, binary))
 }
 
 /// The content of a buffer, which several buffers may share.
-pub(super) type Shared = Rc<[u8]>;
+pub(super) type SharedBytes = Rc<[u8]>;
 
 /// The content of every buffer, and the bytes of all files that were read for it.
 pub(super) fn buffers(
@@ -48,10 +48,10 @@ pub(super) fn buffers(
     binary: &[u8],
     path: &Path,
     files: &mut Files<'_>,
-) -> Result<(Vec<Shared>, usize), At> {
-    let binary: Shared = binary.into();
+) -> Result<(Vec<SharedBytes>, usize), At> {
+    let binary: SharedBytes = binary.into();
     // Buffers that name one file share its content.
-    let mut known: HashMap<String, Shared> = HashMap::new();
+    let mut known: HashMap<String, SharedBytes> = HashMap::new();
     let content = |(number, buffer): (usize, &super::json::Buffer)| {
         let at = |fault| (format!("buffers[{number}]"), fault);
         let content = match buffer.uri.as_deref() {
@@ -73,7 +73,11 @@ pub(super) fn buffers(
         };
         if content.len() < buffer.byte_length {
             let problem = format!("the buffer holds {} bytes of {}", content.len(), buffer.byte_length);
-            return Err(at(Fault::new(problem, "its vertices are not all there", "export the file again")));
+            return Err(at(UnplacedError::new(
+                problem,
+                "its vertices are not all there",
+                "export the file again",
+            )));
         }
         Ok(content)
     };
@@ -81,17 +85,21 @@ pub(super) fn buffers(
     Ok((buffers, known.values().map(|content| content.len()).sum()))
 }
 
-fn compressed() -> Fault {
+fn compressed() -> UnplacedError {
     let problem = "its meshes are compressed (EXT_meshopt_compression)";
-    Fault::new(problem, "that is not read", super::WITHOUT_EXTENSIONS)
+    UnplacedError::new(problem, "that is not read", super::WITHOUT_EXTENSIONS)
 }
 
-fn bad_data() -> Fault {
-    Fault::new("the buffer's data are not base64", "no vertex can be read from it", "export the file again")
+fn bad_data() -> UnplacedError {
+    UnplacedError::new(
+        "the buffer's data are not base64",
+        "no vertex can be read from it",
+        "export the file again",
+    )
 }
 
-fn missing(uri: &str, error: &std::io::Error) -> Fault {
-    Fault::new(
+fn missing(uri: &str, error: &std::io::Error) -> UnplacedError {
+    UnplacedError::new(
         format!("the buffer {uri:?} cannot be read"),
         error.to_string(),
         "put it beside the .gltf file, or export as .glb",
@@ -138,7 +146,7 @@ pub(super) fn decode_percent(uri: &str) -> String {
 /// The accessors of a document whose buffers were read.
 pub(super) struct Data<'a> {
     pub(super) document: &'a Document,
-    pub(super) buffers: &'a [Shared],
+    pub(super) buffers: &'a [SharedBytes],
 }
 
 impl Data<'_> {
@@ -149,20 +157,20 @@ impl Data<'_> {
         self.read(accessor).map_err(|fault| (path, fault))
     }
 
-    fn read<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f64; N]>, Fault> {
+    fn read<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f64; N]>, UnplacedError> {
         let expected = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
         if accessor.kind != expected {
-            return Err(Fault::new(
+            return Err(UnplacedError::new(
                 format!("the accessor's type is {:?}", accessor.kind),
                 format!("its use here needs {expected}"),
                 "export the file again",
             ));
         }
-        let Part { bytes, stride, component } = match accessor.buffer_view {
+        let PackedRows { bytes, stride, component } = match accessor.buffer_view {
             Some(view) => {
                 self.part(view, accessor.byte_offset, accessor.component_type, accessor.count, N)?
             }
-            None => Part { bytes: &[], stride: 0, component: Component::new(accessor.component_type)? },
+            None => PackedRows { bytes: &[], stride: 0, component: Component::new(accessor.component_type)? },
         };
         let mut rows = match accessor.buffer_view {
             Some(_) => (0..accessor.count).map(|row| component.row(bytes, row * stride)).collect(),
@@ -176,14 +184,18 @@ impl Data<'_> {
     }
 
     /// Puts the values of a sparse accessor in their rows.
-    fn overwrite<const N: usize>(&self, accessor: &Accessor, rows: &mut [[f64; N]]) -> Result<(), Fault> {
+    fn overwrite<const N: usize>(
+        &self,
+        accessor: &Accessor,
+        rows: &mut [[f64; N]],
+    ) -> Result<(), UnplacedError> {
         let Some(sparse) = &accessor.sparse else { return Ok(()) };
         let (at, of) = (&sparse.indices, &sparse.values);
         let indices = self.part(at.buffer_view, at.byte_offset, at.component_type, sparse.count, 1)?;
         let values = self.part(of.buffer_view, of.byte_offset, accessor.component_type, sparse.count, N)?;
         for item in 0..sparse.count {
             let [row] = indices.component.row::<1>(indices.bytes, item * indices.stride);
-            let row = rows.get_mut(row as usize).ok_or_else(Fault::short)?;
+            let row = rows.get_mut(row as usize).ok_or_else(UnplacedError::short)?;
             *row = values.component.row(values.bytes, item * values.stride);
         }
         Ok(())
@@ -197,16 +209,16 @@ impl Data<'_> {
         kind: u32,
         count: usize,
         width: usize,
-    ) -> Result<Part<'_>, Fault> {
+    ) -> Result<PackedRows<'_>, UnplacedError> {
         let component = Component::new(kind)?;
         let row = component.size() * width;
-        let bytes = self.view(view).and_then(|bytes| bytes.get(offset..)).ok_or_else(Fault::short)?;
+        let bytes = self.view(view).and_then(|bytes| bytes.get(offset..)).ok_or_else(UnplacedError::short)?;
         let stride = self.document.buffer_views[view].byte_stride.unwrap_or(row);
         let needed = count.checked_sub(1).map_or(Some(0), |last| last.checked_mul(stride)?.checked_add(row));
         if needed.is_none_or(|needed| needed > bytes.len()) || (stride < row && count > 1) {
-            return Err(Fault::short());
+            return Err(UnplacedError::short());
         }
-        Ok(Part { bytes, stride, component })
+        Ok(PackedRows { bytes, stride, component })
     }
 
     /// The bytes of a view.
@@ -217,7 +229,7 @@ impl Data<'_> {
 }
 
 /// The rows of numbers in a part of a buffer.
-struct Part<'a> {
+struct PackedRows<'a> {
     bytes: &'a [u8],
     stride: usize,
     component: Component,
@@ -235,7 +247,7 @@ enum Component {
 }
 
 impl Component {
-    fn new(code: u32) -> Result<Self, Fault> {
+    fn new(code: u32) -> Result<Self, UnplacedError> {
         match code {
             5120 => Ok(Component::I8),
             5121 => Ok(Component::U8),
@@ -243,7 +255,7 @@ impl Component {
             5123 => Ok(Component::U16),
             5125 => Ok(Component::U32),
             5126 => Ok(Component::F32),
-            _ => Err(Fault::new(
+            _ => Err(UnplacedError::new(
                 format!("unknown component type {code}"),
                 "glTF has 5120 to 5123, 5125 and 5126",
                 "export the file again",

@@ -7,7 +7,7 @@ use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
 use super::WITHOUT_EXTENSIONS;
 use super::buffers::Data;
-use crate::error::Fault;
+use crate::error::UnplacedError;
 
 /// The most bytes that the vertices of a compressed mesh may take.
 const MOST_BYTES: u64 = 1 << 29;
@@ -20,11 +20,16 @@ pub(super) struct Unpacked {
 
 impl Unpacked {
     /// Unpacks a mesh of at most `most` triangles, or finds it unpacked.
-    pub(super) fn mesh(&mut self, data: &Data<'_>, view: usize, most: u64) -> Result<Rc<Mesh>, Fault> {
+    pub(super) fn mesh(
+        &mut self,
+        data: &Data<'_>,
+        view: usize,
+        most: u64,
+    ) -> Result<Rc<Mesh>, UnplacedError> {
         if let Some(known) = self.meshes.get(&view) {
             return Ok(known.clone());
         }
-        let bytes = data.view(view).ok_or_else(Fault::short)?;
+        let bytes = data.view(view).ok_or_else(UnplacedError::short)?;
         let limits = DecodeLimits::default()
             .with_max_points(3 * most)
             .with_max_faces(most)
@@ -34,7 +39,7 @@ impl Unpacked {
             MeshDecoder::new().decode(&mut DecoderBuffer::new(bytes).with_limits(limits), &mut mesh);
         decoded.map_err(|error| {
             let problem = format!("its compressed mesh (Draco) cannot be read: {error}");
-            Fault::new(problem, "it has no triangles", WITHOUT_EXTENSIONS)
+            UnplacedError::new(problem, "it has no triangles", WITHOUT_EXTENSIONS)
         })?;
         let mesh = Rc::new(mesh);
         self.meshes.insert(view, mesh.clone());

@@ -9,8 +9,8 @@ use super::buffers::{Data, decode_data, decode_percent};
 use super::json::Document;
 use super::material::{has_alpha, placing, textures};
 use crate::files::Files;
-use crate::mesh::{Lost, Mesh};
-use crate::texture::{self, Placing, Shown};
+use crate::mesh::{LostProperty, Mesh};
+use crate::texture::{self, Placing, TexturedFace};
 
 /// The use of an image by a material.
 #[derive(Clone, Copy, Debug)]
@@ -28,15 +28,15 @@ pub(super) struct Slot {
 }
 
 /// The images that materials use.
-pub(super) struct Images {
+pub(super) struct GltfImages {
     slots: Vec<Slot>,
     /// The faces that show each slot.
-    shown: Vec<Vec<Shown>>,
+    shown: Vec<Vec<TexturedFace>>,
     /// Places in images, by the number of their accessor.
     places: HashMap<usize, Vec<[f64; 2]>>,
 }
 
-impl Images {
+impl GltfImages {
     /// The images of a document's materials, without faces.
     pub(super) fn of(document: &Document) -> Self {
         let mut slots = Vec::new();
@@ -49,7 +49,7 @@ impl Images {
                 slots.push(Slot { material, image, emission, set, placing, opacity, number: slots.len() });
             }
         }
-        Images { shown: vec![Vec::new(); slots.len()], slots, places: HashMap::new() }
+        GltfImages { shown: vec![Vec::new(); slots.len()], slots, places: HashMap::new() }
     }
 
     /// The slots of a material.
@@ -77,7 +77,7 @@ impl Images {
             let place =
                 |corner: u32| places.get((corner - first) as usize).map(|place| place.map(|x| x as f32));
             let [Some(a), Some(b), Some(c)] = triangle.corners.map(place) else { return None };
-            Some(Shown { area: mesh.area(triangle) as f32, corners: [a, b, c] })
+            Some(TexturedFace { area: mesh.area(triangle) as f32, corners: [a, b, c] })
         });
         self.shown[slot.number].extend(shown);
     }
@@ -104,7 +104,7 @@ impl Images {
                     false => material.show(name(data.document, number), colour),
                 }
                 if mean.is_some_and(|mean| mean.alpha < 0.99) {
-                    material.loses(Lost::Transparency);
+                    material.loses(LostProperty::Transparency);
                 }
             }
         }

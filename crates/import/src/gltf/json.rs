@@ -7,17 +7,17 @@ use std::collections::HashMap;
 
 use serde::Deserialize;
 
-use crate::error::Fault;
+use crate::error::UnplacedError;
 
 /// A fault with the path of the JSON element at fault.
-pub(super) type At = (String, Fault);
+pub(super) type At = (String, UnplacedError);
 
 /// An element of a JSON array; `from` is the path of the index.
 pub(super) fn element<'a, T>(list: &'a [T], number: usize, name: &str, from: &str) -> Result<&'a T, At> {
     list.get(number).ok_or_else(|| {
         let problem = format!("there is no {name}[{number}]");
         let why = format!("the file has {} of them, counted from 0", list.len());
-        (from.to_owned(), Fault::new(problem, why, "export the file again"))
+        (from.to_owned(), UnplacedError::new(problem, why, "export the file again"))
     })
 }
 
@@ -26,8 +26,8 @@ pub(super) fn element<'a, T>(list: &'a [T], number: usize, name: &str, from: &st
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Document {
     pub(super) scene: Option<usize>,
-    pub(super) scenes: Vec<Scene>,
-    pub(super) nodes: Vec<Node>,
+    pub(super) scenes: Vec<GltfScene>,
+    pub(super) nodes: Vec<GltfNode>,
     pub(super) meshes: Vec<MeshJson>,
     pub(super) materials: Vec<MaterialJson>,
     pub(super) accessors: Vec<Accessor>,
@@ -43,12 +43,12 @@ pub(super) struct Document {
 #[serde(default)]
 pub(super) struct DocumentExtensions {
     #[serde(rename = "KHR_lights_punctual")]
-    pub(super) lights: Lights,
+    pub(super) lights: GltfLights,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Lights {
+pub(super) struct GltfLights {
     pub(super) lights: Vec<LightJson>,
 }
 
@@ -61,12 +61,12 @@ pub(super) struct LightJson {
     pub(super) kind: String,
     pub(super) color: Option<[f64; 3]>,
     pub(super) intensity: Option<f64>,
-    pub(super) spot: Spot,
+    pub(super) spot: SpotCone,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(super) struct Spot {
+pub(super) struct SpotCone {
     pub(super) outer_cone_angle: Option<f64>,
 }
 
@@ -111,13 +111,13 @@ pub(super) struct TextureTransform {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Scene {
+pub(super) struct GltfScene {
     pub(super) nodes: Vec<usize>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Node {
+pub(super) struct GltfNode {
     pub(super) name: Option<String>,
     pub(super) children: Vec<usize>,
     pub(super) mesh: Option<usize>,

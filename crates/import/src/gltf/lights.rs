@@ -6,15 +6,15 @@ use glam::{DAffine3, DVec3};
 use radiosity::{Sides, Spectrum};
 
 use super::json::LightJson;
-use crate::mesh::{Material, Mesh, Parts, Triangle};
-use crate::tally::Tally;
+use crate::mesh::{Material, Mesh, MeshParts, Triangle};
+use crate::tally::NoteCounts;
 
 /// The radius of a substitute, in parts of the diagonal of the scene.
 const RADIUS: f64 = 0.003;
 
 /// A light on its way to a surface.
 #[derive(Clone, Debug)]
-pub(super) struct Light {
+pub(super) struct PunctualLight {
     name: String,
     at: DVec3,
     /// The axis of a spot; `None` of a light that shines all around.
@@ -23,10 +23,10 @@ pub(super) struct Light {
     flux: Spectrum,
 }
 
-impl Light {
+impl PunctualLight {
     /// Reads a light, whose intensity I is in cd. Its flux is 4π·I all around, and 2π(1 − cos θ)·I in a cone of half angle θ. A
     /// directional light has no place, and is counted as left out.
-    pub(super) fn of(json: &LightJson, node: &str, place: &DAffine3, tally: &mut Tally) -> Option<Self> {
+    pub(super) fn of(json: &LightJson, node: &str, place: &DAffine3, tally: &mut NoteCounts) -> Option<Self> {
         let intensity = json.intensity.unwrap_or(1.0);
         let (solid, axis) = match json.kind.as_str() {
             "point" => (4.0 * PI, None),
@@ -45,12 +45,17 @@ impl Light {
         let name = json.name.clone().filter(|name| !name.is_empty()).unwrap_or_else(|| node.to_owned());
         let axis = axis.map(DVec3::normalize_or_zero);
         let aimed = axis.is_none_or(|axis| axis.is_normalized());
-        (finite && aimed && flux.is_lit()).then_some(Light { name, at, axis, flux })
+        (finite && aimed && flux.is_lit()).then_some(PunctualLight { name, at, axis, flux })
     }
 }
 
 /// Adds a surface for each light: an icosahedron all around, an octagon for a spot. Each has a black material of its own.
-pub(super) fn substitute(lights: &[Light], mesh: &mut Mesh, parts: &mut Parts, tally: &mut Tally) {
+pub(super) fn substitute(
+    lights: &[PunctualLight],
+    mesh: &mut Mesh,
+    parts: &mut MeshParts,
+    tally: &mut NoteCounts,
+) {
     if lights.is_empty() {
         return;
     }

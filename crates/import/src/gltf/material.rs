@@ -4,7 +4,7 @@ use glam::{DMat2, DVec2};
 use radiosity::{Sides, Spectrum};
 
 use super::json::{Document, MaterialJson, TextureUse};
-use crate::mesh::{Lost, Material};
+use crate::mesh::{LostProperty, Material};
 use crate::texture::Placing;
 
 /// The materials in the order of the file.
@@ -28,10 +28,10 @@ fn material(number: usize, json: &MaterialJson) -> Material {
     material.reflectance = Spectrum::rgb([red, green, blue].map(|channel| channel * kept));
     let transmits = json.extensions.transmission.as_ref().is_some_and(|some| some.transmission_factor > 0.0);
     if transmits || (has_alpha(json) && alpha < 1.0) {
-        material.loses(Lost::Transparency);
+        material.loses(LostProperty::Transparency);
     }
     if kept < 1.0 || json.extensions.specular.is_some() {
-        material.loses(Lost::Mirror);
+        material.loses(LostProperty::Mirror);
     }
     material
 }

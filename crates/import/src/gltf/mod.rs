@@ -15,14 +15,14 @@ use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use self::buffers::{Data, buffers, unpack};
 use self::draco::Unpacked;
-use self::images::Images;
-use self::json::{At, Document, Draco, Instancing, Node, Primitive, element};
-use self::lights::Light;
-use crate::error::{Error, Fault, Spot};
+use self::images::GltfImages;
+use self::json::{At, Document, Draco, GltfNode, Instancing, Primitive, element};
+use self::lights::PunctualLight;
+use crate::error::{Error, FileSpot, UnplacedError};
 use crate::files::Files;
-use crate::mesh::{Material, Mesh, Parts, Triangle, short};
-use crate::room::{Room, room};
-use crate::tally::Tally;
+use crate::mesh::{Material, Mesh, MeshParts, Triangle, short};
+use crate::room::{TriangleBudget, room};
+use crate::tally::NoteCounts;
 
 /// Extensions that a file may require: those that are read, and those that say nothing of geometry or diffuse light.
 const UNDERSTOOD: &[&str] = &[
@@ -50,37 +50,41 @@ const FAN: u32 = 6;
 
 /// Reads a glTF or GLB file.
 pub(crate) fn read(path: &Path, content: &[u8], files: &mut Files<'_>) -> Result<Mesh, Error> {
-    let (json, binary) = unpack(content).map_err(|fault| fault.at(path, Spot::File))?;
+    let (json, binary) = unpack(content).map_err(|fault| fault.at(path, FileSpot::File))?;
     let document: Document = serde_json::from_slice(json).map_err(|error| not_gltf(path, json, &error))?;
-    let at = |(element, fault): At| fault.at(path, Spot::Element(element));
+    let at = |(element, fault): At| fault.at(path, FileSpot::Element(element));
     refuse_extensions(&document).map_err(at)?;
     let (buffers, beside) = buffers(&document, binary, path, files).map_err(at)?;
     let data = Data { document: &document, buffers: &buffers };
     let mesh = Mesh { materials: material::materials(&document), ..Mesh::default() };
     let visited = vec![false; document.nodes.len()];
-    let mut walk = Walk {
+    let mut walk = NodeWalk {
         data,
-        room: Room::of(content.len() + beside),
+        room: TriangleBudget::of(content.len() + beside),
         rows: 0,
         vertices: HashMap::new(),
         mesh,
-        parts: Parts::default(),
-        tally: Tally::default(),
+        parts: MeshParts::default(),
+        tally: NoteCounts::default(),
         visited,
-        images: Images::of(&document),
+        images: GltfImages::of(&document),
         unpacked: Unpacked::default(),
         lights: Vec::new(),
     };
     walk.roots().map_err(at)?;
-    let Walk { data, mut mesh, mut parts, mut tally, images, lights, .. } = walk;
+    let NodeWalk { data, mut mesh, mut parts, mut tally, images, lights, .. } = walk;
     images.look_up(&data, path, files, &mut mesh);
     lights::substitute(&lights, &mut mesh, &mut parts, &mut tally);
     tally.report(&mut mesh);
     Ok(mesh)
 }
 
-fn old_version(version: u32) -> Fault {
-    Fault::new(format!("the file is glTF {version}"), "only version 2 is read", "export it as glTF 2.0")
+fn old_version(version: u32) -> UnplacedError {
+    UnplacedError::new(
+        format!("the file is glTF {version}"),
+        "only version 2 is read",
+        "export it as glTF 2.0",
+    )
 }
 
 fn not_gltf(path: &Path, json: &[u8], error: &serde_json::Error) -> Error {
@@ -88,14 +92,14 @@ fn not_gltf(path: &Path, json: &[u8], error: &serde_json::Error) -> Error {
     let is_old = serde_json::from_slice::<serde_json::Value>(json)
         .is_ok_and(|json| json["meshes"].is_object() || json["asset"]["version"] == "1.0");
     if is_old {
-        return old_version(1).at(path, Spot::File);
+        return old_version(1).at(path, FileSpot::File);
     }
-    let fault = Fault::new(
+    let fault = UnplacedError::new(
         format!("not the JSON of a glTF file: {error}"),
         "no geometry can be read from it",
         "export the file again",
     );
-    fault.at(path, Spot::Line(error.line()))
+    fault.at(path, FileSpot::Line(error.line()))
 }
 
 fn refuse_extensions(document: &Document) -> Result<(), At> {
@@ -103,36 +107,40 @@ fn refuse_extensions(document: &Document) -> Result<(), At> {
     if let Some(name) = document.extensions_required.iter().find(known) {
         return Err((
             "extensionsRequired".into(),
-            Fault::new(format!("the file requires {name}"), "that extension is not read", WITHOUT_EXTENSIONS),
+            UnplacedError::new(
+                format!("the file requires {name}"),
+                "that extension is not read",
+                WITHOUT_EXTENSIONS,
+            ),
         ));
     }
     Ok(())
 }
 
 /// The vertices of a primitive in the mesh, and the corners of its triangles, numbered from the first of them.
-struct Geometry {
+struct PrimitiveGeometry {
     vertices: Range<u32>,
     triangles: Vec<[u32; 3]>,
 }
 
 /// The nodes on the way to their triangles.
-struct Walk<'a> {
+struct NodeWalk<'a> {
     data: Data<'a>,
-    room: Room,
+    room: TriangleBudget,
     /// The number of vertices and indices that were read so far; a mesh that several nodes use counts for each of them.
     rows: u64,
     /// The vertices of the mesh that is read, by the number of their accessor: primitives share them.
     vertices: HashMap<usize, Range<u32>>,
     mesh: Mesh,
-    parts: Parts,
-    tally: Tally,
+    parts: MeshParts,
+    tally: NoteCounts,
     visited: Vec<bool>,
-    images: Images,
+    images: GltfImages,
     unpacked: Unpacked,
-    lights: Vec<Light>,
+    lights: Vec<PunctualLight>,
 }
 
-impl Walk<'_> {
+impl NodeWalk<'_> {
     /// Walks the scene of the file: the default one; without it the first; without any, all nodes that are no children.
     fn roots(&mut self) -> Result<(), At> {
         let document = self.data.document;
@@ -141,10 +149,10 @@ impl Walk<'_> {
             None => orphans(document),
         };
         // Nodes wait on a stack of their own, since trees may be deeper than the program's stack allows.
-        let mut waiting: Vec<Waiting> = roots
+        let mut waiting: Vec<PendingNode> = roots
             .into_iter()
             .rev()
-            .map(|node| Waiting { node, above: "scene".into(), place: DAffine3::IDENTITY })
+            .map(|node| PendingNode { node, above: "scene".into(), place: DAffine3::IDENTITY })
             .collect();
         while let Some(next) = waiting.pop() {
             self.node(next, &mut waiting)?;
@@ -152,8 +160,8 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn node(&mut self, next: Waiting, waiting: &mut Vec<Waiting>) -> Result<(), At> {
-        let Waiting { node: number, above, place } = next;
+    fn node(&mut self, next: PendingNode, waiting: &mut Vec<PendingNode>) -> Result<(), At> {
+        let PendingNode { node: number, above, place } = next;
         let document = self.data.document;
         let node = element(&document.nodes, number, "nodes", &above)?;
         let name = node_name(document, node, number);
@@ -161,12 +169,14 @@ impl Walk<'_> {
         // Paths of long chains are cut; otherwise they would take memory in the square of their number.
         let path = if path.len() > 200 { format!("…/{name}") } else { path };
         if std::mem::replace(&mut self.visited[number], true) {
-            let fault = Fault::new("the node has two parents", "nodes form a tree", "export the file again");
+            let fault =
+                UnplacedError::new("the node has two parents", "nodes form a tree", "export the file again");
             return Err((path, fault));
         }
         let place = place * placement(node);
         if !place.is_finite() {
-            let fault = Fault::new("its transform is not finite", "it puts vertices nowhere", "correct it");
+            let fault =
+                UnplacedError::new("its transform is not finite", "it puts vertices nowhere", "correct it");
             return Err((format!("node {path:?}"), fault));
         }
         if node.skin.is_some() {
@@ -175,7 +185,7 @@ impl Walk<'_> {
         if let Some(light) = &node.extensions.light {
             let lights = &document.extensions.lights.lights;
             let json = element(lights, light.light, "lights", &format!("node {path:?}"))?;
-            self.lights.extend(Light::of(json, &name, &place, &mut self.tally));
+            self.lights.extend(PunctualLight::of(json, &name, &place, &mut self.tally));
         }
         if let Some(mesh) = node.mesh {
             match &node.extensions.instancing {
@@ -188,7 +198,7 @@ impl Walk<'_> {
             }
         }
         let children = node.children.iter().rev();
-        waiting.extend(children.map(|&child| Waiting { node: child, above: path.clone(), place }));
+        waiting.extend(children.map(|&child| PendingNode { node: child, above: path.clone(), place }));
         Ok(())
     }
 
@@ -237,7 +247,7 @@ impl Walk<'_> {
             self.tally.count("primitives without positions, left out");
             return Ok(());
         };
-        let Geometry { vertices: Range { start: first, end }, triangles } =
+        let PrimitiveGeometry { vertices: Range { start: first, end }, triangles } =
             match primitive.extensions.draco.as_ref().filter(|_| !self.has_plain_positions(primitive)) {
                 Some(draco) => self.unpack(draco, primitive, path, place)?,
                 None => self.plain(position, mode, primitive, path, place)?,
@@ -277,11 +287,11 @@ impl Walk<'_> {
         primitive: &Primitive,
         path: &str,
         place: &DAffine3,
-    ) -> Result<Geometry, At> {
+    ) -> Result<PrimitiveGeometry, At> {
         let vertices = self.vertices(position, path, place)?;
         let indices = self.indices(primitive, vertices.end - vertices.start, path)?;
         self.make_room(count(mode, indices.len()), path)?;
-        Ok(Geometry { vertices, triangles: triples(mode, &indices) })
+        Ok(PrimitiveGeometry { vertices, triangles: triples(mode, &indices) })
     }
 
     /// The vertices and triangles of a compressed primitive. Its places in images are kept by the numbers of their accessors.
@@ -291,7 +301,7 @@ impl Walk<'_> {
         primitive: &Primitive,
         path: &str,
         place: &DAffine3,
-    ) -> Result<Geometry, At> {
+    ) -> Result<PrimitiveGeometry, At> {
         let at = |fault| (path.to_owned(), fault);
         let packed = self.unpacked.mesh(&self.data, draco.buffer_view, self.room.most()).map_err(at)?;
         self.rows = self.rows.saturating_add(packed.num_points() as u64 + packed.num_faces() as u64);
@@ -300,11 +310,11 @@ impl Walk<'_> {
         let attribute = |name: &str| draco.attributes.get(name).copied();
         let positions = attribute("POSITION").and_then(|number| draco::rows::<3>(&packed, number));
         let first = self.mesh.positions.len() as u32;
-        self.add_vertices(&positions.ok_or_else(|| at(Fault::short()))?, path, place)?;
+        self.add_vertices(&positions.ok_or_else(|| at(UnplacedError::short()))?, path, place)?;
         let vertices = first..self.mesh.positions.len() as u32;
         let triangles: Vec<[u32; 3]> = draco::triangles(&packed).collect();
         if triangles.iter().flatten().any(|&corner| corner >= vertices.end - first) {
-            return Err(at(Fault::short()));
+            return Err(at(UnplacedError::short()));
         }
         for (name, &accessor) in primitive.attributes.iter().filter(|(name, _)| name.starts_with("TEXCOORD_"))
         {
@@ -312,7 +322,7 @@ impl Walk<'_> {
                 self.images.keep(accessor, places);
             }
         }
-        Ok(Geometry { vertices, triangles })
+        Ok(PrimitiveGeometry { vertices, triangles })
     }
 
     /// Refuses more triangles than the file may have.
@@ -338,8 +348,11 @@ impl Walk<'_> {
         for &vertex in vertices {
             let position = place.transform_point3(DVec3::from_array(vertex));
             if !position.is_finite() {
-                let fault =
-                    Fault::new("a vertex is not a finite number", "it is nowhere", "export the file again");
+                let fault = UnplacedError::new(
+                    "a vertex is not a finite number",
+                    "it is nowhere",
+                    "export the file again",
+                );
                 return Err((path.into(), fault));
             }
             self.mesh.positions.push(position);
@@ -365,7 +378,7 @@ impl Walk<'_> {
             _ => format!("there are at most {times} for each triangle; {}", self.room.why()),
         };
         let remedy = "remove nodes that repeat a mesh, or simplify the mesh";
-        Err((path.into(), Fault::new(problem, why, remedy)))
+        Err((path.into(), UnplacedError::new(problem, why, remedy)))
     }
 
     /// Whether a compressed primitive is also in the file without compression.
@@ -385,7 +398,7 @@ impl Walk<'_> {
             None => Ok(indices),
             Some(index) => Err((
                 format!("{path}.indices"),
-                Fault::new(
+                UnplacedError::new(
                     format!("there is no vertex {index}"),
                     format!("the primitive has {vertices}, counted from 0"),
                     "export the file again",
@@ -409,7 +422,7 @@ impl Walk<'_> {
 }
 
 /// A node that waits to be walked.
-struct Waiting {
+struct PendingNode {
     node: usize,
     /// The path of the node's parent.
     above: String,
@@ -426,7 +439,7 @@ fn orphans(document: &Document) -> Vec<usize> {
     (0..is_child.len()).filter(|&node| !is_child[node]).collect()
 }
 
-fn node_name(document: &Document, node: &Node, number: usize) -> String {
+fn node_name(document: &Document, node: &GltfNode, number: usize) -> String {
     let mesh = node.mesh.and_then(|mesh| document.meshes.get(mesh)?.name.as_deref());
     let written = node.name.as_deref().or(mesh).filter(|name| !name.is_empty());
     written.map_or_else(|| format!("node {number}"), |name| short(name).into_owned())
@@ -436,7 +449,7 @@ fn position(primitive: &Primitive) -> Option<usize> {
     primitive.attributes.get("POSITION").copied()
 }
 
-fn placement(node: &Node) -> DAffine3 {
+fn placement(node: &GltfNode) -> DAffine3 {
     if let Some(matrix) = node.matrix {
         return DAffine3::from_mat4(DMat4::from_cols_array(&matrix));
     }

@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::rc::Rc;
 
-use crate::error::Fault;
-use crate::room::Room;
+use crate::error::UnplacedError;
+use crate::room::TriangleBudget;
 
 /// The steps that any file may take. A step is about as much work as a short statement, some 50 ns.
 const STEPS: u64 = 1 << 26;
@@ -15,7 +15,7 @@ const STEPS_PER_BYTE: u64 = 64;
 
 /// What the statements read so far ask for, and the arrays and includes that are open.
 pub(super) struct Allowance {
-    room: Room,
+    room: TriangleBudget,
     most_steps: u64,
     triangles: u64,
     steps: u64,
@@ -37,7 +37,7 @@ struct Open {
 impl Allowance {
     /// The allowance of a file of `bytes` bytes.
     pub(super) fn of(bytes: usize) -> Self {
-        let room = Room::of(bytes);
+        let room = TriangleBudget::of(bytes);
         let most_steps = STEPS.saturating_add(STEPS_PER_BYTE.saturating_mul(bytes as u64));
         Allowance { room, most_steps, triangles: 0, steps: 0, open: Vec::new(), beyond: 0 }
     }
@@ -76,7 +76,7 @@ impl Allowance {
     }
 
     /// Counts triangles before they are made.
-    pub(super) fn triangles(&mut self, here: u64) -> Result<(), Fault> {
+    pub(super) fn triangles(&mut self, here: u64) -> Result<(), UnplacedError> {
         self.triangles = self.triangles.saturating_add(here.saturating_mul(self.counted()));
         if self.triangles <= self.room.most() {
             return Ok(());
@@ -93,11 +93,11 @@ impl Allowance {
             1 => "choose a larger import.curve_error where surfaces are curved, or split the file".into(),
             _ => self.smaller_arrays(),
         };
-        Err(Fault::new(problem, self.room.why(), remedy))
+        Err(UnplacedError::new(problem, self.room.why(), remedy))
     }
 
     /// Counts steps before they are taken.
-    pub(super) fn steps(&mut self, here: u64) -> Result<(), Fault> {
+    pub(super) fn steps(&mut self, here: u64) -> Result<(), UnplacedError> {
         self.steps = self.steps.saturating_add(here.saturating_mul(self.counted()));
         if self.steps <= self.most_steps {
             return Ok(());
@@ -111,7 +111,7 @@ impl Allowance {
             self.in_all(),
             self.steps
         );
-        Err(Fault::new(problem, why, self.smaller_arrays()))
+        Err(UnplacedError::new(problem, why, self.smaller_arrays()))
     }
 
     /// Names the arrays and includes that multiply the current statement.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::error::Fault;
+use crate::error::UnplacedError;
 use crate::text::name;
 
 /// A vertex and its normal.
@@ -25,7 +25,7 @@ pub(super) struct Context<T> {
 
 impl<T: Copy + Default> Context<T> {
     /// Follows `v`, `v name`, `v name =` or `v name = template`.
-    pub(super) fn enter(&mut self, kind: &str, arguments: &[&[u8]]) -> Result<(), Fault> {
+    pub(super) fn enter(&mut self, kind: &str, arguments: &[&[u8]]) -> Result<(), UnplacedError> {
         match arguments {
             [] => {
                 self.current = None;
@@ -41,7 +41,7 @@ impl<T: Copy + Default> Context<T> {
                 self.define(name, value);
             }
             _ => {
-                return Err(Fault::new(
+                return Err(UnplacedError::new(
                     format!("this is no way to name a {kind}"),
                     "it is NAME, NAME = or NAME = TEMPLATE",
                     "correct the line",
@@ -56,9 +56,9 @@ impl<T: Copy + Default> Context<T> {
         self.current = Some(name.to_vec());
     }
 
-    pub(super) fn get(&self, kind: &str, key: &[u8]) -> Result<T, Fault> {
+    pub(super) fn get(&self, kind: &str, key: &[u8]) -> Result<T, UnplacedError> {
         self.known.get(key).copied().ok_or_else(|| {
-            Fault::new(
+            UnplacedError::new(
                 format!("there is no {kind} {:?}", name(key)),
                 "it has to be defined above",
                 "correct the name",

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 /// The facets of one surface: points and the triangles between them, fronts outwards.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Facets {
+pub(super) struct CurvedFacets {
     pub(super) points: Vec<DVec3>,
     pub(super) triangles: Vec<[u32; 3]>,
 }
@@ -28,11 +28,11 @@ pub(super) fn most_triangles(keyword: &[u8], n: u64) -> u64 {
     }
 }
 
-impl Facets {
+impl CurvedFacets {
     /// The side of a cone between two circles about one axis; a circle may be a point.
     pub(super) fn cone(low: DVec3, low_radius: f64, high: DVec3, high_radius: f64, n: usize) -> Self {
         let (u, v) = across((high - low).normalize());
-        let mut facets = Facets::default();
+        let mut facets = CurvedFacets::default();
         facets.row(low, u * low_radius, v * low_radius, n);
         facets.row(high, u * high_radius, v * high_radius, n);
         facets.skin(0, n as u32, n as u32);
@@ -41,7 +41,7 @@ impl Facets {
 
     /// A sphere about its centre.
     pub(super) fn sphere(centre: DVec3, radius: f64, n: usize) -> Self {
-        let mut facets = Facets::default();
+        let mut facets = CurvedFacets::default();
         let rows = n.div_ceil(2);
         for row in 0..=rows {
             let (sin, cos) = turn(row, 2 * rows);
@@ -56,7 +56,7 @@ impl Facets {
     /// A flat ring about an axis, which its front faces; a disk if the inner radius is 0.
     pub(super) fn ring(centre: DVec3, axis: DVec3, inner: f64, outer: f64, n: usize) -> Self {
         let (u, v) = across(axis);
-        let mut facets = Facets::default();
+        let mut facets = CurvedFacets::default();
         facets.row(centre, u * outer, v * outer, n);
         facets.row(centre, u * inner, v * inner, n);
         facets.skin(0, n as u32, n as u32);
@@ -67,7 +67,7 @@ impl Facets {
     pub(super) fn torus(centre: DVec3, axis: DVec3, inner: f64, outer: f64, n: usize) -> Self {
         let (u, v) = across(axis);
         let (middle, tube) = (0.5 * (inner + outer), 0.5 * (outer - inner));
-        let mut facets = Facets::default();
+        let mut facets = CurvedFacets::default();
         for row in 0..n {
             let (sin, cos) = turn(row, n);
             let radius = middle + tube * cos;
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
 
     /// Volume [m³] within closed facets, positive where fronts face outwards.
-    fn volume(facets: &Facets) -> f64 {
+    fn volume(facets: &CurvedFacets) -> f64 {
         let point = |corner: u32| facets.points[corner as usize];
         facets.triangles.iter().map(|&[a, b, c]| point(a).dot(point(b).cross(point(c))) / 6.0).sum()
     }
@@ -133,17 +133,17 @@ mod tests {
 
     #[test]
     fn spheres_and_tori_are_closed_and_face_outwards() {
-        let sphere = Facets::sphere(DVec3::splat(0.3), 2.0, 200);
+        let sphere = CurvedFacets::sphere(DVec3::splat(0.3), 2.0, 200);
         assert!((volume(&sphere) / (4.0 / 3.0 * PI * 8.0) - 1.0).abs() < 1e-3);
-        assert_eq!(Facets::sphere(DVec3::ZERO, 1.0, 20).triangles.len(), 20 * 2 * 9);
-        let torus = Facets::torus(DVec3::ZERO, DVec3::Z, 1.0, 3.0, 200);
+        assert_eq!(CurvedFacets::sphere(DVec3::ZERO, 1.0, 20).triangles.len(), 20 * 2 * 9);
+        let torus = CurvedFacets::torus(DVec3::ZERO, DVec3::Z, 1.0, 3.0, 200);
         assert!((volume(&torus) / (2.0 * PI * PI * 2.0) - 1.0).abs() < 1e-3);
     }
 
     #[test]
     fn cones_face_outwards_and_rings_along_their_axis() {
-        let cone = Facets::cone(DVec3::ZERO, 1.0, DVec3::Z * 3.0, 0.0, 200);
-        let lid = Facets::ring(DVec3::ZERO, -DVec3::Z, 0.0, 1.0, 200);
+        let cone = CurvedFacets::cone(DVec3::ZERO, 1.0, DVec3::Z * 3.0, 0.0, 200);
+        let lid = CurvedFacets::ring(DVec3::ZERO, -DVec3::Z, 0.0, 1.0, 200);
         assert!((volume(&cone) + volume(&lid) - PI).abs() < 1e-2);
         assert_eq!((cone.triangles.len(), lid.triangles.len()), (200, 200));
     }

@@ -3,7 +3,7 @@
 use radiosity::{Sides, Spectrum};
 
 use super::colour::Colour;
-use crate::mesh::{Lost, Material};
+use crate::mesh::{LostProperty, Material};
 
 /// An amount of light with its colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,14 +34,14 @@ impl Optics {
     pub(super) fn material(&self, name: &str) -> Material {
         let mut lost = Vec::new();
         if self.td + self.ts > 0.0 {
-            lost.push(Lost::Transparency);
+            lost.push(LostProperty::Transparency);
         }
         if self.rs > 0.0 {
-            lost.push(Lost::Mirror);
+            lost.push(LostProperty::Mirror);
         }
         let mut channels = |(spectrum, part): (Spectrum, f64)| {
-            if part > 0.005 && spectrum.is_lit() && !lost.contains(&Lost::Saturation) {
-                lost.push(Lost::Saturation);
+            if part > 0.005 && spectrum.is_lit() && !lost.contains(&LostProperty::Saturation) {
+                lost.push(LostProperty::Saturation);
             }
             spectrum
         };

@@ -21,10 +21,10 @@ use self::context::{Context, Vertex};
 use self::material::{Optics, Tinted};
 use self::statements::{Statement, Text};
 use self::transform::Placements;
-use crate::error::{Error, Fault, Spot};
+use crate::error::{Error, FileSpot, UnplacedError};
 use crate::files::Files;
-use crate::mesh::{Mesh, Parts, short};
-use crate::tally::Tally;
+use crate::mesh::{Mesh, MeshParts, short};
+use crate::tally::NoteCounts;
 use crate::text::{name, number, numbers, rest, words};
 
 /// The most nesting of transforms and includes, and of objects.
@@ -45,14 +45,14 @@ pub(crate) fn read(
     curve_error: f64,
     files: &mut Files<'_>,
 ) -> Result<Mesh, Error> {
-    let mut reader = Reader {
+    let mut reader = MgfReader {
         files,
         stem: crate::stem(path),
         segments: curved::segments(curve_error),
         allowance: Allowance::of(content.len()),
         mesh: Mesh::default(),
-        parts: Parts::default(),
-        tally: Tally::default(),
+        parts: MeshParts::default(),
+        tally: NoteCounts::default(),
         vertices: Context::default(),
         colours: Context::default(),
         materials: Context::default(),
@@ -67,15 +67,15 @@ pub(crate) fn read(
     Ok(reader.finish(curve_error))
 }
 
-struct Reader<'a, 'f> {
+struct MgfReader<'a, 'f> {
     files: &'a mut Files<'f>,
     stem: String,
     /// The number of sides of the polygon that stands for a circle.
     segments: usize,
     allowance: Allowance,
     mesh: Mesh,
-    parts: Parts,
-    tally: Tally,
+    parts: MeshParts,
+    tally: NoteCounts,
     vertices: Context<Vertex>,
     colours: Context<Colour>,
     materials: Context<Optics>,
@@ -89,13 +89,13 @@ struct Reader<'a, 'f> {
     facets: u64,
 }
 
-impl Reader<'_, '_> {
+impl MgfReader<'_, '_> {
     fn execute(&mut self, text: &Text, start: usize, end: usize) -> Result<(), Error> {
         let mut i = start;
         while i < end {
             let statement = &text.statements[i];
             let bytes = text.of(statement);
-            let at = |fault: Fault| fault.at(&*text.path, Spot::Line(statement.line as usize));
+            let at = |fault: UnplacedError| fault.at(&*text.path, FileSpot::Line(statement.line as usize));
             let arguments: Vec<&[u8]> = words(bytes).collect();
             let Some((&keyword, arguments)) = arguments.split_first() else {
                 i += 1;
@@ -116,9 +116,9 @@ impl Reader<'_, '_> {
     /// `xf`.
     fn transformed(&mut self, text: &Text, start: usize, arguments: &[&[u8]]) -> Result<usize, Error> {
         let statement = &text.statements[start];
-        let at = |fault: Fault| fault.at(&*text.path, Spot::Line(statement.line as usize));
+        let at = |fault: UnplacedError| fault.at(&*text.path, FileSpot::Line(statement.line as usize));
         if arguments.is_empty() {
-            return Err(at(Fault::new("this `xf` ends no transform", "none is open", "remove it")));
+            return Err(at(UnplacedError::new("this `xf` ends no transform", "none is open", "remove it")));
         }
         let placements = Placements::parse(arguments).map_err(at)?;
         self.place_each(placements, text, statement, |reader| {
@@ -135,10 +135,10 @@ impl Reader<'_, '_> {
         statement: &Statement,
         mut body: impl FnMut(&mut Self) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let at = |fault: Fault| fault.at(&*text.path, Spot::Line(statement.line as usize));
+        let at = |fault: UnplacedError| fault.at(&*text.path, FileSpot::Line(statement.line as usize));
         if self.allowance.depth() == MAX_DEPTH {
             let why = format!("more than {MAX_DEPTH} transforms or includes are inside each other");
-            return Err(at(Fault::new("this is nested too deep", why, "flatten the file")));
+            return Err(at(UnplacedError::new("this is nested too deep", why, "flatten the file")));
         }
         self.allowance.open(&text.path, statement.line, placements.copies());
         self.allowance.steps(placements.steps()).map_err(at)?;
@@ -158,13 +158,17 @@ impl Reader<'_, '_> {
     }
 
     fn include(&mut self, text: &Text, statement: &Statement, arguments: &[&[u8]]) -> Result<(), Error> {
-        let at = |fault: Fault| fault.at(&*text.path, Spot::Line(statement.line as usize));
+        let at = |fault: UnplacedError| fault.at(&*text.path, FileSpot::Line(statement.line as usize));
         let Some((file, transform)) = arguments.split_first() else {
-            return Err(at(Fault::new("no file is named", "`i` includes one", "write its name")));
+            return Err(at(UnplacedError::new("no file is named", "`i` includes one", "write its name")));
         };
         let file = name(file);
         let (path, content) = self.files.beside(&text.path, &file).map_err(|error| {
-            at(Fault::new(format!("{file} cannot be included"), error.to_string(), "put it beside this file"))
+            at(UnplacedError::new(
+                format!("{file} cannot be included"),
+                error.to_string(),
+                "put it beside this file",
+            ))
         })?;
         self.allowance.steps(content.len() as u64 / BYTES_A_STEP).map_err(at)?;
         let placements = Placements::parse(transform).map_err(at)?;
@@ -180,7 +184,7 @@ impl Reader<'_, '_> {
         arguments: &[&[u8]],
         text: &[u8],
         line: u32,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), UnplacedError> {
         match keyword {
             b"v" => self.vertices.enter("vertex", arguments),
             b"p" => three(arguments).map(|point| self.vertices.change().point = point),
@@ -205,12 +209,16 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn object(&mut self, name: String) -> Result<(), Fault> {
+    fn object(&mut self, name: String) -> Result<(), UnplacedError> {
         if name.is_empty() {
             self.objects.pop();
         } else if self.objects.len() == MAX_DEPTH {
             let why = format!("more than {MAX_DEPTH} objects are inside each other");
-            return Err(Fault::new("this is nested too deep", why, "close objects by an `o` without a name"));
+            return Err(UnplacedError::new(
+                "this is nested too deep",
+                why,
+                "close objects by an `o` without a name",
+            ));
         } else {
             self.objects.push(short(&name).into_owned());
         }
@@ -232,7 +240,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn colour(&mut self, keyword: &[u8], arguments: &[&[u8]]) -> Result<(), Fault> {
+    fn colour(&mut self, keyword: &[u8], arguments: &[&[u8]]) -> Result<(), UnplacedError> {
         let mut rest = arguments.iter().copied();
         let colour = match keyword {
             b"c" => return self.colours.enter("colour", arguments),
@@ -253,7 +261,7 @@ impl Reader<'_, '_> {
                     let colour = self.colours.get("colour", part.get(1).copied().unwrap_or_default())?;
                     Ok((number(part.first().copied())?, colour))
                 });
-                colour::mix(&parts.collect::<Result<Vec<_>, Fault>>()?)
+                colour::mix(&parts.collect::<Result<Vec<_>, UnplacedError>>()?)
             }
         };
         if colour.is_none() {
@@ -263,13 +271,13 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    fn optics(&mut self, keyword: &[u8], arguments: &[&[u8]]) -> Result<(), Fault> {
+    fn optics(&mut self, keyword: &[u8], arguments: &[&[u8]]) -> Result<(), UnplacedError> {
         if keyword == b"m" {
             return self.materials.enter("material", arguments);
         }
         let amount = number(arguments.first().copied())?;
         if amount < 0.0 {
-            return Err(Fault::new(
+            return Err(UnplacedError::new(
                 format!("{amount} is negative"),
                 "no surface has such a property",
                 "correct it",
@@ -308,7 +316,7 @@ impl Reader<'_, '_> {
     }
 
     fn finish(self, curve_error: f64) -> Mesh {
-        let Reader { mut mesh, tally, facets, .. } = self;
+        let MgfReader { mut mesh, tally, facets, .. } = self;
         tally.report(&mut mesh);
         if facets > 0 {
             mesh.notes.push(format!(
@@ -321,7 +329,7 @@ impl Reader<'_, '_> {
     }
 }
 
-fn three(arguments: &[&[u8]]) -> Result<DVec3, Fault> {
+fn three(arguments: &[&[u8]]) -> Result<DVec3, UnplacedError> {
     Ok(DVec3::from_array(numbers(&mut arguments.iter().copied())?))
 }
 

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::Reader;
+use super::MgfReader;
 use super::context::Vertex;
-use super::curved::{self, Facets};
-use crate::error::Fault;
+use super::curved::{self, CurvedFacets};
+use crate::error::UnplacedError;
 use crate::mesh::Triangle;
 use crate::room::room;
 use crate::text::number;
@@ -13,9 +13,14 @@ use crate::text::number;
 /// Cutting a polygon of n corners takes about n² steps, divided by this.
 const CORNERS_A_STEP: u64 = 16;
 
-impl Reader<'_, '_> {
+impl MgfReader<'_, '_> {
     /// Reads a surface of any kind.
-    pub(super) fn surface(&mut self, keyword: &[u8], arguments: &[&[u8]], line: u32) -> Result<(), Fault> {
+    pub(super) fn surface(
+        &mut self,
+        keyword: &[u8],
+        arguments: &[&[u8]],
+        line: u32,
+    ) -> Result<(), UnplacedError> {
         let (part, face) = self.parts.next_face(&mut self.mesh, &self.stem);
         let material = self.material_number();
         let triangle = |corners| Triangle { corners, part, face, material, line };
@@ -31,7 +36,7 @@ impl Reader<'_, '_> {
         &mut self,
         arguments: &[&[u8]],
         triangle: &impl Fn([u32; 3]) -> Triangle,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), UnplacedError> {
         let (mut points, mut holes) = (Vec::new(), Vec::new());
         for &argument in arguments {
             match argument {
@@ -48,11 +53,11 @@ impl Reader<'_, '_> {
         points: &[DVec3],
         holes: &[usize],
         triangle: &impl Fn([u32; 3]) -> Triangle,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), UnplacedError> {
         let outer = holes.first().copied().unwrap_or(points.len());
         let rings = holes.iter().zip(holes.iter().skip(1).copied().chain([points.len()]));
         if outer < 3 || rings.clone().any(|(&start, end)| end < start + 3) {
-            return Err(Fault::new(
+            return Err(UnplacedError::new(
                 "an outline of less than three corners",
                 "it has no area",
                 "complete the line",
@@ -71,13 +76,17 @@ impl Reader<'_, '_> {
     }
 
     /// Adds points where the open transforms put them; returns the number of the first.
-    fn place_points(&mut self, points: &[DVec3]) -> Result<u32, Fault> {
+    fn place_points(&mut self, points: &[DVec3]) -> Result<u32, UnplacedError> {
         let first = self.mesh.positions.len() as u32;
         self.mesh.positions.extend(points.iter().map(|&point| self.place.transform_point3(point)));
         if self.mesh.positions[first as usize..].iter().all(|position| position.is_finite()) {
             return Ok(first);
         }
-        Err(Fault::new("a point is not a finite number", "the transforms put it nowhere", "correct them"))
+        Err(UnplacedError::new(
+            "a point is not a finite number",
+            "the transforms put it nowhere",
+            "correct them",
+        ))
     }
 
     /// Reverses triangles if the open transforms mirror them, so that fronts stay fronts.
@@ -89,9 +98,17 @@ impl Reader<'_, '_> {
 
     /// A closed right prism: the polygon, its copy moved against its normal by the length, and the sides between. All
     /// faces point outwards, or inwards if the length is negative.
-    fn prism(&mut self, arguments: &[&[u8]], triangle: &impl Fn([u32; 3]) -> Triangle) -> Result<(), Fault> {
+    fn prism(
+        &mut self,
+        arguments: &[&[u8]],
+        triangle: &impl Fn([u32; 3]) -> Triangle,
+    ) -> Result<(), UnplacedError> {
         let Some((length, names)) = arguments.split_last() else {
-            return Err(Fault::new("a prism of nothing", "it has a base and a length", "complete the line"));
+            return Err(UnplacedError::new(
+                "a prism of nothing",
+                "it has a base and a length",
+                "complete the line",
+            ));
         };
         let length = number(Some(length))?;
         let mut base = Vec::new();
@@ -99,7 +116,11 @@ impl Reader<'_, '_> {
             base.push(self.vertices.get("vertex", name)?.point);
         }
         let Some(normal) = crate::polygon::normal(&base).filter(|_| base.len() >= 3 && length != 0.0) else {
-            return Err(Fault::new("the prism has no volume", "its base or its length is 0", "correct it"));
+            return Err(UnplacedError::new(
+                "the prism has no volume",
+                "its base or its length is 0",
+                "correct it",
+            ));
         };
         let moved: Vec<DVec3> = base.iter().map(|&point| point - normal * length).collect();
         self.outline(&base, &[], triangle)?;
@@ -116,7 +137,7 @@ impl Reader<'_, '_> {
         keyword: &[u8],
         arguments: &[&[u8]],
         triangle: &impl Fn([u32; 3]) -> Triangle,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), UnplacedError> {
         let n = self.segments;
         self.allowance.triangles(curved::most_triangles(keyword, n as u64))?;
         let vertex = |i: usize| self.vertices.get("vertex", arguments.get(i).copied().unwrap_or_default());
@@ -124,19 +145,25 @@ impl Reader<'_, '_> {
         let (facets, inwards) = match keyword {
             b"sph" => {
                 let radius = radius(1)?;
-                (Facets::sphere(vertex(0)?.point, radius.abs(), n), radius < 0.0)
+                (CurvedFacets::sphere(vertex(0)?.point, radius.abs(), n), radius < 0.0)
             }
             b"cyl" => cone(vertex(0)?, radius(1)?, vertex(2)?, radius(1)?, n)?,
             b"cone" => cone(vertex(0)?, radius(1)?, vertex(2)?, radius(3)?, n)?,
             b"ring" => {
                 let [inner, outer] = in_order(radius(1)?, radius(2)?)?;
                 let vertex = vertex(0)?;
-                (Facets::ring(vertex.point, axis(vertex.normal)?, inner.abs(), outer.abs(), n), outer < 0.0)
+                (
+                    CurvedFacets::ring(vertex.point, axis(vertex.normal)?, inner.abs(), outer.abs(), n),
+                    outer < 0.0,
+                )
             }
             _ => {
                 let [inner, outer] = in_order(radius(1)?, radius(2)?)?;
                 let vertex = vertex(0)?;
-                (Facets::torus(vertex.point, axis(vertex.normal)?, inner.abs(), outer.abs(), n), outer < 0.0)
+                (
+                    CurvedFacets::torus(vertex.point, axis(vertex.normal)?, inner.abs(), outer.abs(), n),
+                    outer < 0.0,
+                )
             }
         };
         let first = self.place_points(&facets.points)?;
@@ -152,18 +179,18 @@ impl Reader<'_, '_> {
 }
 
 /// The unit vector of a normal.
-fn axis(normal: DVec3) -> Result<DVec3, Fault> {
+fn axis(normal: DVec3) -> Result<DVec3, UnplacedError> {
     normal.try_normalize().ok_or_else(|| {
-        Fault::new("the vertex has no normal", "the surface turns about it", "give it one with `n`")
+        UnplacedError::new("the vertex has no normal", "the surface turns about it", "give it one with `n`")
     })
 }
 
 /// Two radii of one sign, the smaller one first.
-fn in_order(inner: f64, outer: f64) -> Result<[f64; 2], Fault> {
+fn in_order(inner: f64, outer: f64) -> Result<[f64; 2], UnplacedError> {
     if inner * outer >= 0.0 && inner.abs() < outer.abs() {
         return Ok([inner, outer]);
     }
-    Err(Fault::new(
+    Err(UnplacedError::new(
         format!("radii {inner} and {outer}"),
         "the second is the larger one, of the same sign",
         "correct them",
@@ -177,16 +204,16 @@ fn cone(
     high: Vertex,
     high_radius: f64,
     n: usize,
-) -> Result<(Facets, bool), Fault> {
+) -> Result<(CurvedFacets, bool), UnplacedError> {
     let length = low.point.distance(high.point);
     let some = low_radius != 0.0 || high_radius != 0.0;
     if !(length > 0.0 && length.is_finite() && some && low_radius * high_radius >= 0.0) {
-        return Err(Fault::new(
+        return Err(UnplacedError::new(
             "the cone has no side",
             "its ends coincide, its radii are 0 or of different sign",
             "correct it",
         ));
     }
-    let facets = Facets::cone(low.point, low_radius.abs(), high.point, high_radius.abs(), n);
+    let facets = CurvedFacets::cone(low.point, low_radius.abs(), high.point, high_radius.abs(), n);
     Ok((facets, low_radius + high_radius < 0.0))
 }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::error::Fault;
+use crate::error::UnplacedError;
 use crate::text::number;
 
 /// The largest number of copies that an array may name.
@@ -29,7 +29,7 @@ enum Repeat {
 
 impl Placements {
     /// Reads the arguments of a transform.
-    pub(super) fn parse(arguments: &[&[u8]]) -> Result<Self, Fault> {
+    pub(super) fn parse(arguments: &[&[u8]]) -> Result<Self, UnplacedError> {
         let mut groups = vec![Group { place: DAffine3::IDENTITY, repeat: Repeat::Times(1) }];
         let mut counts = Vec::new();
         let mut rest = arguments;
@@ -108,25 +108,25 @@ fn power(place: DAffine3, times: u64) -> DAffine3 {
     result
 }
 
-fn read_count(rest: &mut &[&[u8]]) -> Result<u64, Fault> {
+fn read_count(rest: &mut &[&[u8]]) -> Result<u64, UnplacedError> {
     let count = take(rest)?;
     if count >= 0.0 && count <= MAX_COPIES as f64 && count.fract() == 0.0 {
         return Ok(count as u64);
     }
-    Err(Fault::new(
+    Err(UnplacedError::new(
         format!("{count} is no number of copies"),
         format!("copies are counted from 0 to {MAX_COPIES}"),
         "correct it",
     ))
 }
 
-fn take(rest: &mut &[&[u8]]) -> Result<f64, Fault> {
+fn take(rest: &mut &[&[u8]]) -> Result<f64, UnplacedError> {
     let (word, after) = rest.split_first().map_or((None, &[][..]), |(word, after)| (Some(*word), after));
     *rest = after;
     number(word)
 }
 
-fn step(flag: &[u8], rest: &mut &[&[u8]]) -> Result<DAffine3, Fault> {
+fn step(flag: &[u8], rest: &mut &[&[u8]]) -> Result<DAffine3, UnplacedError> {
     let mirror = |axis: DVec3| Ok(DAffine3::from_scale(DVec3::ONE - 2.0 * axis));
     match flag {
         b"-t" => Ok(DAffine3::from_translation(DVec3::new(take(rest)?, take(rest)?, take(rest)?))),
@@ -137,7 +137,7 @@ fn step(flag: &[u8], rest: &mut &[&[u8]]) -> Result<DAffine3, Fault> {
         b"-mx" => mirror(DVec3::X),
         b"-my" => mirror(DVec3::Y),
         b"-mz" => mirror(DVec3::Z),
-        _ => Err(Fault::new(
+        _ => Err(UnplacedError::new(
             format!("{:?} is no transform", crate::text::name(flag)),
             "there are -t, -rx, -ry, -rz, -s, -mx, -my, -mz, -i and -a",
             "correct it",
@@ -145,9 +145,9 @@ fn step(flag: &[u8], rest: &mut &[&[u8]]) -> Result<DAffine3, Fault> {
     }
 }
 
-fn scale(factor: f64) -> Result<DAffine3, Fault> {
+fn scale(factor: f64) -> Result<DAffine3, UnplacedError> {
     if factor == 0.0 {
-        return Err(Fault::new("a scale of 0", "nothing would have an area", "correct it"));
+        return Err(UnplacedError::new("a scale of 0", "nothing would have an area", "correct it"));
     }
     Ok(DAffine3::from_scale(DVec3::splat(factor)))
 }

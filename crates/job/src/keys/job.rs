@@ -4,7 +4,7 @@ use radiosity::{EstimatorKind, IndexChoice, Quantity, RayBirths, Sampler, Space}
 use serde_json::{Value, json};
 
 use crate::key::{Key, names};
-use crate::method::table::{Basis, WalkKind};
+use crate::method::table::{BasisKey, WalkKind};
 use crate::schema::parts::*;
 use crate::vocabulary::{
     EndWord, FOV, Light, MAX_PIXELS, MAX_STREAM_PATHS, OutputFile, SolveWord, Unhit, Vantage,
@@ -206,7 +206,7 @@ pub(crate) const METHOD: [Key; 11] = [
     ),
     Key::new(
         "basis",
-        word::<Basis>,
+        word::<BasisKey>,
         "What is estimated of the light on a patch: its mean, or two gradients and its spread, too. Default: constant.",
     ),
     Key::new(
@@ -247,7 +247,7 @@ pub(crate) const SOLVE_KEYS: &[&str] = &names(&SOLVE);
 pub(crate) const IMPORT: [Key; 14] = [
     Key::new(
         "up",
-        word::<import::Axis>,
+        word::<import::UpAxis>,
         "The file's up axis, which becomes z. Default: y for glTF and OBJ, no turn for others.",
     ),
     Key::new("unit", positive, "Metres of a unit of the file. Default: 1."),

@@ -7,7 +7,7 @@ use crate::schema::parts::*;
 use crate::vocabulary::AUTO;
 
 /// The keys of a scene file.
-pub(crate) const SCENE: [Key; 8] = [
+pub(crate) const SCENE: [Key; 9] = [
     Key::new(
         "material",
         || json!({"type": "object", "additionalProperties": table(&MATERIAL)}),
@@ -32,6 +32,7 @@ pub(crate) const SCENE: [Key; 8] = [
         "Grids of points at which light is measured: work planes.",
     ),
     Key::new("points", || list_of(table(&POINTS), 0), "Points of files at which light is measured."),
+    Key::new("pane", || list_of(table(&PANE), 0), "Panes of clear glass, which light crosses."),
 ];
 
 pub(crate) const SCENE_KEYS: &[&str] = &names(&SCENE);
@@ -155,6 +156,20 @@ pub(crate) const POINTS: [Key; 2] = [
 ];
 
 pub(crate) const POINTS_KEYS: &[&str] = &names(&POINTS);
+
+/// The keys of a `[[pane]]`.
+pub(crate) const PANE: [Key; 3] = [
+    Key::new("name", text, "Messages tell panes by it. Default: its number."),
+    Key::new("quad", corners, "A parallelogram: corner c, c + u, c + v [m].").required(),
+    Key::new(
+        "transmittance",
+        positive,
+        "The part of the light that passes straight through, above 0 and at most 0.918; less passes aslant, as through one plate of window glass.",
+    )
+    .required(),
+];
+
+pub(crate) const PANE_KEYS: &[&str] = &names(&PANE);
 
 /// The keys of an entry of `emit`.
 pub(crate) const EMIT: [Key; 2] =

@@ -5,12 +5,12 @@ use radiosity::{EstimatorKind, Iterations, RayBirths, Sampler, Solve, Space};
 use super::table::{Beside, MethodTable, WalkKind};
 use crate::budget::Budget;
 use crate::document::Value;
-use crate::error::{Error, Place};
+use crate::error::{Error, SourceLocation};
 
 /// Where the keys stand that chains may be refused by.
-pub(super) struct Places {
-    pub(super) walk: Box<Place>,
-    pub(super) batch: Box<Place>,
+pub(super) struct ChainKeys {
+    pub(super) walk: Box<SourceLocation>,
+    pub(super) batch: Box<SourceLocation>,
 }
 
 /// Chains of a job without `batch_paths`, unless they would be too long; fewer make no interval.
@@ -46,12 +46,12 @@ const LONG_CHAIN: u64 = 1 << 24;
 /// falls back to walks and says so.
 pub(super) fn settle_jacobi(
     method: &mut MethodTable,
-    places: &Places,
-    (patch_count, lamps): (Option<u64>, bool),
+    places: &ChainKeys,
+    (patch_count, walks_only): (Option<u64>, bool),
     budget: &Budget,
 ) -> Result<Option<String>, Error> {
-    // The rays of chains leave patches alone.
-    if lamps && method.walk == WalkKind::Auto {
+    // The rays of chains leave patches alone, and all that land count alike.
+    if walks_only && method.walk == WalkKind::Auto {
         method.walk = WalkKind::Shooting;
     }
     let paths = budget.paths;
@@ -130,7 +130,7 @@ const BATCHES: u64 = 16;
 /// spread most evenly.
 pub(super) fn settle_batches(
     method: &mut MethodTable,
-    places: &Places,
+    places: &ChainKeys,
     budget: &Budget,
 ) -> Result<(), Error> {
     if method.walk == WalkKind::Jacobi || !method.is_in_batches() {
@@ -143,7 +143,7 @@ pub(super) fn settle_batches(
 }
 
 /// Whether a budget has batches enough, and begins with one.
-fn whole_batches(batch: u64, what: &str, places: &Places, budget: &Budget) -> Result<(), Error> {
+fn whole_batches(batch: u64, what: &str, places: &ChainKeys, budget: &Budget) -> Result<(), Error> {
     let Budget { paths, first_path, .. } = *budget;
     if paths / batch < CHAINS {
         return Err(Error::Refused {

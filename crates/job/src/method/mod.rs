@@ -9,7 +9,7 @@ mod walks;
 
 pub use self::batches::fewest_chain_rays;
 pub use self::hash::job_hash;
-pub(crate) use self::read::{Cutting, read_method};
-pub(crate) use self::table::Basis;
+pub(crate) use self::read::{PatchPurpose, read_method};
+pub(crate) use self::table::BasisKey;
 pub use self::table::{Beside, MethodTable, WalkKind};
 pub(crate) use self::walks::read_patches;

@@ -2,30 +2,30 @@
 
 use radiosity::{Sampler, Solve, Space};
 
-use super::batches::{Places, read_batch, read_sampler, settle_batches, settle_jacobi};
+use super::batches::{ChainKeys, read_batch, read_sampler, settle_batches, settle_jacobi};
 use super::chains::{read_final_gather, read_solve};
-use super::table::{Basis, Beside, MethodTable, WalkKind};
+use super::table::{BasisKey, Beside, MethodTable, WalkKind};
 use super::walks::{read_birth, read_infinite};
 use crate::budget::Budget;
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::Error;
 
 /// The patches that a method is for.
-pub(crate) struct Cutting {
+pub(crate) struct PatchPurpose {
     /// How many there are; `None` where the program has yet to cut them.
     pub(crate) patches: Option<u64>,
     /// Whether a job that names no basis takes the linear one, where its method has it.
     pub(crate) linear: bool,
     /// Where walks go on from if the job does not say so, where its method has the choice.
     pub(crate) space: Space,
-    /// Whether the scene has lamps without area.
-    pub(crate) lamps: bool,
+    /// Whether chains cannot know all of its light: there are lamps without area, or panes.
+    pub(crate) walks_only: bool,
 }
 
 /// Reads `[method]`, for a scene that is cut so and a budget; says what was not done as asked.
 pub(crate) fn read_method(
-    mut table: Table<'_>,
-    cutting: &Cutting,
+    mut table: KeyTable<'_>,
+    cutting: &PatchPurpose,
     budget: &Budget,
 ) -> Result<(MethodTable, Option<String>), Error> {
     let patch_count = cutting.patches;
@@ -33,7 +33,7 @@ pub(crate) fn read_method(
     let walk = table.word("walk")?;
     let sampler = table.take("sampler");
     let jacobi = table.take("jacobi").map(|value| read_solve(value, walk)).transpose()?.unwrap_or_default();
-    let places = Places { walk: table.place("walk"), batch: table.place("batch_paths") };
+    let places = ChainKeys { walk: table.place("walk"), batch: table.place("batch_paths") };
     let final_gather = table.take("final_gather");
     let mut method = MethodTable {
         walk,
@@ -61,7 +61,7 @@ pub(crate) fn read_method(
     if let Some(value) = final_gather {
         method.final_gather = read_final_gather(value, &method, patch_count)?;
     }
-    let note = settle_jacobi(&mut method, &places, (patch_count, cutting.lamps), budget)?;
+    let note = settle_jacobi(&mut method, &places, (patch_count, cutting.walks_only), budget)?;
     method.sampler = read_sampler(sampler, walk, &method)?;
     settle_batches(&mut method, &places, budget)?;
     if let Solve::Iterations(iterations) = &mut method.jacobi {
@@ -75,13 +75,13 @@ fn read_beside(mix: Option<Value<'_>>, basis: Option<Value<'_>>) -> Result<Besid
     let mix = mix.map(|value| value.boolean()).transpose()?.unwrap_or_default();
     let Some(basis) = basis else { return Ok(if mix { Beside::Mix } else { Beside::Nothing }) };
     match (mix, basis.word()?) {
-        (true, Basis::Linear) => Err(basis.refuse(
+        (true, BasisKey::Linear) => Err(basis.refuse(
             "mix = true has no linear basis".into(),
             "the best mix is one of the means of patches",
             "remove one of the two",
         )),
-        (true, Basis::Constant) => Ok(Beside::Mix),
-        (false, Basis::Linear) => Ok(Beside::Slopes),
-        (false, Basis::Constant) => Ok(Beside::Nothing),
+        (true, BasisKey::Constant) => Ok(Beside::Mix),
+        (false, BasisKey::Linear) => Ok(Beside::Slopes),
+        (false, BasisKey::Constant) => Ok(Beside::Nothing),
     }
 }

@@ -50,7 +50,7 @@ pub enum Beside {
 
 /// The functions that light is estimated by on a patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Basis {
+pub(crate) enum BasisKey {
     /// One number a patch, the mean of its light.
     #[default]
     Constant,
@@ -58,13 +58,13 @@ pub(crate) enum Basis {
     Linear,
 }
 
-impl Word for Basis {
+impl Word for BasisKey {
     const ALL: &'static [Self] = &[Self::Constant, Self::Linear];
 
     fn word(self) -> &'static str {
         match self {
-            Basis::Constant => "constant",
-            Basis::Linear => "linear",
+            BasisKey::Constant => "constant",
+            BasisKey::Linear => "linear",
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What is done to a scene once all of it is read: flipped surfaces are turned, faces are grouped.
 
-use import::Grouping;
+use import::GroupLimits;
 use radiosity::SceneSpec;
 
 use super::SceneFile;
@@ -8,7 +8,7 @@ use crate::error::Error;
 
 impl SceneFile {
     /// Turns what is flipped, if `repair` says so, and groups the faces of meshes where there is a `grouping`.
-    pub(crate) fn prepare(&mut self, repair: bool, grouping: Option<&Grouping>) -> Result<(), Error> {
+    pub(crate) fn prepare(&mut self, repair: bool, grouping: Option<&GroupLimits>) -> Result<(), Error> {
         if repair {
             self.turn_flipped()?;
         }
@@ -17,7 +17,7 @@ impl SceneFile {
     }
 
     /// Makes patches of neighbouring faces of one object and one material of a mesh.
-    fn group(&mut self, grouping: &Grouping) {
+    fn group(&mut self, grouping: &GroupLimits) {
         let kinds = self.kinds();
         let spec = std::mem::replace(&mut self.spec, SceneSpec::new(Vec::new()));
         let labels = import::groups(&spec, |surface| kinds[surface], grouping);

@@ -7,23 +7,24 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use import::{Format, Imported, MaterialOverride, Options};
-use radiosity::{LampsSpec, Shape, Spectrum, SurfaceSpec};
+use radiosity::{LampsSpec, PaneSpec, Shape, Spectrum, SurfaceSpec};
 
 use super::SceneFile;
 use super::surface::{can_name_a_surface, read_surface};
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::error::{Error, MESH_FORMATS};
 use crate::imports::{positive, read_mesh};
 use crate::keys::{LISTS, MESH_KEYS, SCENE_KEYS};
 use crate::lamps::read_lamps;
 use crate::lighting::{Lit, read_lit};
-use crate::material::{Material, Materials, find_material, read_materials};
+use crate::material::{MaterialTable, Materials, find_material, read_materials};
+use crate::panes::read_panes;
 use crate::plain::{PlainSurface, plain_surfaces};
 use crate::planes::read_planes;
 use crate::sensors::read_sensors;
 use crate::site::SurfaceSite;
 use crate::sky::read_sky;
-use crate::source::{Source, Split};
+use crate::source::{SourceText, Split};
 
 /// Reads a scene file, meshes with the defaults of `[import]`.
 ///
@@ -51,7 +52,7 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
 }
 
 fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
-    let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;
+    let source = SourceText::read(path, "[material.NAME] tables and [[surface]] tables")?;
     match read_parts(&source, options)? {
         Some(scene) => Ok(scene),
         None => read_whole(&source, options),
@@ -59,41 +60,43 @@ fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
 }
 
 /// Reads a scene part by part; `None` where a part is not TOML by itself.
-fn read_parts(source: &Source, options: &Options) -> Result<Option<SceneFile>, Error> {
+fn read_parts(source: &SourceText, options: &Options) -> Result<Option<SceneFile>, Error> {
     let split = source.split();
     let rest = split.rest(source).filter(|(_, rest)| !rest.contains_key("surface"));
     let Some((part, rest)) = rest else { return Ok(None) };
-    Reader::new(Table::part(part, rest, SCENE_KEYS)?, source.file(), options)?.read_parts(source, &split)
+    SceneReader::new(KeyTable::part(part, rest, SCENE_KEYS)?, source.file(), options)?
+        .read_parts(source, &split)
 }
 
 /// Reads a scene as one document, which tells what is wrong with it.
-fn read_whole(source: &Source, options: &Options) -> Result<SceneFile, Error> {
-    let mut table = Table::root(source, SCENE_KEYS)?;
+fn read_whole(source: &SourceText, options: &Options) -> Result<SceneFile, Error> {
+    let mut table = KeyTable::root(source, SCENE_KEYS)?;
     let surfaces = table.take("surface");
-    let mut reader = Reader::new(table, source.file(), options)?;
+    let mut reader = SceneReader::new(table, source.file(), options)?;
     surfaces.map_or(Ok(()), |surfaces| reader.surfaces(surfaces))?;
     reader.finish()
 }
 
 /// A TOML scene on its way.
-struct Reader<'a, 'o> {
+struct SceneReader<'a, 'o> {
     scene: SceneFile,
     materials: Materials,
     lamps: LampsSpec,
+    panes: Vec<PaneSpec>,
     meshes: Option<Value<'a>>,
     sky: Option<Spectrum>,
     options: &'o Options,
 }
 
-impl<'a, 'o> Reader<'a, 'o> {
+impl<'a, 'o> SceneReader<'a, 'o> {
     /// Reads all but surfaces.
-    fn new(mut table: Table<'a>, path: &Path, options: &'o Options) -> Result<Self, Error> {
+    fn new(mut table: KeyTable<'a>, path: &Path, options: &'o Options) -> Result<Self, Error> {
         let materials = read_materials(&mut table)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut sensors = table.take("sensor").map_or(Ok(Vec::new()), read_sensors)?;
         read_planes(["plane", "points"].map(|list| table.take(list)), folder, &mut sensors)?;
         let lamps = table.take("lamp").map(|value| read_lamps(value, folder)).transpose()?;
-        let lines = |(name, material): (&String, &Material)| (name.clone(), material.lines.clone());
+        let lines = |(name, material): (&String, &MaterialTable)| (name.clone(), material.lines.clone());
         let scene = SceneFile {
             materials: materials.iter().map(lines).collect(),
             sensors,
@@ -101,19 +104,20 @@ impl<'a, 'o> Reader<'a, 'o> {
             ..SceneFile::empty(path)
         };
         let sky = table.take("sky").map(read_sky).transpose()?;
+        let panes = table.take("pane").map_or(Ok(Vec::new()), read_panes)?;
         let lamps = lamps.unwrap_or_default();
-        Ok(Reader { scene, materials, lamps, meshes: table.take("mesh"), sky, options })
+        Ok(SceneReader { scene, materials, lamps, panes, meshes: table.take("mesh"), sky, options })
     }
 
     /// Reads the surfaces part by part; `None` where a part is not TOML by itself.
-    fn read_parts(mut self, source: &Source, split: &Split) -> Result<Option<SceneFile>, Error> {
+    fn read_parts(mut self, source: &SourceText, split: &Split) -> Result<Option<SceneFile>, Error> {
         for surfaces in split.surfaces() {
             let (text, line) = surfaces.text(source);
             if self.plain_surfaces(text, line).is_some() {
                 continue;
             }
             let Some((part, table)) = surfaces.document(source) else { return Ok(None) };
-            let mut table = Table::part(part, table, SCENE_KEYS)?;
+            let mut table = KeyTable::part(part, table, SCENE_KEYS)?;
             if let Some(surfaces) = table.take("surface") {
                 self.surfaces(surfaces)?;
             }
@@ -124,7 +128,7 @@ impl<'a, 'o> Reader<'a, 'o> {
     /// Reads surfaces without a document; `None` where any of them needs one.
     fn plain_surfaces(&mut self, text: &str, line: u32) -> Option<()> {
         let surfaces = plain_surfaces(text, line)?;
-        let materials: Vec<&Material> =
+        let materials: Vec<&MaterialTable> =
             surfaces.iter().map(|surface| self.materials.get(&*surface.material)).collect::<Option<_>>()?;
         let mut names = surfaces.iter().filter_map(|surface| surface.name.as_deref());
         names.all(can_name_a_surface).then_some(())?;
@@ -173,6 +177,7 @@ impl<'a, 'o> Reader<'a, 'o> {
             self.scene.add_sky(emittance);
         }
         self.scene.spec.lamps = self.lamps;
+        self.scene.spec.panes = self.panes;
         Ok(self.scene)
     }
 

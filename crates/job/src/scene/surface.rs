@@ -3,11 +3,11 @@
 use radiosity::{Shape, Sides, SurfaceSpec};
 
 use super::label;
-use crate::document::{Table, Value};
+use crate::document::{KeyTable, Value};
 use crate::emit::read_emit;
 use crate::error::Error;
 use crate::keys::SURFACE_KEYS;
-use crate::material::{Material, Materials, find_material};
+use crate::material::{MaterialTable, Materials, find_material};
 use crate::shape::{read_corners, read_grid, read_rows};
 use crate::site::{SITE_KEYS, SurfaceSite};
 use crate::vocabulary::AUTO;
@@ -63,14 +63,17 @@ pub(super) fn can_name_a_surface(name: &str) -> bool {
     !name.trim().is_empty() && !name.contains(char::is_control)
 }
 
-fn read_material_name<'m>(table: &mut Table<'_>, materials: &'m Materials) -> Result<&'m Material, Error> {
+fn read_material_name<'m>(
+    table: &mut KeyTable<'_>,
+    materials: &'m Materials,
+) -> Result<&'m MaterialTable, Error> {
     let value =
         table.require("material", "a surface takes its reflectance from it", "material = \"NAME\"")?;
     find_material(&value, materials)
 }
 
 /// The shape of a surface, and whether its cells are left to the program.
-fn read_shape(table: &mut Table<'_>) -> Result<(Shape, bool), Error> {
+fn read_shape(table: &mut KeyTable<'_>) -> Result<(Shape, bool), Error> {
     let (quad, triangle, patches) = (table.take("quad"), table.take("triangle"), table.take("patches"));
     let auto = patches.as_ref().is_some_and(|value| value.string().is_ok_and(|word| word == AUTO));
     let patches = patches.filter(|_| !auto);

@@ -1,7 +1,7 @@
 //! How much a surface's grid loses of the light, for ever finer grids.
 
 use super::grid::Grid;
-use super::laws::{Code, Laws, Measured};
+use super::laws::{Code, Laws, MeasuredDoublings};
 use super::seen::{Basis, SurfaceLight};
 
 /// Beyond the pilot's grid the gain is extrapolated over this many further doublings along each axis.
@@ -15,7 +15,7 @@ pub(crate) fn code(surfaces: &[SurfaceLight], basis: Basis) -> Code {
 
 /// One grid of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Step {
+pub(crate) struct GridStep {
     pub(crate) cut: Grid,
     /// The energy of what a fit on this grid leaves out of the light, as far as can be told [W²/m²].
     pub(crate) lost: f64,
@@ -24,7 +24,7 @@ pub(crate) struct Step {
 /// Ever finer grids of a surface.
 pub(crate) struct Curve {
     /// Each of twice the cells of the one before it (of a triangle: four times).
-    pub(crate) steps: Vec<Step>,
+    pub(crate) steps: Vec<GridStep>,
     /// Of each axis, how much likelier light is that varies along it than light that does not.
     pub(crate) odds: Vec<f64>,
 }
@@ -41,7 +41,7 @@ pub(crate) fn curve(light: &SurfaceLight, (basis, code): (Basis, &Code)) -> Curv
     let dark = mean <= 0.0 || noise <= 0.0;
     if !light.free || dark {
         let lost = if light.free { 0.0 } else { (light.energy() - mean).max(0.0) };
-        return Curve { steps: vec![Step { cut: light.base, lost }], odds: Vec::new() };
+        return Curve { steps: vec![GridStep { cut: light.base, lost }], odds: Vec::new() };
     }
     let axes = match light.base {
         Grid::Quad(_) => 2,
@@ -70,12 +70,12 @@ pub(crate) fn curve(light: &SurfaceLight, (basis, code): (Basis, &Code)) -> Curv
 }
 
 /// What each grid loses: the sum of the gains after it.
-fn steps(cuts: &[Grid], gains: &[f64]) -> Vec<Step> {
+fn steps(cuts: &[Grid], gains: &[f64]) -> Vec<GridStep> {
     let mut lost = 0.0;
-    let mut steps = vec![Step { cut: cuts[gains.len()], lost }];
+    let mut steps = vec![GridStep { cut: cuts[gains.len()], lost }];
     for (&cut, gain) in cuts.iter().zip(gains).rev() {
         lost += gain;
-        steps.push(Step { cut, lost });
+        steps.push(GridStep { cut, lost });
     }
     steps.reverse();
     steps
@@ -101,10 +101,10 @@ fn measured(
     levels: [u32; 2],
     axis: usize,
     doublings: u32,
-) -> Option<Measured> {
+) -> Option<MeasuredDoublings> {
     let mut finer = levels;
     finer[axis] += doublings;
-    (finer[axis] <= light.top[axis]).then(|| Measured {
+    (finer[axis] <= light.top[axis]).then(|| MeasuredDoublings {
         gain: light.caught(basis, finer) - light.caught(basis, levels),
         noise,
         unknowns: basis.unknowns() * (light.cells(finer) - light.cells(levels)),

@@ -67,7 +67,7 @@ impl Gains {
         let is_halved: Vec<bool> = parts().map(|(part, _)| gains.has_measured(part)).collect();
         let base = |(part, seen): (&Cluster, &Seen)| gains.rates.of(clusters, part) * seen.energy.max(0.0);
         let bases: Vec<f64> = parts().map(base).collect();
-        let of = |part: usize| Measured::of(&seen[part], basis, pilot);
+        let of = |part: usize| MeasuredGain::of(&seen[part], basis, pilot);
         let likelihoods = upwards(clusters, &is_halved, |part| {
             let measured = of(part);
             FACTORS.map(|factor| measured.likelihood(factor * bases[part]))
@@ -141,12 +141,12 @@ fn mean(weights: &Weights, of: impl Fn(f64) -> f64) -> f64 {
 
 /// What parts are alike in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Class {
+struct SplitClass {
     octave: usize,
     turn: usize,
 }
 
-impl Class {
+impl SplitClass {
     fn of(clusters: &Clusters, part: &Cluster) -> Self {
         let (square, turn) = match part.halves {
             // Halves would be about so far apart.
@@ -156,7 +156,7 @@ impl Class {
                 ((a.middle[0] - b.middle[0]).length_squared(), (a.middle[1] - b.middle[1]).length_squared())
             }
         };
-        Class { octave: octave(square), turn: TURNS.iter().filter(|&&limit| turn > limit).count() }
+        SplitClass { octave: octave(square), turn: TURNS.iter().filter(|&&limit| turn > limit).count() }
     }
 }
 
@@ -181,8 +181,8 @@ impl Rates {
             if part.halves.is_none_or(|[half, _]| half as usize >= count) {
                 continue;
             }
-            let class = Class::of(clusters, part);
-            let measured = Measured::of(seen, basis, pilot);
+            let class = SplitClass::of(clusters, part);
+            let measured = MeasuredGain::of(seen, basis, pilot);
             let variance = measured.variance(measured.gain.max(0.0));
             let sum = &mut sums[class.turn][class.octave];
             [measured.gain, variance, seen.energy].iter().zip(sum).for_each(|(x, sum)| *sum += x);
@@ -213,7 +213,7 @@ impl Rates {
     }
 
     fn of(&self, clusters: &Clusters, part: &Cluster) -> f64 {
-        let class = Class::of(clusters, part);
+        let class = SplitClass::of(clusters, part);
         self.by_class[class.turn][class.octave]
     }
 
@@ -225,7 +225,7 @@ impl Rates {
 }
 
 /// A gain as it was measured.
-struct Measured {
+struct MeasuredGain {
     gain: f64,
     /// The energy of the noise of one unknown in the pilot.
     noise: f64,
@@ -233,10 +233,14 @@ struct Measured {
     unknowns: f64,
 }
 
-impl Measured {
+impl MeasuredGain {
     /// What a pilot of some walks has seen halving a part gain.
     fn of(seen: &Seen, basis: Basis, pilot: f64) -> Self {
-        Measured { gain: seen.gain[basis as usize], noise: seen.noise / pilot, unknowns: basis.unknowns() }
+        MeasuredGain {
+            gain: seen.gain[basis as usize],
+            noise: seen.noise / pilot,
+            unknowns: basis.unknowns(),
+        }
     }
 
     /// The variance of the measurement where so much is gained.

@@ -37,7 +37,7 @@ fn ratios(basis: Basis) -> &'static [f64] {
 
 /// What one or more doublings were seen to gain.
 #[derive(Clone, Copy)]
-pub(super) struct Measured {
+pub(super) struct MeasuredDoublings {
     /// Without bias [W²/m²].
     pub(super) gain: f64,
     /// The energy of the noise of one unknown, ν: the square of a coefficient c has the variance 4c²ν + 2ν².
@@ -46,7 +46,7 @@ pub(super) struct Measured {
     pub(super) unknowns: f64,
 }
 
-impl Measured {
+impl MeasuredDoublings {
     /// The variance of the measurement where so much is gained.
     fn variance(&self, gain: f64) -> f64 {
         (4.0 * gain + 2.0 * self.unknowns * self.noise) * self.noise
@@ -129,7 +129,7 @@ impl<'a> Laws<'a> {
     }
 
     /// What some doublings gain together by their measurement and by what it makes of the laws.
-    pub(super) fn told(&self, level: usize, doublings: usize, measured: &Measured) -> f64 {
+    pub(super) fn told(&self, level: usize, doublings: usize, measured: &MeasuredDoublings) -> f64 {
         let (mut sum, mut weights) = (0.0, self.none * measured.likelihood(0.0, MISFIT));
         for (gain, weight) in self.gains(level, doublings).zip(&self.weights) {
             let weight = weight * measured.likelihood(gain, MISFIT);
@@ -140,13 +140,13 @@ impl<'a> Laws<'a> {
     }
 
     /// What the doubling of a level gains, as all measurements tell.
-    pub(super) fn gain(&self, level: usize, measured: Option<&Measured>) -> f64 {
+    pub(super) fn gain(&self, level: usize, measured: Option<&MeasuredDoublings>) -> f64 {
         let expected = self.expected(level);
         measured.map_or(expected, |measured| measured.with(expected)).max(0.0)
     }
 
     /// Takes note of a measurement of the doubling of a level.
-    pub(super) fn learn(&mut self, level: usize, measured: &Measured) {
+    pub(super) fn learn(&mut self, level: usize, measured: &MeasuredDoublings) {
         let likelihoods: Vec<f64> =
             self.gains(level, 1).map(|gain| measured.likelihood(gain, MISFIT)).collect();
         self.weights.iter_mut().zip(likelihoods).for_each(|(weight, likelihood)| *weight *= likelihood);

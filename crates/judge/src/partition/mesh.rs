@@ -5,7 +5,7 @@ use radiosity::Experiment;
 
 use super::clusters::Clusters;
 use super::gains::{CAUTION, Gains};
-use super::moments::{Frames, Moments, Pool};
+use super::moments::{PartFrames, PartMoments, Pool};
 use super::part::Seen;
 use super::seen::{Basis, PilotTallies};
 
@@ -55,7 +55,7 @@ impl MeshLight {
     ) -> Self {
         let scene = experiment.scene();
         let is_linear = experiment.method().is_linear();
-        let frames = is_linear.then(|| Frames::new(scene, &clusters, patch_of_part));
+        let frames = is_linear.then(|| PartFrames::new(scene, &clusters, patch_of_part));
         let measured = clusters.parts.len();
         let (seen, walks) = (vec![Seen::default(); measured], tallies.all.counts.walks as f64);
         let mut light = MeshLight { clusters, seen, measured, energy: 0.0, shared: 0.0, walks };
@@ -103,7 +103,7 @@ impl MeshLight {
     fn add(
         &mut self,
         (experiment, tallies, channel): (&Experiment, &PilotTallies<'_>, usize),
-        frames: Option<&Frames>,
+        frames: Option<&PartFrames>,
         face: impl Fn(usize) -> Option<u32>,
     ) {
         let n = tallies.groups.len();
@@ -281,14 +281,14 @@ struct Wholes {
 }
 
 /// The variance of an integral, by the spread between groups of walks.
-fn spread(groups: &[Moments]) -> f64 {
+fn spread(groups: &[PartMoments]) -> f64 {
     let n = groups.len() as f64;
     let [sum, squares] = groups.iter().fold([0.0; 2], |[sum, squares], [b, ..]| [sum + b, squares + b * b]);
     (squares - sum * sum / n) / (n * (n - 1.0))
 }
 
 /// The energies of coefficients without bias: of each the mean product of two groups of walks' estimates, over all pairs.
-fn energies(groups: &[Moments], coefficients: impl Fn(&Moments) -> [f64; 3]) -> [f64; 3] {
+fn energies(groups: &[PartMoments], coefficients: impl Fn(&PartMoments) -> [f64; 3]) -> [f64; 3] {
     let n = groups.len() as f64;
     let (mut sums, mut squares) = ([0.0; 3], [0.0; 3]);
     for moments in groups {

@@ -23,7 +23,7 @@ mod tree;
 use job::Cut;
 
 pub use self::clusters::{Cluster, Clusters};
-use self::curve::{Curve, Step, code, curve};
+use self::curve::{Curve, GridStep, code, curve};
 pub use self::grid::Grid;
 pub use self::merged::{around, merged};
 pub use self::mesh::{Grouped, MeshLight};
@@ -63,7 +63,7 @@ impl Choice {
 /// What is known of a surface: what the pilot saw of it, and the grids that it may get.
 struct Ladder<'a> {
     light: &'a SurfaceLight,
-    steps: Vec<Step>,
+    steps: Vec<GridStep>,
 }
 
 /// A cut of a surface with the foretold noise and the energy that its fits leave out [W²/m²].
@@ -77,7 +77,7 @@ struct Foretold {
 
 impl Ladder<'_> {
     /// What is foretold of a grid.
-    fn of_grid(&self, step: &Step, basis: Basis, walks: f64) -> Foretold {
+    fn of_grid(&self, step: &GridStep, basis: Basis, walks: f64) -> Foretold {
         let noise = self.light.noise[basis as usize] * step.cut.cells() as f64 / walks;
         Foretold { cut: step.cut.cut(), patches: None, noise, lost: step.lost }
     }
@@ -85,7 +85,7 @@ impl Ladder<'_> {
     /// The surface as a whole, where nothing tells that its light varies.
     fn whole(&self, basis: Basis, walks: f64) -> Foretold {
         let lost = if self.steps.len() > 1 { 0.0 } else { self.steps[0].lost };
-        self.of_grid(&Step { lost, ..self.steps[0] }, basis, walks)
+        self.of_grid(&GridStep { lost, ..self.steps[0] }, basis, walks)
     }
 
     /// The cut of the least error: a grid, or parts of different sizes, which have to be better than the grid.

@@ -8,19 +8,19 @@ use super::clusters::{Cluster, Clusters};
 
 /// What one group of walks says of a part: the integral of the light [W], and that of the light times the place, from the centroid of the
 /// part on [W m].
-pub(super) type Moments = [f64; 4];
+pub(super) type PartMoments = [f64; 4];
 
 /// An axis along which the variance is below this part of the largest one has no fit.
 const NARROW: f64 = 1e-12;
 
 /// How parts of meshes lie.
-pub(super) struct Frames {
+pub(super) struct PartFrames {
     /// By part, e_k/√(λ_k·A): e_k the two principal axes on which it extends most, λ_k the variances along them, and A
     /// its area. With the first moments they make the coefficients of functions that are orthonormal over the part.
     across: Vec<[[f64; 3]; 2]>,
 }
 
-impl Frames {
+impl PartFrames {
     /// The frames of the parts that are patches of the pilot, and of all that are made of such.
     pub(super) fn new(scene: &Scene, clusters: &Clusters, patch_of_part: &[Option<u32>]) -> Self {
         let mut across = vec![[[0.0; 3]; 2]; clusters.parts.len()];
@@ -33,11 +33,11 @@ impl Frames {
             };
             across[number] = across_of(&covariances[number], part.area);
         }
-        Frames { across }
+        PartFrames { across }
     }
 
     /// The coefficients of the linear fit to a part that has these moments.
-    pub(super) fn coefficients(&self, part: usize, area: f64, [sum, x, y, z]: &Moments) -> [f64; 3] {
+    pub(super) fn coefficients(&self, part: usize, area: f64, [sum, x, y, z]: &PartMoments) -> [f64; 3] {
         let along = |[a, b, c]: [f64; 3]| a * x + b * y + c * z;
         let [first, second] = self.across[part];
         [sum / area.sqrt(), along(first), along(second)]
@@ -79,7 +79,7 @@ fn across_of(covariance: &Covariance, area: f64) -> [[f64; 3]; 2] {
 /// The moments of the parts whose wholes have not been made up yet: few at once, where wholes follow their halves.
 pub(super) struct Pool {
     groups: usize,
-    moments: Vec<Moments>,
+    moments: Vec<PartMoments>,
     free: Vec<usize>,
     /// By part, where its moments are.
     slots: Vec<Option<u32>>,
@@ -91,7 +91,7 @@ impl Pool {
     }
 
     /// The moments of a part, by group; none of a part that none were added of.
-    pub(super) fn of(&mut self, part: usize) -> &mut [Moments] {
+    pub(super) fn of(&mut self, part: usize) -> &mut [PartMoments] {
         match self.slots[part] {
             Some(slot) => &mut self.moments[slot as usize * self.groups..][..self.groups],
             None => &mut [],
@@ -99,7 +99,7 @@ impl Pool {
     }
 
     /// Room for the moments of a part, all 0.
-    pub(super) fn add(&mut self, part: usize) -> &mut [Moments] {
+    pub(super) fn add(&mut self, part: usize) -> &mut [PartMoments] {
         let slot = self.free.pop().unwrap_or_else(|| {
             self.moments.resize(self.moments.len() + self.groups, [0.0; 4]);
             self.moments.len() / self.groups - 1
@@ -118,8 +118,9 @@ impl Pool {
         };
         for group in 0..self.groups {
             let [one, other] = [a, b].map(|slot| self.moments[slot * self.groups + group]);
-            let shifted =
-                |[sum, x, y, z]: Moments, at: DVec3| [sum, x + sum * at.x, y + sum * at.y, z + sum * at.z];
+            let shifted = |[sum, x, y, z]: PartMoments, at: DVec3| {
+                [sum, x + sum * at.x, y + sum * at.y, z + sum * at.z]
+            };
             let (one, other) = (shifted(one, places[0]), shifted(other, places[1]));
             self.moments[a * self.groups + group] = std::array::from_fn(|k| one[k] + other[k]);
         }

@@ -116,7 +116,7 @@ impl Quarters {
         let proven = self.proven(pilot);
         let most = (self.top() + BEYOND).min(MOST);
         let mut open =
-            vec![Part { level: 0, cell: 0, expected: None, caught: self.caught[0][0], noise: 0.0 }];
+            vec![TrianglePart { level: 0, cell: 0, expected: None, caught: self.caught[0][0], noise: 0.0 }];
         let (mut leaves, mut finest) = (Vec::new(), 0);
         let (mut noise, mut caught, mut left) = (0.0, 0.0, 0.0);
         while let Some(mut part) = open.pop() {
@@ -138,7 +138,7 @@ impl Quarters {
     }
 
     /// What cutting a part gains, by the pilot and by what is expected.
-    fn gain_of(&self, part: &Part, pilot: f64) -> f64 {
+    fn gain_of(&self, part: &TrianglePart, pilot: f64) -> f64 {
         if part.level >= self.top() {
             return part.expected.unwrap_or(0.0);
         }
@@ -152,16 +152,16 @@ impl Quarters {
     }
 
     /// A quarter of a part that gains so much by being cut.
-    fn quarter(&self, part: &Part, gain: f64, cell: usize) -> Part {
+    fn quarter(&self, part: &TrianglePart, gain: f64, cell: usize) -> TrianglePart {
         let level = part.level + 1;
         let seen = self.caught.get(level as usize).map(|caught| caught[cell]);
         let caught = seen.unwrap_or(0.25 * (part.caught + gain));
-        Part { level, cell, expected: Some(FALL * gain), caught, noise: part.noise }
+        TrianglePart { level, cell, expected: Some(FALL * gain), caught, noise: part.noise }
     }
 }
 
 /// A part of the triangle on the way down.
-struct Part {
+struct TrianglePart {
     level: u32,
     cell: usize,
     /// What cutting it is expected to gain; `None` of the whole triangle.

@@ -1,10 +1,10 @@
 //! The rule of choice, on light that is known.
 
 use glam::DVec3;
-use radiosity::{IndexChoice, Leaf, Scene, SceneSpec, Shape, SurfaceSpec};
+use radiosity::{CutCell, IndexChoice, Scene, SceneSpec, Shape, SurfaceSpec};
 
 use super::images::Images;
-use super::moments::{Frames, Pool};
+use super::moments::{PartFrames, Pool};
 use super::*;
 
 /// What a grid of 2^i × 2^j cells loses of smooth light that varies along u alone.
@@ -141,12 +141,12 @@ fn rectangles_follow_the_edge_of_a_shadow() {
     };
     let best = images::levels([6; 2]).map(of_grid).fold(f64::INFINITY, f64::min);
     assert!(error < best / 3.0, "{error} of {best}: {}", tree.leaves.text());
-    let off = |leaf: &Leaf| {
+    let off = |leaf: &CutCell| {
         let [u, v] = [0, 1].map(|k| (f64::from(leaf.at[k]) + 0.5) / f64::from(leaf.grid()[k]));
         (u + 0.7 * v - 0.8).abs()
     };
     let mean_off = |cuts: std::ops::RangeInclusive<u32>| {
-        let of = |leaf: &Leaf| cuts.contains(&(leaf.levels[0] + leaf.levels[1]));
+        let of = |leaf: &CutCell| cuts.contains(&(leaf.levels[0] + leaf.levels[1]));
         let offs: Vec<f64> = tree.leaves.iter().filter(of).map(|leaf| off(&leaf)).collect();
         (offs.len(), offs.iter().sum::<f64>() / offs.len() as f64)
     };
@@ -258,7 +258,7 @@ fn linear_light_is_caught_by_the_fit_to_any_part() {
     let patches: Vec<Option<u32>> =
         clusters.parts.iter().map(|part| part.halves.is_none().then(|| cell(part))).collect();
     let scene = Scene::build(&spec, IndexChoice::Flat).unwrap();
-    let frames = Frames::new(&scene, &clusters, &patches);
+    let frames = PartFrames::new(&scene, &clusters, &patches);
     let mut pool = Pool::new(clusters.parts.len(), 1);
     let mut energies = vec![0.0; clusters.parts.len()];
     for (number, part) in clusters.parts.iter().enumerate().rev() {

@@ -7,7 +7,7 @@
 //! parts as they are *expected* to pay: gains fall from one cut to the next as they do in smooth light, unless the pilot sees
 //! otherwise, and measurement and expectation are weighed by their variances.
 
-use radiosity::{Leaf, Leaves};
+use radiosity::{CutCell, Leaves};
 
 use super::images::{Images, halved, levels};
 
@@ -47,7 +47,7 @@ pub(crate) struct Rectangles {
 /// The rectangles of a surface for a job of some walks, by what a pilot of fewer walks has seen.
 pub(crate) fn rectangles(images: &Images, pilot: f64, walks: f64) -> Rectangles {
     let proven = Proven::new(images, pilot);
-    let mut open = vec![Part { expected: None, caught: images.caught([0, 0])[0] }];
+    let mut open = vec![RectanglePart { expected: None, caught: images.caught([0, 0])[0] }];
     let (mut noise, mut caught, mut left) = (0.0, 0.0, 0.0);
     let leaves = Leaves::grow(|leaf| {
         let part = open.pop().expect("a part for each call");
@@ -72,16 +72,16 @@ pub(crate) fn rectangles(images: &Images, pilot: f64, walks: f64) -> Rectangles 
 }
 
 /// A part of the surface on the way down.
-struct Part {
+struct RectanglePart {
     /// The gains that are expected of it along both axes; `None` of the whole surface.
     expected: Option<[f64; 2]>,
     /// The energy that the fit on it catches.
     caught: f64,
 }
 
-impl Part {
+impl RectanglePart {
     /// What a cut along an axis gains, by the pilot and by what is expected. `noise` is that of an unknown in the pilot.
-    fn gain(&self, proven: &Proven, (leaf, axis): (Leaf, usize), noise: f64) -> f64 {
+    fn gain(&self, proven: &Proven, (leaf, axis): (CutCell, usize), noise: f64) -> f64 {
         let expected = self.expected.map(|expected| expected[axis]);
         let Some(seen) = proven.seen(leaf, axis) else { return expected.unwrap_or(0.0) };
         let expected = expected.unwrap_or(seen.max(0.0));
@@ -94,7 +94,12 @@ impl Part {
     }
 
     /// Its halves.
-    fn halves(&self, images: &Images, gains: &[f64; 2], (leaf, axis): (Leaf, usize)) -> [Part; 2] {
+    fn halves(
+        &self,
+        images: &Images,
+        gains: &[f64; 2],
+        (leaf, axis): (CutCell, usize),
+    ) -> [RectanglePart; 2] {
         let expected = [0, 1].map(|k| gains[k] * if k == axis { FALL } else { SHARE });
         leaf.halves(axis).map(|half| {
             let is_seen = (0..2).all(|k| half.levels[k] <= images.top[k]);
@@ -102,7 +107,7 @@ impl Part {
                 true => images.caught(half.levels)[((half.at[0] << half.levels[1]) + half.at[1]) as usize],
                 false => 0.5 * (self.caught + gains[axis]),
             };
-            Part { expected: Some(expected), caught }
+            RectanglePart { expected: Some(expected), caught }
         })
     }
 }
@@ -158,19 +163,19 @@ impl<'a> Proven<'a> {
     }
 
     /// The number of a part among the cells of its grid; `None` beyond the pilot's.
-    fn cell(&self, leaf: Leaf) -> Option<(usize, usize)> {
+    fn cell(&self, leaf: CutCell) -> Option<(usize, usize)> {
         let is_seen = (0..2).all(|k| leaf.levels[k] <= self.images.top[k]);
         is_seen.then(|| (self.place(leaf.levels), ((leaf.at[0] << leaf.levels[1]) + leaf.at[1]) as usize))
     }
 
     /// The axis along which a part is proven to be cut.
-    fn cut(&self, leaf: Leaf) -> Option<usize> {
+    fn cut(&self, leaf: CutCell) -> Option<usize> {
         let (grid, cell) = self.cell(leaf)?;
         self.cuts[grid][cell].map(usize::from)
     }
 
     /// What a cut was seen to gain.
-    fn seen(&self, leaf: Leaf, axis: usize) -> Option<f64> {
+    fn seen(&self, leaf: CutCell, axis: usize) -> Option<f64> {
         let (grid, cell) = self.cell(leaf)?;
         Some(self.gains[grid][axis].as_ref()?[cell])
     }

@@ -1,6 +1,6 @@
 //! Bounds on the number of walks that hold before any walk is shot, given how dark the scene is (S97 §§2.2, 2.3, 3.3).
 
-use exact::Bounds;
+use exact::VarianceBounds;
 use job::Target;
 use radiosity::{Birth, Direction, Estimates, Experiment, Quantity, birth_probabilities};
 use stats::{foresight, normal_quantile};
@@ -40,7 +40,7 @@ impl Bound {
         if !is_bounded {
             return None;
         }
-        let bounds = Bounds::of_scene(scene, 0);
+        let bounds = VarianceBounds::of_scene(scene, 0);
         let variance = variance(experiment, &bounds)?;
         let darkest = darkest(estimates, target).filter(|&b| b > 0.0)?;
         // Half of the interval is z standard errors.
@@ -64,7 +64,7 @@ impl Bound {
 }
 
 /// The largest variance that any patch can have for one walk [W²/m⁴].
-fn variance(experiment: &Experiment, bounds: &Bounds) -> Option<f64> {
+fn variance(experiment: &Experiment, bounds: &VarianceBounds) -> Option<f64> {
     let kind = experiment.method().estimator_kind()?;
     match experiment.method().direction()? {
         Direction::Shooting => Some(bounds.shooting_variance_of(kind)),

@@ -13,7 +13,7 @@ const FEWEST_CHAINS: u64 = 8;
 
 /// The rays of a job, cut into chains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Cut {
+pub struct ChainSplit {
     /// The workers that shoot the chains.
     pub workers: u64,
     /// The chains of the job.
@@ -22,25 +22,26 @@ pub struct Cut {
     pub batch_paths: u64,
 }
 
-impl Cut {
+impl ChainSplit {
     /// The cut with the least error at a given time: equal numbers of chains for all workers, and as few as make an interval. Where
     /// chains of `fewest` rays are fewer than the workers, some workers have none.
     fn best(rays: u64, fewest: u64, workers: u64) -> Self {
         let workers = workers.max(1);
         let wanted = workers * FEWEST_CHAINS.div_ceil(workers);
         let chains = wanted.min(rays / fewest.max(1)).max(FEWEST_CHAINS);
-        Cut { workers, chains, batch_paths: rays / chains }
+        ChainSplit { workers, chains, batch_paths: rays / chains }
     }
 }
 
 /// The chains of a job on some workers, as they are and as they would err least at the same time; `None` where the job is not
 /// of chains.
-pub fn cuts(experiment: &Experiment, budget_paths: u64, workers: u64) -> Option<[Cut; 2]> {
+pub fn cuts(experiment: &Experiment, budget_paths: u64, workers: u64) -> Option<[ChainSplit; 2]> {
     let Method::Chains(chains) = experiment.method() else { return None };
     let patches = experiment.scene().faces().patch_count() as u64;
     let fewest = fewest_chain_rays(chains.solve, patches);
-    let now = Cut { workers: workers.max(1), chains: budget_paths / chains.rays, batch_paths: chains.rays };
-    Some([now, Cut::best(budget_paths, fewest, workers)])
+    let now =
+        ChainSplit { workers: workers.max(1), chains: budget_paths / chains.rays, batch_paths: chains.rays };
+    Some([now, ChainSplit::best(budget_paths, fewest, workers)])
 }
 
 /// Says that workers will have no chain, and what would give them one; `None` where all have.
@@ -68,7 +69,7 @@ mod tests {
     use super::*;
 
     fn best(rays: u64, fewest: u64, workers: u64) -> (u64, u64) {
-        let Cut { chains, batch_paths, .. } = Cut::best(rays, fewest, workers);
+        let ChainSplit { chains, batch_paths, .. } = ChainSplit::best(rays, fewest, workers);
         (chains, batch_paths)
     }
 

@@ -7,8 +7,8 @@ use report::{Units, target_scope};
 use serde_json::{Value, json};
 
 use super::bound::Bound;
-use super::cut::{Cut, cuts};
-use super::pilot::Pilot;
+use super::cut::{ChainSplit, cuts};
+use super::pilot::PlanPilot;
 use super::resources::{Costs, Demand};
 use crate::target::{SensorGoal, asked_of_sensors, judge};
 
@@ -16,7 +16,7 @@ use crate::target::{SensorGoal, asked_of_sensors, judge};
 const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
 
 /// What a job will take, by a pilot and by theory.
-pub struct Forecast<'a> {
+pub struct RunForecast<'a> {
     target: Option<&'a Target>,
     /// Whether the pilot can tell of no patch that the target is about.
     nothing: bool,
@@ -26,7 +26,7 @@ pub struct Forecast<'a> {
     budget: u64,
     /// The paths that a walk counts as.
     paths_per_walk: u64,
-    pilot: Pilot,
+    pilot: PlanPilot,
     bound: Option<Bound>,
     costs: Costs,
     memory: Memory,
@@ -34,11 +34,11 @@ pub struct Forecast<'a> {
     /// Walks that the run will take, its budget permitting.
     walks: u64,
     /// The chains of the job, and those that suit the workers best.
-    cuts: Option<[Cut; 2]>,
+    cuts: Option<[ChainSplit; 2]>,
     demands: Vec<Demand>,
 }
 
-impl<'a> Forecast<'a> {
+impl<'a> RunForecast<'a> {
     /// Walks a pilot of a job whose intervals have `level` each and whose sensors have a `goal`, for the number of `workers`
     /// that is asked for. `clock` tells the processor time of this process [s]; `peak_memory` is the most memory that it has held [bytes], where the system tells.
     pub fn of(
@@ -52,7 +52,7 @@ impl<'a> Forecast<'a> {
         let paths_per_walk = experiment.unit().paths();
         let budget = job.budget.paths / paths_per_walk;
         let first = job.budget.first_path / paths_per_walk;
-        let pilot = Pilot::shoot(experiment, job.seed, first, budget, (target, goal), level, clock);
+        let pilot = PlanPilot::shoot(experiment, job.seed, first, budget, (target, goal), level, clock);
         let estimates = Estimates::new(experiment, &pilot.tally, level);
         let bound = target.and_then(|target| Bound::new(experiment, target, &estimates, level));
         let costs = Costs::new(experiment, &pilot, peak_memory);
@@ -62,7 +62,7 @@ impl<'a> Forecast<'a> {
         let walks = ending.map_or(budget, |ending| ending.walks().min(budget));
         let stream = if experiment.unit().is_walk() { job.budget.stream_paths } else { 1 };
         let demand = |workers| costs.demand(walks as f64, stream as f64, workers);
-        Forecast {
+        RunForecast {
             memory: experiment.scene().memory(),
             tally_bytes: size_of_val(pilot.tally.sums()),
             target,
@@ -89,7 +89,7 @@ impl<'a> Forecast<'a> {
 
     /// The forecast as `--json` prints it.
     pub fn json(&self) -> Value {
-        let Forecast { pilot, bound, .. } = self;
+        let RunForecast { pilot, bound, .. } = self;
         json!({
             "sensors": self.of_sensors,
             "target": self.target.map(|t| json!({"relative_error": t.relative_error, "fraction": t.fraction, "patches": t.patches, "quantity": t.quantity.word()})),
@@ -193,7 +193,7 @@ impl<'a> Forecast<'a> {
 }
 
 /// The chains that err least at the same time.
-fn of_cuts([now, best]: [Cut; 2]) -> String {
+fn of_cuts([now, best]: [ChainSplit; 2]) -> String {
     if now.chains == best.chains {
         return format!("{} chains suit {} workers", now.chains, now.workers);
     }

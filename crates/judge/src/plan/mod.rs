@@ -7,7 +7,7 @@ mod pilot;
 mod resources;
 
 pub use bound::Bound;
-pub use cut::{Cut, cuts, idle_workers};
-pub use forecast::Forecast;
-pub use pilot::{Ending, Pilot, foretell};
+pub use cut::{ChainSplit, cuts, idle_workers};
+pub use forecast::RunForecast;
+pub use pilot::{PlanPilot, StopCounts, foretell};
 pub use resources::{Costs, Demand};

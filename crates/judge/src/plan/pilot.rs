@@ -20,25 +20,25 @@ const MOST_RAYS: u64 = 1 << 26;
 const MARGIN: f64 = 2.0;
 
 /// Walks that were shot to see what all of them will take.
-pub struct Pilot {
+pub struct PlanPilot {
     /// The tally of the pilot's walks.
     pub tally: Tally,
     /// The processor time that the pilot took [s].
     pub seconds: f64,
     /// The end of the run; `None` without a target, or if the walks cannot tell.
-    pub ending: Option<Ending>,
+    pub ending: Option<StopCounts>,
 }
 
 /// The walk counts at which a run may end, by its rule of stopping (`stats::DoubleSampling`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ending {
+pub struct StopCounts {
     /// The walk count if errors turn out smaller than the pilot shows.
     pub least: u64,
     /// The walk count if errors turn out larger than the pilot shows.
     pub most: u64,
 }
 
-impl Ending {
+impl StopCounts {
     /// One number for both ends: their harmonic mean, from which both differ by the same part; for two neighbouring
     /// steps, by 1/7 or 1/5.
     pub fn walks(self) -> u64 {
@@ -47,7 +47,7 @@ impl Ending {
     }
 }
 
-impl Pilot {
+impl PlanPilot {
     /// Shoots walks from the first on, look by look, until the end is plain, or as many as a pilot may take. The result
     /// depends on the job alone, but for the processor time that `clock` reads [s].
     pub fn shoot(
@@ -82,12 +82,12 @@ impl Pilot {
             let prospects = Prospect::all(target, sensors, &estimates, (level, usize::MAX));
             ending = foretell(experiment, &prospects, &seen);
             let dear = tally.counts.rays > FREE_RAYS;
-            let enough = |e: &Ending| e.least == e.most || dear && SHARE * look >= e.least;
+            let enough = |e: &StopCounts| e.least == e.most || dear && SHARE * look >= e.least;
             if ending.as_ref().is_some_and(enough) || seen.last().is_some_and(|look| look.promising) {
                 break;
             }
         }
-        Pilot { tally, seconds: clock() - began, ending }
+        PlanPilot { tally, seconds: clock() - began, ending }
     }
 
     /// The mean number of rays of a walk (or chain).
@@ -110,7 +110,7 @@ fn affordable(experiment: &Experiment, walks: u64) -> Vec<u64> {
 
 /// The end of the run, by the looks that were taken and those that the last of them foretells: all prospects must meet their
 /// targets there.
-pub fn foretell(experiment: &Experiment, prospects: &[Prospect], seen: &[Look]) -> Option<Ending> {
+pub fn foretell(experiment: &Experiment, prospects: &[Prospect], seen: &[Look]) -> Option<StopCounts> {
     let last = seen.last().map_or(0, |look| look.walks);
     let ladder = looks(experiment, u64::MAX);
     // Errors are off by some of their own standard errors.
@@ -127,5 +127,5 @@ pub fn foretell(experiment: &Experiment, prospects: &[Prospect], seen: &[Look]) 
             .copied()
             .find(|&walks| walks >= promising.saturating_mul(2) && all(Prospect::is_met, walks))
     };
-    Some(Ending { least: end(-MARGIN)?, most: end(MARGIN)? })
+    Some(StopCounts { least: end(-MARGIN)?, most: end(MARGIN)? })
 }

@@ -5,7 +5,7 @@ use protocol::pace::{lease_seconds, taking_seconds};
 use radiosity::{Experiment, Tally};
 use serde::Serialize;
 
-use super::pilot::Pilot;
+use super::pilot::PlanPilot;
 
 /// The time that a run takes beside tracing: processes, handshakes, tables, picture [s].
 const OVERHEAD: f64 = 0.2;
@@ -46,7 +46,7 @@ pub struct Costs {
 impl Costs {
     /// The costs as the pilot of an experiment showed them. A worker holds what the process of the pilot does: scene,
     /// board, tally; `memory_bytes` at its peak.
-    pub fn new(experiment: &Experiment, pilot: &Pilot, memory_bytes: Option<f64>) -> Self {
+    pub fn new(experiment: &Experiment, pilot: &PlanPilot, memory_bytes: Option<f64>) -> Self {
         let (walk_seconds, sums) =
             (pilot.seconds / pilot.tally.counts.walks as f64, pilot.tally.sums().len());
         let chains = !experiment.unit().is_walk();

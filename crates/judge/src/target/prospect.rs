@@ -10,7 +10,7 @@ use super::standing::{Bar, Standing, parts_within, standings};
 /// The errors that a pilot foretells for its run: they fall as 1/√walks (for chains, with Student's t besides).
 pub struct Prospect {
     standings: Vec<Standing>,
-    spread: Spread,
+    spread: ErrorSpread,
     /// Independent samples of the pilot: walks, chains, or samples of sensors.
     samples: u64,
     /// Walks of a sample.
@@ -27,7 +27,7 @@ pub struct Prospect {
 
 /// The spread of the logarithms of errors over patches: a part of it is the pilot's own noise, which fades.
 #[derive(Clone, Copy, Debug)]
-struct Spread {
+struct ErrorSpread {
     mean: f64,
     /// The variance without the pilot's noise.
     variance: f64,
@@ -51,7 +51,7 @@ impl Prospect {
         let (experiment, walks) = (estimates.experiment(), estimates.tally().counts.walks);
         let prospect = Prospect {
             standings: standings(estimates, target).into_iter().map(|(_, standing)| standing).collect(),
-            spread: Spread { mean: 0.0, variance: 0.0 },
+            spread: ErrorSpread { mean: 0.0, variance: 0.0 },
             samples: walks,
             walks_per_sample: 1,
             fewest: 1,
@@ -74,7 +74,7 @@ impl Prospect {
             let standing = |error| Standing { area: 1.0, error, scores: f64::INFINITY, hits: 0 };
             let prospect = Prospect {
                 standings: errors.map(standing).collect(),
-                spread: Spread { mean: 0.0, variance: 0.0 },
+                spread: ErrorSpread { mean: 0.0, variance: 0.0 },
                 samples: readings.samples(),
                 walks_per_sample: if unit.is_walk() { readings.sensors().sample_walks() } else { 1 },
                 fewest: FEWEST_SAMPLES,
@@ -102,7 +102,7 @@ impl Prospect {
         let count = logs.len().max(1) as f64;
         let mean = logs.iter().map(|[log, _]| log).sum::<f64>() / count;
         let excess = logs.iter().map(|[log, noise]| (log - mean).powi(2) - noise * noise);
-        self.spread = Spread { mean, variance: (excess.sum::<f64>() / count).max(0.0) };
+        self.spread = ErrorSpread { mean, variance: (excess.sum::<f64>() / count).max(0.0) };
         self
     }
 
@@ -145,7 +145,7 @@ impl Prospect {
     /// fades: the observed spread is √(true variance + noise²), and the noise falls as the samples grow.
     fn later(&self, standing: &Standing, samples: u64, noise: f64) -> Standing {
         let growth = samples as f64 / self.samples as f64;
-        let Spread { mean, variance } = self.spread;
+        let ErrorSpread { mean, variance } = self.spread;
         let own = self.noise_of(standing).powi(2);
         let faded = if own > 0.0 { ((variance + own / growth) / (variance + own)).sqrt() } else { 1.0 };
         let student = match self.student {
@@ -216,7 +216,7 @@ mod tests {
         let standing = |i: u32| Standing { area: 1.0, error: f64::from(i), scores: 100.0, hits: 100 };
         let whole = || Prospect {
             standings: (0..10_000).map(|i| standing(i * 7 % 10_000)).collect(),
-            spread: Spread { mean: 0.0, variance: 1.0 },
+            spread: ErrorSpread { mean: 0.0, variance: 1.0 },
             samples: 1000,
             walks_per_sample: 1,
             fewest: 1,

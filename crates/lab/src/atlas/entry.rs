@@ -2,7 +2,7 @@
 
 use report::Chart;
 
-use crate::claim::{Claim, Judge};
+use crate::claim::{Claim, ClaimJudge};
 use crate::lab::Lab;
 use crate::walking::Failure;
 
@@ -13,11 +13,11 @@ pub struct Entry {
     /// The title of the entry, one sentence.
     pub title: &'static str,
     /// The study that drives the method there.
-    pub study: fn(&Lab) -> Result<Finding, Failure>,
+    pub study: fn(&Lab) -> Result<StudyFinding, Failure>,
 }
 
 /// The findings of an entry's study.
-pub struct Finding {
+pub struct StudyFinding {
     /// The prediction of theory, with its source.
     pub predicted: String,
     /// The measurement, with standard errors.
@@ -32,7 +32,7 @@ pub struct Finding {
     pub chart: Chart,
 }
 
-impl Finding {
+impl StudyFinding {
     /// Whether all claims hold.
     pub fn holds(&self) -> bool {
         self.failed().next().is_none()
@@ -40,6 +40,6 @@ impl Finding {
 
     /// The claims that do not hold.
     pub fn failed(&self) -> impl Iterator<Item = &Claim> {
-        self.claims.iter().filter(|claim| !Judge::EACH.passes(claim))
+        self.claims.iter().filter(|claim| !ClaimJudge::EACH.passes(claim))
     }
 }

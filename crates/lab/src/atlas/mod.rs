@@ -5,4 +5,4 @@ mod entry;
 pub mod page;
 
 pub use entries::ALL;
-pub use entry::{Entry, Finding};
+pub use entry::{Entry, StudyFinding};

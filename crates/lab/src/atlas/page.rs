@@ -2,15 +2,15 @@
 
 use serde_json::{Value, json};
 
-use super::entry::{Entry, Finding};
-use crate::claim::Judge;
+use super::entry::{Entry, StudyFinding};
+use crate::claim::ClaimJudge;
 use report::Markdown;
 
 /// The folder of the page's charts, beside the page.
 pub const CHARTS: &str = "atlas";
 
 /// Writes the page of the findings of `command` on `date`.
-pub fn write(command: &str, date: &str, findings: &[(&Entry, Finding)]) -> String {
+pub fn write(command: &str, date: &str, findings: &[(&Entry, StudyFinding)]) -> String {
     let mut page = Markdown::default();
     page.heading(1, "An atlas of failure");
     page.paragraph(format!(
@@ -29,8 +29,8 @@ pub fn write(command: &str, date: &str, findings: &[(&Entry, Finding)]) -> Strin
     page.text()
 }
 
-fn chapter(page: &mut Markdown, entry: &Entry, finding: &Finding) {
-    let Finding { predicted, seen, told, instead, claims, chart } = finding;
+fn chapter(page: &mut Markdown, entry: &Entry, finding: &StudyFinding) {
+    let StudyFinding { predicted, seen, told, instead, claims, chart } = finding;
     page.line("");
     page.line(format!("<a id=\"{}\"></a>", entry.name));
     page.heading(2, entry.title);
@@ -39,8 +39,8 @@ fn chapter(page: &mut Markdown, entry: &Entry, finding: &Finding) {
     told.iter().for_each(|line| page.paragraph(format!("> {line}")));
     page.drawing(&chart.title, &format!("{CHARTS}/{}.svg", entry.name));
     for claim in claims {
-        let verdict = if Judge::EACH.passes(claim) { "holds" } else { "**FAILS**" };
-        let chance = match Judge::EACH.false_alarm(claim) {
+        let verdict = if ClaimJudge::EACH.passes(claim) { "holds" } else { "**FAILS**" };
+        let chance = match ClaimJudge::EACH.false_alarm(claim) {
             0.0 => "sure".into(),
             probability => format!("{probability:.0e}"),
         };
@@ -50,13 +50,13 @@ fn chapter(page: &mut Markdown, entry: &Entry, finding: &Finding) {
 }
 
 /// All entries with their claims, as JSON.
-pub fn table(findings: &[(&Entry, Finding)]) -> Value {
-    let entry = |(entry, finding): &(&Entry, Finding)| {
+pub fn table(findings: &[(&Entry, StudyFinding)]) -> Value {
+    let entry = |(entry, finding): &(&Entry, StudyFinding)| {
         let claims = finding.claims.iter().map(|claim| {
             json!({
                 "what": claim.sentence(),
-                "holds": Judge::EACH.passes(claim),
-                "false_alarm": Judge::EACH.false_alarm(claim),
+                "holds": ClaimJudge::EACH.passes(claim),
+                "false_alarm": ClaimJudge::EACH.false_alarm(claim),
                 "remedy": claim.remedy,
             })
         });

@@ -9,8 +9,8 @@ mod truth;
 
 use std::path::Path;
 
-use self::runs::{Room, chosen, given};
-use self::truth::Truth;
+use self::runs::{ChoiceRoom, chosen, given};
+use self::truth::RoomReference;
 use crate::walking::Failure;
 
 pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
@@ -23,8 +23,8 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
         files.iter().map(|file| Path::new(file).file_name().unwrap_or_default().to_string_lossy()).collect();
     let mut studied = Vec::new();
     for file in &files {
-        let room = Room::new(Path::new(file))?;
-        let truth = Truth::new(&room, millions * 1_000_000)?;
+        let room = ChoiceRoom::new(Path::new(file))?;
+        let truth = RoomReference::new(&room, millions * 1_000_000)?;
         let (chosen, given) = (chosen(&room, &truth)?, given(&room, &truth)?);
         studied.push((room, chosen, given));
         page::write(Path::new(folder), (millions, &names.join(" ")), &studied)?;

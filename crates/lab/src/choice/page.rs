@@ -5,15 +5,15 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use super::runs::{Found, Room};
+use super::runs::{ChoiceRoom, JobOutcome};
 use crate::edition::machine;
 use crate::walking::Failure;
 
 /// A room with what is chosen and what is found by hand.
-pub type Studied = (Room, Vec<Found>, Vec<Found>);
+pub type StudiedRoom = (ChoiceRoom, Vec<JobOutcome>, Vec<JobOutcome>);
 
 /// Writes `choice.md`.
-pub fn write(folder: &Path, (millions, rooms): (u64, &str), studied: &[Studied]) -> Result<(), Failure> {
+pub fn write(folder: &Path, (millions, rooms): (u64, &str), studied: &[StudiedRoom]) -> Result<(), Failure> {
     let mut text = format!(
         "# What the program chooses, against jobs by hand\n\n\
          `radwalk-lab choice docs/results {millions} {rooms}` writes this page: {}, {}.\n\n\

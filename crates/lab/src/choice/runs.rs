@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use job::{Cut, Partition};
 use radiosity::{Estimates, Experiment, Shape, Space, SurfaceSpec};
 
-use super::truth::Truth;
+use super::truth::RoomReference;
 use crate::clock::thread_seconds as seconds;
 pub(super) use crate::walking::walk;
 use crate::walking::{Failure, advance};
@@ -20,7 +20,7 @@ const SIZES: [f64; 5] = [1.0, 0.5, 0.35, 0.25, 0.125];
 const OF_CHAINS: [f64; 2] = [0.5, 0.25];
 
 /// A scene, and what it is like.
-pub struct Room {
+pub struct ChoiceRoom {
     pub name: String,
     path: PathBuf,
     surfaces: Vec<SurfaceSpec>,
@@ -30,7 +30,7 @@ pub struct Room {
 }
 
 /// A job, and what its runs come to.
-pub struct Found {
+pub struct JobOutcome {
     pub what: String,
     pub patches: usize,
     /// Processor time [s], pilot included, and both errors.
@@ -39,12 +39,12 @@ pub struct Found {
     pub foretold: Option<[f64; 3]>,
 }
 
-impl Room {
+impl ChoiceRoom {
     /// Reads a scene.
     pub fn new(path: &Path) -> Result<Self, Failure> {
         let is_mesh = path.extension().is_some_and(|extension| extension != "toml");
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let mut room = Room { name, path: path.into(), surfaces: Vec::new(), area: 0.0, is_mesh };
+        let mut room = ChoiceRoom { name, path: path.into(), surfaces: Vec::new(), area: 0.0, is_mesh };
         room.surfaces = job::load(path, &room.keys(&["budget.paths=1"]))?.scene.spec().surfaces.clone();
         room.area = room.surfaces.iter().map(|surface| surface.shape.area()).sum();
         Ok(room)
@@ -72,7 +72,11 @@ impl Room {
 }
 
 /// The method of a job on given patches, and the processor time of building its scene [s].
-pub fn experiment(room: &Room, partition: Partition, keys: &[&str]) -> Result<(Experiment, f64), Failure> {
+pub fn experiment(
+    room: &ChoiceRoom,
+    partition: Partition,
+    keys: &[&str],
+) -> Result<(Experiment, f64), Failure> {
     let keys = room.keys(&[&["budget.paths=100000000"], keys].concat());
     let job = job::load_cut(&room.path, &keys, &partition)?;
     let start = seconds();
@@ -81,7 +85,7 @@ pub fn experiment(room: &Room, partition: Partition, keys: &[&str]) -> Result<(E
 }
 
 /// What jobs by hand come to.
-pub fn given(room: &Room, truth: &Truth) -> Result<Vec<Found>, Failure> {
+pub fn given(room: &ChoiceRoom, truth: &RoomReference) -> Result<Vec<JobOutcome>, Failure> {
     let mut found = Vec::new();
     for (linear, basis) in [(true, "linear"), (false, "constant")] {
         for size in SIZES {
@@ -103,17 +107,17 @@ pub fn given(room: &Room, truth: &Truth) -> Result<Vec<Found>, Failure> {
 }
 
 fn run(
-    room: &Room,
+    room: &ChoiceRoom,
     (size, linear): (f64, bool),
     what: &str,
     keys: &[String],
-    truth: &Truth,
-) -> Result<Found, Failure> {
+    truth: &RoomReference,
+) -> Result<JobOutcome, Failure> {
     let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
     let (experiment, building) = experiment(room, room.even(size, linear), &keys)?;
     let unit = experiment.unit().paths();
     let (mut time, mut tally, mut done) = (building, experiment.tally::<2>(), 0);
-    let mut found = Found {
+    let mut found = JobOutcome {
         what: what.into(),
         patches: experiment.scene().faces().patch_count(),
         runs: Vec::new(),
@@ -134,7 +138,7 @@ fn run(
 }
 
 /// What the program's choice comes to, for each number of walks, and without words.
-pub fn chosen(room: &Room, truth: &Truth) -> Result<Vec<Found>, Failure> {
+pub fn chosen(room: &ChoiceRoom, truth: &RoomReference) -> Result<Vec<JobOutcome>, Failure> {
     let budgets = PARTS.map(|part| format!("budget.paths={}", truth.walks / part));
     let mut found = Vec::new();
     for keys in budgets.iter().map(|key| vec![key.clone()]).chain([Vec::new()]) {
@@ -153,13 +157,13 @@ pub fn chosen(room: &Room, truth: &Truth) -> Result<Vec<Found>, Failure> {
         let [all, placewise] = truth.errors(&told);
         let patches = experiment.scene().faces().patch_count();
         let basis = if forecast.linear { "linear" } else { "constant" };
-        found.push(Found {
+        found.push(JobOutcome {
             what: format!("{basis}, {} walks, {} of the pilot", forecast.for_paths, forecast.paths),
             patches,
             runs: vec![[time, all, placewise]],
             foretold: Some([choosing, forecast.noise, forecast.discretisation]),
         });
-        let Found { what, runs, foretold, .. } = &found[found.len() - 1];
+        let JobOutcome { what, runs, foretold, .. } = &found[found.len() - 1];
         eprintln!("{}: chosen {what}, {patches} patches: {runs:.3?} {foretold:.4?}", room.name);
     }
     Ok(found)

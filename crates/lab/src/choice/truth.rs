@@ -4,7 +4,7 @@ use std::thread;
 
 use radiosity::{Estimates, Scene, Side};
 
-use super::runs::{Room, experiment, walk};
+use super::runs::{ChoiceRoom, experiment, walk};
 use crate::walking::Failure;
 
 /// Points on all faces together.
@@ -17,7 +17,7 @@ const CELLS: f64 = 200_000.0;
 const DIM: f64 = 0.1;
 
 /// A place on one side of a surface.
-struct Point {
+struct RoomPoint {
     surface: u32,
     side: Side,
     uv: [f64; 2],
@@ -26,8 +26,8 @@ struct Point {
 }
 
 /// What is known of the light of a room.
-pub struct Truth {
-    points: Vec<Point>,
+pub struct RoomReference {
+    points: Vec<RoomPoint>,
     /// The reflected light, by point and channel, as each reference tells [W/m²].
     light: [Vec<f64>; 2],
     channels: usize,
@@ -35,9 +35,9 @@ pub struct Truth {
     pub walks: u64,
 }
 
-impl Truth {
+impl RoomReference {
     /// Walks the references of a room, side by side.
-    pub fn new(room: &Room, walks: u64) -> Result<Self, Failure> {
+    pub fn new(room: &ChoiceRoom, walks: u64) -> Result<Self, Failure> {
         let size = (room.area / CELLS).sqrt();
         let (fine, _) = experiment(room, room.even(size, true), &[])?;
         let points = points(fine.scene());
@@ -48,7 +48,7 @@ impl Truth {
         });
         let estimates = tallies.each_ref().map(|tally| Estimates::new(&fine, tally, 0.95));
         let light = estimates.each_ref().map(|estimates| light_at(&points, estimates));
-        Ok(Truth { points, light, channels: fine.scene().channels(), walks })
+        Ok(RoomReference { points, light, channels: fine.scene().channels(), walks })
     }
 
     /// Errors of what is told of the light: root mean squares over the area, relative to the light, and relative to the light of each place or
@@ -89,7 +89,7 @@ impl Truth {
 }
 
 /// Points of all faces that reflect, by a sequence of even spread (R₂) on each.
-fn points(scene: &Scene) -> Vec<Point> {
+fn points(scene: &Scene) -> Vec<RoomPoint> {
     let area: f64 = scene.surfaces().iter().map(|surface| surface.area()).sum();
     let mut points = Vec::new();
     for (number, surface) in (0..).zip(scene.surfaces()) {
@@ -101,7 +101,7 @@ fn points(scene: &Scene) -> Vec<Point> {
                 if surface.is_triangle() && u + v > 1.0 {
                     [u, v] = [1.0 - u, 1.0 - v];
                 }
-                points.push(Point { surface: number, side, uv: [u, v], area: surface.area() / count });
+                points.push(RoomPoint { surface: number, side, uv: [u, v], area: surface.area() / count });
             }
         }
     }
@@ -109,10 +109,10 @@ fn points(scene: &Scene) -> Vec<Point> {
 }
 
 /// The reflected light at points, as pictures show it.
-fn light_at(points: &[Point], told: &Estimates<'_>) -> Vec<f64> {
+fn light_at(points: &[RoomPoint], told: &Estimates<'_>) -> Vec<f64> {
     let scene = told.scene();
     let mut light = Vec::with_capacity(points.len() * scene.channels());
-    for &Point { surface: number, side, uv, .. } in points {
+    for &RoomPoint { surface: number, side, uv, .. } in points {
         let surface = &scene.surfaces()[number as usize];
         let piece = surface.piece(surface.cell_at(uv), side);
         let face = scene.faces().face_of(piece) as usize;

@@ -14,7 +14,7 @@ const FINE: f64 = 5e-4;
 const LARGE: f64 = 1e-3;
 
 /// One side of a face in a reference.
-struct Sheet {
+struct ReferenceSheet {
     surface: u32,
     side: Side,
     /// Its cells are the `rows`² cells of a triangle.
@@ -26,7 +26,7 @@ struct Sheet {
 
 /// Two independent runs on small cells.
 pub struct Reference {
-    sheets: Vec<Sheet>,
+    sheets: Vec<ReferenceSheet>,
     /// The reflected light of every cell [W/m²].
     b: [Vec<f64>; 2],
     /// The energy of the light on all cells, and that of the means of faces above 10 cm² [W²/m²].
@@ -35,7 +35,7 @@ pub struct Reference {
 
 /// Squared errors over energies: on all cells, and of the means of faces above 10 cm².
 #[derive(Clone, Copy)]
-pub struct Errors {
+pub struct LightErrors {
     /// Of noise and discretisation.
     pub total: [f64; 2],
     /// Of discretisation alone.
@@ -52,7 +52,7 @@ impl Reference {
                 let Some(piece) = fine.scene().faces().first_piece_on(number, side) else { continue };
                 let cells = surface.cell_count();
                 let area = f64::from(cells) * fine.scene().faces().piece(piece).area;
-                sheets.push(Sheet { surface: number, side, rows: cells.isqrt(), first, area });
+                sheets.push(ReferenceSheet { surface: number, side, rows: cells.isqrt(), first, area });
                 first += cells as usize;
             }
         }
@@ -97,11 +97,11 @@ impl Reference {
     }
 
     /// The errors of two independent runs on the same patches.
-    pub fn errors(&self, runs: [&[f64]; 2]) -> Errors {
+    pub fn errors(&self, runs: [&[f64]; 2]) -> LightErrors {
         let over = |products: [f64; 2]| [products[0] / self.energy[0], products[1] / self.energy[1]];
         let own = runs.map(|run| over(self.product([run, run])));
         let total = [0, 1].map(|k| 0.5 * (own[0][k] + own[1][k]));
-        Errors { total, lost: over(self.product(runs)) }
+        LightErrors { total, lost: over(self.product(runs)) }
     }
 
     /// The integral of the product of what two runs differ in from the two references, over all cells and over the means of large faces.

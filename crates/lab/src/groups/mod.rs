@@ -13,7 +13,7 @@ use std::path::Path;
 
 use self::light::Reference;
 use self::page::Studied;
-use self::runs::{Failure, Found, chosen, given};
+use self::runs::{Failure, GroupOutcome, chosen, given};
 
 /// Walks of the jobs that are compared.
 pub const PATHS: [u64; 4] = [30_000, 100_000, 300_000, 1_000_000];
@@ -37,7 +37,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     let reference = Reference::new(&job, millions * 1_000_000)?;
     let uniform = UNIFORM.map(|area| given(&job, area, &reference));
     let uniform: Vec<_> = uniform.into_iter().collect::<Result<_, _>>()?;
-    let under = |more: &[&str]| -> Result<Vec<Found>, Failure> {
+    let under = |more: &[&str]| -> Result<Vec<GroupOutcome>, Failure> {
         PATHS.iter().map(|&paths| chosen(&job, paths, more, &reference)).collect()
     };
     let [open, constant, linear] =

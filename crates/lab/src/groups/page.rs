@@ -4,17 +4,17 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use super::runs::{Failure, Found};
+use super::runs::{Failure, GroupOutcome};
 use super::{PATHS, UNIFORM};
 
 /// All that was found.
 pub struct Studied {
     /// On cells of each of [`UNIFORM`].
-    pub uniform: Vec<Found>,
+    pub uniform: Vec<GroupOutcome>,
     /// On chosen patches for each of [`PATHS`], under the basis that is chosen.
-    pub open: Vec<Found>,
+    pub open: Vec<GroupOutcome>,
     /// Under constants and under linear fits.
-    pub of_basis: [Vec<Found>; 2],
+    pub of_basis: [Vec<GroupOutcome>; 2],
 }
 
 /// Writes `groups.md`.
@@ -44,7 +44,7 @@ fn errors(
     text: &mut String,
     title: &str,
     k: usize,
-    (uniform, chosen): (&[Found], &[Found]),
+    (uniform, chosen): (&[GroupOutcome], &[GroupOutcome]),
 ) -> std::fmt::Result {
     write!(text, "\n## {title}\n\n| walks |")?;
     for (found, area) in uniform.iter().zip(UNIFORM) {
@@ -98,7 +98,7 @@ fn bases(text: &mut String, studied: &Studied) -> std::fmt::Result {
     Ok(())
 }
 
-fn foretold(text: &mut String, chosen: &[Found]) -> std::fmt::Result {
+fn foretold(text: &mut String, chosen: &[GroupOutcome]) -> std::fmt::Result {
     text.push_str(
         "\n## What is foretold\n\n| walks | noise: foretold, measured | discretisation: foretold, measured | total: foretold over measured |\n|---|---|---|---|\n",
     );

@@ -8,7 +8,7 @@ use judge::partition::{Grid, doublings};
 use radiosity::{Experiment, Scene, Sequence, Space, SurfaceSpec, Tally};
 use rustix::time::{ClockId, clock_gettime};
 
-use super::light::{Errors, Reference};
+use super::light::{LightErrors, Reference};
 
 pub use crate::walking::Failure;
 
@@ -16,9 +16,9 @@ pub use crate::walking::Failure;
 const MEASURED: u64 = 1_000_000;
 
 /// Patches, and what runs on them come to.
-pub struct Found {
+pub struct GroupOutcome {
     pub patches: usize,
-    pub errors: Errors,
+    pub errors: LightErrors,
     /// Walks of each of two runs.
     pub walks: u64,
     /// Processor time of one of them [s].
@@ -33,7 +33,7 @@ pub struct Found {
     pub is_linear: bool,
 }
 
-impl Found {
+impl GroupOutcome {
     /// Processor time of one run and all before it [s].
     pub fn time(&self) -> f64 {
         self.choosing + self.building + self.walking
@@ -81,13 +81,13 @@ pub fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
 }
 
 /// What is found on cells below an area.
-pub fn given(job: &Path, area: f64, reference: &Reference) -> Result<Found, Failure> {
+pub fn given(job: &Path, area: f64, reference: &Reference) -> Result<GroupOutcome, Failure> {
     let experiment = experiment(job, &uniform(job, area)?, Job::build_scene)?;
     found(experiment, MEASURED, reference)
 }
 
 /// What is found on the patches that a pilot chooses; `more` are keys of the job.
-pub fn chosen(job: &Path, paths: u64, more: &[&str], reference: &Reference) -> Result<Found, Failure> {
+pub fn chosen(job: &Path, paths: u64, more: &[&str], reference: &Reference) -> Result<GroupOutcome, Failure> {
     let keys: Vec<String> =
         [format!("budget.paths={paths}")].into_iter().chain(more.iter().map(|key| key.to_string())).collect();
     let open = job::load(job, &keys)?;
@@ -97,14 +97,14 @@ pub fn chosen(job: &Path, paths: u64, more: &[&str], reference: &Reference) -> R
     let forecast = chosen.partition.forecast.ok_or("no forecast")?;
     let foretold = [forecast.noise, forecast.discretisation];
     let experiment = experiment(job, &chosen.partition, |job| chosen.build_scene(job))?;
-    Ok(Found { choosing, foretold, ..found(experiment, paths, reference)? })
+    Ok(GroupOutcome { choosing, foretold, ..found(experiment, paths, reference)? })
 }
 
 fn found(
     (experiment, building): (Experiment, f64),
     walks: u64,
     reference: &Reference,
-) -> Result<Found, Failure> {
+) -> Result<GroupOutcome, Failure> {
     let start = seconds();
     let tallies = [1, 2].map(|seed| walk(&experiment, seed, walks));
     let walking = 0.5 * (seconds() - start);
@@ -112,7 +112,16 @@ fn found(
     let patches = experiment.scene().faces().patch_count();
     let errors = reference.errors([&one, &other]);
     let is_linear = experiment.method().is_linear();
-    Ok(Found { patches, errors, walks, walking, choosing: 0.0, building, foretold: [0.0; 2], is_linear })
+    Ok(GroupOutcome {
+        patches,
+        errors,
+        walks,
+        walking,
+        choosing: 0.0,
+        building,
+        foretold: [0.0; 2],
+        is_linear,
+    })
 }
 
 /// Processor time of this thread [s].

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 
 use radiosity::Scene;
-use report::Cells;
+use report::ColumnCells;
 use results::Kept;
 use serde_json::Value;
 use stats::Measured;
 
 use super::Failure;
-use super::methods::{METHODS, Method, scene};
-use super::scenes::Site;
-use super::truth::{Fine, Truth};
+use super::methods::{HonestyMethod, METHODS, scene};
+use super::scenes::HonestyScene;
+use super::truth::{FaceReference, Fine};
 
 /// Classes of patches by the scores that a run is worth there, up to 1, 4, 16, 64, or more: (b/σ)², b being the reflected light and σ the
 /// root mean squared error of a run, and never more than its mean number of hits.
@@ -46,7 +46,7 @@ const TARGETS: [&str; 4] = ["collision", "gathering", "sobol", "chains"];
 
 /// What is told of a radiosity.
 #[derive(Clone, Copy, Default)]
-struct Told {
+struct ToldRadiosity {
     mean: Option<f64>,
     std_error: Option<f64>,
     low: f64,
@@ -58,14 +58,14 @@ struct Told {
 }
 
 /// A run: what it tells, number by number, and its summary.
-struct Run {
-    told: Vec<Told>,
+struct HonestyRun {
+    told: Vec<ToldRadiosity>,
     summary: Value,
 }
 
 /// What intervals of a class of patches come to.
 #[derive(Clone, Copy, Default)]
-pub struct Class {
+pub struct PatchClass {
     /// The part of the intervals that hold the truth; `None` of no patches.
     pub coverage: Option<Measured>,
     /// Half-width that the median run tells over the error that 95 % of the runs keep within, both added up relative to B.
@@ -80,13 +80,13 @@ pub struct Class {
 /// intervals that hold it.
 #[derive(Clone, Copy)]
 pub struct Distance {
-    pub pair: Pair,
+    pub pair: ToldAndTrue,
     pub coverage: Measured,
 }
 
 /// A told figure and the truth.
 #[derive(Clone, Copy)]
-pub struct Pair {
+pub struct ToldAndTrue {
     pub told: f64,
     pub truth: f64,
 }
@@ -110,23 +110,23 @@ pub struct TotalReached {
 }
 
 /// A method in a scene.
-pub struct Row {
+pub struct MethodRow {
     pub site: String,
     pub method: &'static str,
     pub seeds: usize,
     pub paths: u64,
     /// Why it cannot be studied; nothing else is told then.
     pub refused: Option<String>,
-    pub classes: [Class; 5],
+    pub classes: [PatchClass; 5],
     /// The part of the intervals of irradiance that hold the truth.
     pub irradiance: Option<Measured>,
     /// Median, ninth decile and worst relative half-width over the area.
-    pub headline: Option<[Pair; 3]>,
+    pub headline: Option<[ToldAndTrue; 3]>,
     /// Checks that failed, with the part of the runs.
     pub alarms: BTreeMap<String, f64>,
     /// The total error of the answer: as told, and as predicted before.
-    pub total: Option<Pair>,
-    pub predicted: Option<Pair>,
+    pub total: Option<ToldAndTrue>,
+    pub predicted: Option<ToldAndTrue>,
     pub reached: Option<Reached>,
     pub total_reached: Option<TotalReached>,
     pub distance: Option<Distance>,
@@ -135,12 +135,12 @@ pub struct Row {
 }
 
 /// All methods in a scene.
-pub fn all(site: &Site) -> Result<Vec<Row>, Failure> {
+pub fn all(site: &HonestyScene) -> Result<Vec<MethodRow>, Failure> {
     let (spec, scene) = scene(site)?;
     let faces = scene.faces().len();
-    let discrete = Truth::discrete(site, &spec, faces)?;
-    let of_chains = if site.made { discrete.clone() } else { Truth::of_chains(site, faces)? };
-    let truths = [discrete, Truth::continuous(site, faces)?, of_chains];
+    let discrete = FaceReference::discrete(site, &spec, faces)?;
+    let of_chains = if site.made { discrete.clone() } else { FaceReference::of_chains(site, faces)? };
+    let truths = [discrete, FaceReference::continuous(site, faces)?, of_chains];
     let fine = Fine::new(site)?;
     let distance = true_distance(&scene, &truths);
     let mut rows = Vec::new();
@@ -152,11 +152,12 @@ pub fn all(site: &Site) -> Result<Vec<Row>, Failure> {
                 site,
                 method,
                 paths,
-                &Known { scene: &scene, truths: &truths, fine: &fine, distance },
+                &SceneTruth { scene: &scene, truths: &truths, fine: &fine, distance },
             ),
         };
-        let refused =
-            |why: Failure| vec![Row { refused: Some(why.to_string()), ..Row::new(site, method, 0, paths) }];
+        let refused = |why: Failure| {
+            vec![MethodRow { refused: Some(why.to_string()), ..MethodRow::new(site, method, 0, paths) }]
+        };
         rows.extend(done.unwrap_or_else(refused));
     }
     Ok(rows)
@@ -164,15 +165,15 @@ pub fn all(site: &Site) -> Result<Vec<Row>, Failure> {
 
 /// What is known of a scene beside any run: its given patches, their light in both spaces and as chains have it, the light on fine cells, and how far the discretised
 /// system is from the integral equation's answer.
-struct Known<'a> {
+struct SceneTruth<'a> {
     scene: &'a Scene,
-    truths: &'a [Truth; 3],
+    truths: &'a [FaceReference; 3],
     fine: &'a Fine,
     distance: f64,
 }
 
 /// The relative L2 distance between the irradiances of both spaces, without the noise of either.
-fn true_distance(scene: &Scene, [discrete, continuous, _]: &[Truth; 3]) -> f64 {
+fn true_distance(scene: &Scene, [discrete, continuous, _]: &[FaceReference; 3]) -> f64 {
     let (mut squares, mut light) = (0.0, 0.0);
     let channels = scene.channels();
     for (k, (&[_, d, d_noise], &[_, c, c_noise])) in discrete.light.iter().zip(&continuous.light).enumerate()
@@ -184,15 +185,15 @@ fn true_distance(scene: &Scene, [discrete, continuous, _]: &[Truth; 3]) -> f64 {
     (squares.max(0.0) / light).sqrt()
 }
 
-impl Row {
-    fn new(site: &Site, method: &Method, seeds: usize, paths: u64) -> Self {
-        Row {
+impl MethodRow {
+    fn new(site: &HonestyScene, method: &HonestyMethod, seeds: usize, paths: u64) -> Self {
+        MethodRow {
             site: site.name.clone(),
             method: method.name,
             seeds,
             paths,
             refused: None,
-            classes: [Class::default(); 5],
+            classes: [PatchClass::default(); 5],
             irradiance: None,
             headline: None,
             alarms: BTreeMap::new(),
@@ -216,8 +217,13 @@ fn for_seeds<T: Send>(
 }
 
 /// A method on given patches; in one scene also what it would be, were its intervals too narrow.
-fn of_given(site: &Site, method: &Method, paths: u64, known: &Known) -> Result<Vec<Row>, Failure> {
-    let Known { scene, truths: [discrete, continuous, of_chains], fine, distance } = *known;
+fn of_given(
+    site: &HonestyScene,
+    method: &HonestyMethod,
+    paths: u64,
+    known: &SceneTruth,
+) -> Result<Vec<MethodRow>, Failure> {
+    let SceneTruth { scene, truths: [discrete, continuous, of_chains], fine, distance } = *known;
     let seeds = method.seeds(site);
     let done = for_seeds(seeds, |seed| {
         let kept = method.run(site, paths, seed, &[])?;
@@ -231,9 +237,9 @@ fn of_given(site: &Site, method: &Method, paths: u64, known: &Known) -> Result<V
         false if method.name == "chains" => of_chains,
         false => discrete,
     };
-    let runs: Vec<&Run> = done.iter().map(|(run, ..)| run).collect();
-    let patches = Patches::new(scene, truth);
-    let mut row = Row::new(site, method, seeds, paths);
+    let runs: Vec<&HonestyRun> = done.iter().map(|(run, ..)| run).collect();
+    let patches = TableFaces::new(scene, truth);
+    let mut row = MethodRow::new(site, method, seeds, paths);
     patches.judge(&mut row, &runs);
     row.alarms = alarms(&runs);
     (row.total, row.predicted) = totals(&done.iter().filter_map(|(_, error, _)| *error).collect::<Vec<_>>());
@@ -246,21 +252,21 @@ fn of_given(site: &Site, method: &Method, paths: u64, known: &Known) -> Result<V
     };
     let mut rows = vec![row];
     if site.name == CONTROL && method.name == METHODS[0].name {
-        let narrowed: Vec<Run> = runs.iter().map(|run| run.narrowed()).collect();
-        let mut control = Row { is_control: true, ..Row::new(site, method, seeds, paths) };
+        let narrowed: Vec<HonestyRun> = runs.iter().map(|run| run.narrowed()).collect();
+        let mut control = MethodRow { is_control: true, ..MethodRow::new(site, method, seeds, paths) };
         patches.judge(&mut control, &narrowed.iter().collect::<Vec<_>>());
         rows.push(control);
     }
     Ok(rows)
 }
 
-impl Run {
+impl HonestyRun {
     /// The run with all intervals about their estimates narrowed to [`NARROWED`] of their width, standard errors and headlines with them.
-    fn narrowed(&self) -> Run {
+    fn narrowed(&self) -> HonestyRun {
         let toward = |end: f64, middle: f64| middle + NARROWED * (end - middle);
-        let of_told = |told: &Told| {
+        let of_told = |told: &ToldRadiosity| {
             let (b, h) = (told.mean.unwrap_or(told.low), told.h.unwrap_or(0.0));
-            Told {
+            ToldRadiosity {
                 std_error: told.std_error.map(|error| NARROWED * error),
                 low: toward(told.low, b),
                 high: toward(told.high, b),
@@ -268,12 +274,12 @@ impl Run {
                 ..*told
             }
         };
-        Run { told: self.told.iter().map(of_told).collect(), summary: self.summary.clone() }
+        HonestyRun { told: self.told.iter().map(of_told).collect(), summary: self.summary.clone() }
     }
 }
 
 /// Summaries of runs of a made scene that are long enough for the distance of the discretised system to be examined.
-fn longer(site: &Site, method: &Method, paths: u64) -> Result<Vec<Value>, Failure> {
+fn longer(site: &HonestyScene, method: &HonestyMethod, paths: u64) -> Result<Vec<Value>, Failure> {
     for_seeds(method.seeds(site).min(DISTANCE_SEEDS), |seed| {
         let kept = method.run(site, DISTANCE_LONGER * paths, 2000 + seed, &[])?;
         Ok(serde_json::to_value(kept.summary("study"))?)
@@ -292,21 +298,26 @@ fn distance_told<'a>(runs: impl IntoIterator<Item = &'a Value>, truth: f64) -> O
     let mut distances: Vec<f64> = told.iter().map(|[distance, ..]| *distance).collect();
     distances.sort_by(f64::total_cmp);
     (told.len() > 1).then(|| Distance {
-        pair: Pair { told: distances[distances.len() / 2], truth },
+        pair: ToldAndTrue { told: distances[distances.len() / 2], truth },
         coverage: Measured::of(&holds),
     })
 }
 
 /// A method whose patches a pilot chooses: no two runs need have the same.
-fn of_chosen(site: &Site, method: &Method, paths: u64, fine: &Fine) -> Result<Vec<Row>, Failure> {
+fn of_chosen(
+    site: &HonestyScene,
+    method: &HonestyMethod,
+    paths: u64,
+    fine: &Fine,
+) -> Result<Vec<MethodRow>, Failure> {
     let seeds = method.seeds(site);
     let done = for_seeds(seeds, |seed| {
         let kept = method.run(site, paths, seed, &[])?;
         let summary = serde_json::to_value(kept.summary("study"))?;
         let error = total(&kept, &summary, fine);
-        Ok((Run { told: Vec::new(), summary }, error))
+        Ok((HonestyRun { told: Vec::new(), summary }, error))
     })?;
-    let mut row = Row::new(site, method, seeds, paths);
+    let mut row = MethodRow::new(site, method, seeds, paths);
     row.alarms = alarms(&done.iter().map(|(run, _)| run).collect::<Vec<_>>());
     (row.total, row.predicted) = totals(&done.iter().map(|(_, error)| *error).collect::<Vec<_>>());
     if row.predicted.is_some() {
@@ -323,26 +334,26 @@ fn total(kept: &Kept, summary: &Value, fine: &Fine) -> [f64; 3] {
 }
 
 /// Root mean squares over runs of what is told and of what is true, where both are known.
-fn totals(found: &[[f64; 3]]) -> (Option<Pair>, Option<Pair>) {
+fn totals(found: &[[f64; 3]]) -> (Option<ToldAndTrue>, Option<ToldAndTrue>) {
     let root = |of: &dyn Fn(&[f64; 3]) -> f64| {
         (found.iter().map(|run| of(run).powi(2)).sum::<f64>() / found.len() as f64).sqrt()
     };
     let pair = |k: usize| {
-        Some(Pair { told: root(&|run| run[k]), truth: root(&|run| run[2]) })
+        Some(ToldAndTrue { told: root(&|run| run[k]), truth: root(&|run| run[2]) })
             .filter(|pair| pair.told.is_finite())
     };
     if found.is_empty() { (None, None) } else { (pair(0), pair(1)) }
 }
 
 /// Reads what a run tells.
-fn read(kept: &Kept) -> Result<Run, Failure> {
+fn read(kept: &Kept) -> Result<HonestyRun, Failure> {
     let estimates = kept.estimates();
     let columns = report::columns(&estimates)?;
     let cells = |name: String| {
         columns.iter().find(|column| column.name == name).map(|column| match &column.cells {
-            Cells::Number(cells) => cells.clone(),
-            Cells::Whole(cells) => cells.iter().map(|cell| cell.map(|cell| cell as f64)).collect(),
-            Cells::Words(_) => Vec::new(),
+            ColumnCells::Number(cells) => cells.clone(),
+            ColumnCells::Whole(cells) => cells.iter().map(|cell| cell.map(|cell| cell as f64)).collect(),
+            ColumnCells::Words(_) => Vec::new(),
         })
     };
     let hits = cells("hits".into()).ok_or("a table has hits")?;
@@ -353,7 +364,7 @@ fn read(kept: &Kept) -> Result<Run, Failure> {
         let (error, low, high) = (column("std_error")?, column("ci_low")?, column("ci_high")?);
         let (h, h_low, h_high) =
             (column("irradiance")?, column("irradiance_low")?, column("irradiance_high")?);
-        let told = (0..mean.len()).map(|i| Told {
+        let told = (0..mean.len()).map(|i| ToldRadiosity {
             mean: mean[i],
             std_error: error[i],
             low: low[i].unwrap_or(0.0),
@@ -366,18 +377,18 @@ fn read(kept: &Kept) -> Result<Run, Failure> {
     }
     let rows = hits.len();
     let told = (0..rows).flat_map(|i| channels.iter().map(move |channel| channel[i])).collect();
-    Ok(Run { told, summary: serde_json::to_value(kept.summary("study"))? })
+    Ok(HonestyRun { told, summary: serde_json::to_value(kept.summary("study"))? })
 }
 
 /// The faces of a scene in the order of tables, channel by channel.
-struct Patches {
+struct TableFaces {
     /// Area [m²], R, E, B and H of each number.
     of: Vec<[f64; 5]>,
     channels: usize,
 }
 
-impl Patches {
-    fn new(scene: &Scene, truth: &Truth) -> Self {
+impl TableFaces {
+    fn new(scene: &Scene, truth: &FaceReference) -> Self {
         let channels = scene.channels();
         let of = scene.faces().by_patch().flat_map(|i| {
             let face = scene.faces().get(i);
@@ -386,12 +397,13 @@ impl Patches {
                 [face.area, face.reflectance[c], face.emittance[c], b, h]
             })
         });
-        Patches { of: of.collect(), channels }
+        TableFaces { of: of.collect(), channels }
     }
 
     /// The class of each number that is unknown before walks. Where there is no light there are no scores.
-    fn class_of(&self, runs: &[&Run]) -> Vec<Option<usize>> {
-        let mean = |of: &dyn Fn(&Run) -> f64| runs.iter().map(|run| of(run)).sum::<f64>() / runs.len() as f64;
+    fn class_of(&self, runs: &[&HonestyRun]) -> Vec<Option<usize>> {
+        let mean =
+            |of: &dyn Fn(&HonestyRun) -> f64| runs.iter().map(|run| of(run)).sum::<f64>() / runs.len() as f64;
         let scores = |k: usize| {
             let [_, _, emittance, b, _] = self.of[k];
             let square = mean(&|run| (run.told[k].mean.unwrap_or(emittance) - b).powi(2));
@@ -404,22 +416,22 @@ impl Patches {
     }
 
     /// Holds all that runs tell patch by patch against the truth.
-    fn judge(&self, row: &mut Row, runs: &[&Run]) {
+    fn judge(&self, row: &mut MethodRow, runs: &[&HonestyRun]) {
         row.classes = self.classes(runs);
         row.irradiance = self.irradiance(runs);
         row.headline = self.headline(runs);
     }
 
-    fn classes(&self, runs: &[&Run]) -> [Class; 5] {
+    fn classes(&self, runs: &[&HonestyRun]) -> [PatchClass; 5] {
         let class_of = self.class_of(runs);
         std::array::from_fn(|class| {
             let members: Vec<usize> = (0..self.of.len()).filter(|&k| class_of[k] == Some(class)).collect();
             if members.is_empty() {
-                return Class::default();
+                return PatchClass::default();
             }
-            let holds = |run: &&Run| {
+            let holds = |run: &&HonestyRun| {
                 let inside = members.iter().filter(|&&k| {
-                    let (b, Told { low, high, .. }) = (self.of[k][3], run.told[k]);
+                    let (b, ToldRadiosity { low, high, .. }) = (self.of[k][3], run.told[k]);
                     let slack = ROUNDING * b;
                     low - slack <= b && b <= high + slack
                 });
@@ -447,24 +459,24 @@ impl Patches {
             let exact = truths <= ROUNDING * members.len() as f64;
             let (std_error, chance) = if exact { (f64::NAN, 0.0) } else { ratio_of_roots(&squares) };
             let width = if exact { f64::NAN } else { widths / truths };
-            Class { coverage: Some(Measured::of(&each)), width, std_error, chance }
+            PatchClass { coverage: Some(Measured::of(&each)), width, std_error, chance }
         })
     }
 
     /// The error of B that a part of the runs do not exceed. What is unknown is taken for its own emittance.
-    fn error_within(&self, k: usize, runs: &[&Run], part: f64) -> f64 {
+    fn error_within(&self, k: usize, runs: &[&HonestyRun], part: f64) -> f64 {
         let [_, _, emittance, b, _] = self.of[k];
         not_exceeded(runs.iter().map(|run| run.told[k].mean.unwrap_or(emittance) - b), part)
     }
 
     /// The error of H that a part of the runs do not exceed. What is unknown is taken for dark.
-    fn irradiance_within(&self, k: usize, runs: &[&Run], part: f64) -> f64 {
+    fn irradiance_within(&self, k: usize, runs: &[&HonestyRun], part: f64) -> f64 {
         let [.., h] = self.of[k];
         not_exceeded(runs.iter().map(|run| run.told[k].h.unwrap_or(0.0) - h), part)
     }
 
-    fn irradiance(&self, runs: &[&Run]) -> Option<Measured> {
-        let holds = |run: &&Run| {
+    fn irradiance(&self, runs: &[&HonestyRun]) -> Option<Measured> {
+        let holds = |run: &&HonestyRun| {
             let (mut inside, mut all) = (0.0, 0.0);
             for (&[.., h], told) in self.of.iter().zip(&run.told) {
                 let Some([low, high]) = told.h_interval else { continue };
@@ -480,17 +492,18 @@ impl Patches {
 
     /// The headline's percentiles: told by the median run, and true, by the errors of irradiance that 95 % of the runs keep within.
     /// Patches that no light reaches are left out, as they are told to be.
-    fn headline(&self, runs: &[&Run]) -> Option<[Pair; 3]> {
+    fn headline(&self, runs: &[&HonestyRun]) -> Option<[ToldAndTrue; 3]> {
         let told = |place: &str| {
-            let of =
-                |run: &&Run| run.summary.pointer(place).map(|value| value.as_f64().unwrap_or(f64::INFINITY));
+            let of = |run: &&HonestyRun| {
+                run.summary.pointer(place).map(|value| value.as_f64().unwrap_or(f64::INFINITY))
+            };
             let mut values: Vec<f64> = runs.iter().filter_map(of).collect();
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied()
         };
         // The floor is a number, in colour one for each channel.
         let floor = |c: usize| {
-            let of = |run: &&Run| {
+            let of = |run: &&HonestyRun| {
                 let floor = run.summary.pointer("/headline/floor")?;
                 floor.get(c).unwrap_or(floor).as_f64()
             };
@@ -516,18 +529,19 @@ impl Patches {
             reached.map_or(f64::NAN, |(error, _)| if *error <= ROUNDING { f64::NAN } else { *error })
         };
         Some([
-            Pair { told: told("/headline/median")?, truth: at(0.5) },
-            Pair { told: told("/headline/p90")?, truth: at(0.9) },
-            Pair { told: told("/headline/worst")?, truth: at(1.0) },
+            ToldAndTrue { told: told("/headline/median")?, truth: at(0.5) },
+            ToldAndTrue { told: told("/headline/p90")?, truth: at(0.9) },
+            ToldAndTrue { told: told("/headline/worst")?, truth: at(1.0) },
         ])
     }
 
     /// The part of the lit area whose irradiance is truly within a relative error.
-    fn part_within(&self, run: &Run, error: f64) -> f64 {
+    fn part_within(&self, run: &HonestyRun, error: f64) -> f64 {
         let (mut within, mut area) = (0.0, 0.0);
         for (numbers, told) in self.of.chunks(self.channels).zip(run.told.chunks(self.channels)) {
-            let is_within =
-                |(&[.., h], told): (&[f64; 5], &Told)| (told.h.unwrap_or(0.0) - h).abs() <= error * h;
+            let is_within = |(&[.., h], told): (&[f64; 5], &ToldRadiosity)| {
+                (told.h.unwrap_or(0.0) - h).abs() <= error * h
+            };
             if numbers.iter().any(|[.., h]| *h > 0.0) {
                 area += numbers[0][0];
                 within += if numbers.iter().zip(told).all(is_within) { numbers[0][0] } else { 0.0 };
@@ -553,7 +567,7 @@ fn ratio_of_roots(sums: &[[f64; 2]]) -> (f64, f64) {
     (whole, (squares * (n - 1.0) / n).sqrt())
 }
 
-fn alarms(runs: &[&Run]) -> BTreeMap<String, f64> {
+fn alarms(runs: &[&HonestyRun]) -> BTreeMap<String, f64> {
     let mut failed = BTreeMap::new();
     for run in runs {
         for check in run.summary["checks"].as_array().into_iter().flatten() {
@@ -594,11 +608,11 @@ fn total_reached(
 
 /// Runs with a target.
 fn reached(
-    site: &Site,
-    method: &Method,
+    site: &HonestyScene,
+    method: &HonestyMethod,
     paths: u64,
-    patches: &Patches,
-    runs: &[&Run],
+    patches: &TableFaces,
+    runs: &[&HonestyRun],
 ) -> Result<Option<Reached>, Failure> {
     let Some([_, ninth, _]) = patches.headline(runs) else { return Ok(None) };
     if !ninth.told.is_finite() || ninth.told <= 0.0 {

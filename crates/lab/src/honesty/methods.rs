@@ -4,10 +4,10 @@ use radiosity::{Experiment, IndexChoice, Scene};
 use results::{Kept, choose, walk_here};
 
 use super::Failure;
-use super::scenes::Site;
+use super::scenes::HonestyScene;
 
 /// A method, as a job has it.
-pub struct Method {
+pub struct HonestyMethod {
     pub name: &'static str,
     /// The keys that choose it.
     set: &'static [&'static str],
@@ -23,43 +23,43 @@ const SHOOTING: &str = "method.walk=shooting";
 const GIVEN: &str = "scene.patches=given";
 
 /// The first is the plainest: its hits say which class a patch is in.
-pub const METHODS: [Method; 12] = [
-    Method {
+pub const METHODS: [HonestyMethod; 12] = [
+    HonestyMethod {
         name: "collision",
         set: &[SHOOTING, "method.estimator=collision"],
         seeds: 200,
         in_rooms: true,
         longer: 1,
     },
-    Method {
+    HonestyMethod {
         name: "continuous",
         set: &[SHOOTING, "method.space=continuous"],
         seeds: 200,
         in_rooms: true,
         longer: 1,
     },
-    Method {
+    HonestyMethod {
         name: "absorption",
         set: &[SHOOTING, "method.estimator=absorption"],
         seeds: 200,
         in_rooms: false,
         longer: 1,
     },
-    Method {
+    HonestyMethod {
         name: "survival",
         set: &[SHOOTING, "method.estimator=survival"],
         seeds: 200,
         in_rooms: false,
         longer: 1,
     },
-    Method {
+    HonestyMethod {
         name: "infinite, roulette",
         set: &[SHOOTING, "method.estimator=infinite"],
         seeds: 100,
         in_rooms: false,
         longer: 1,
     },
-    Method {
+    HonestyMethod {
         name: "infinite, cut off",
         set: &[
             SHOOTING,
@@ -71,24 +71,36 @@ pub const METHODS: [Method; 12] = [
         in_rooms: false,
         longer: 1,
     },
-    Method { name: "gathering", set: &["method.walk=gathering"], seeds: 100, in_rooms: false, longer: 4 },
-    Method {
+    HonestyMethod {
+        name: "gathering",
+        set: &["method.walk=gathering"],
+        seeds: 100,
+        in_rooms: false,
+        longer: 4,
+    },
+    HonestyMethod {
         name: "sobol",
         set: &[SHOOTING, "method.sampler=sobol"],
         seeds: 100,
         in_rooms: false,
         longer: 1,
     },
-    Method { name: "chains", set: &["method.walk=jacobi"], seeds: 100, in_rooms: true, longer: 0 },
-    Method {
+    HonestyMethod { name: "chains", set: &["method.walk=jacobi"], seeds: 100, in_rooms: true, longer: 0 },
+    HonestyMethod {
         name: "linear",
         set: &[SHOOTING, "method.basis=linear", "method.space=continuous"],
         seeds: 100,
         in_rooms: false,
         longer: 1,
     },
-    Method { name: "auto patches", set: &["scene.patches=auto"], seeds: 16, in_rooms: false, longer: 4 },
-    Method { name: "default", set: &[], seeds: 16, in_rooms: true, longer: 4 },
+    HonestyMethod {
+        name: "auto patches",
+        set: &["scene.patches=auto"],
+        seeds: 16,
+        in_rooms: false,
+        longer: 4,
+    },
+    HonestyMethod { name: "default", set: &[], seeds: 16, in_rooms: true, longer: 4 },
 ];
 
 /// Walks of the plainest runs; in rooms, at least, and for each of their faces.
@@ -98,14 +110,14 @@ const WALKS_PER_FACE: u64 = 5;
 /// The rays of the shortest chains that a job takes, for each face.
 const CHAIN_RAYS: u64 = 8 * 32;
 
-impl Method {
+impl HonestyMethod {
     /// The paths of its runs in a scene of so many faces.
-    pub fn paths(&self, site: &Site, faces: usize) -> u64 {
+    pub fn paths(&self, site: &HonestyScene, faces: usize) -> u64 {
         let plain = if site.made { WALKS } else { WALKS.max(WALKS_PER_FACE * faces as u64) };
         if self.longer == 0 { CHAIN_RAYS * faces as u64 } else { self.longer * plain }
     }
 
-    pub fn seeds(&self, site: &Site) -> usize {
+    pub fn seeds(&self, site: &HonestyScene) -> usize {
         match (site.made, site.slow) {
             (true, false) => self.seeds,
             (true, true) => self.seeds.div_ceil(4),
@@ -132,7 +144,7 @@ impl Method {
     }
 
     /// One run in this thread.
-    pub fn run(&self, site: &Site, paths: u64, seed: u64, more: &[String]) -> Result<Kept, Failure> {
+    pub fn run(&self, site: &HonestyScene, paths: u64, seed: u64, more: &[String]) -> Result<Kept, Failure> {
         let overrides = self.overrides(paths, seed, more);
         let mut job = job::load(&site.path, &overrides)?;
         if let Some(chosen) = choose(&job, 1.try_into().expect("not 0"))? {
@@ -146,7 +158,7 @@ impl Method {
 }
 
 /// The scene of a site with its given patches.
-pub fn scene(site: &Site) -> Result<(radiosity::SceneSpec, Scene), Failure> {
+pub fn scene(site: &HonestyScene) -> Result<(radiosity::SceneSpec, Scene), Failure> {
     let job = job::load(&site.path, &[SHOOTING.into(), GIVEN.into()])?;
     let spec = job.scene.spec().clone();
     let scene = Scene::build(&spec, IndexChoice::Auto)?;

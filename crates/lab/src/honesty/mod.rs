@@ -12,15 +12,15 @@ mod truth;
 
 use std::path::{Path, PathBuf};
 
-use self::measure::Row;
-use self::scenes::Site;
+use self::measure::MethodRow;
+use self::scenes::HonestyScene;
 use crate::walking::Failure;
 
 pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     let (folder, rest) = words.split_first().ok_or("usage: honesty FOLDER [--quick] [SCENE…] [ROOM…]")?;
     let work = tempfile::tempdir()?;
     let sites = sites(rest, work.path())?;
-    let mut rows: Vec<Row> = Vec::new();
+    let mut rows: Vec<MethodRow> = Vec::new();
     for site in &sites {
         rows.extend(measure::all(site)?);
         page::write(&sites, &rows, Path::new(&folder))?;
@@ -33,7 +33,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
 }
 
 /// The scenes that the words ask for: all made ones or those that are named, and rooms.
-fn sites(words: &[String], work: &Path) -> Result<Vec<Site>, Failure> {
+fn sites(words: &[String], work: &Path) -> Result<Vec<HonestyScene>, Failure> {
     let (quick, words): (Vec<&String>, Vec<&String>) = words.iter().partition(|word| *word == "--quick");
     let made = scenes::made();
     let (named, rooms): (Vec<&String>, Vec<&String>) =
@@ -41,11 +41,11 @@ fn sites(words: &[String], work: &Path) -> Result<Vec<Site>, Failure> {
     let mut sites = Vec::new();
     for (name, what, spec) in &made {
         if named.is_empty() || named.iter().any(|word| word == name) {
-            sites.push(Site::made(name, what, spec, work)?);
+            sites.push(HonestyScene::made(name, what, spec, work)?);
         }
     }
     for room in rooms {
-        sites.push(Site::room(&PathBuf::from(room))?);
+        sites.push(HonestyScene::room(&PathBuf::from(room))?);
     }
     sites.iter_mut().for_each(|site| site.slow |= !quick.is_empty());
     Ok(sites)

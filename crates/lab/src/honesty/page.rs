@@ -7,10 +7,15 @@ use std::path::Path;
 use stats::Measured;
 
 use super::Failure;
+<<<<<<< HEAD
 use super::measure::{
     CLASSES, Distance, FRACTION, NARROWED, Pair, Row, TARGET_SEEDS, TOTAL_SEEDS, TotalReached,
 };
 use super::scenes::Site;
+=======
+use super::measure::{CLASSES, Distance, FRACTION, MethodRow, NARROWED, TARGET_SEEDS, ToldAndTrue};
+use super::scenes::HonestyScene;
+>>>>>>> main
 
 /// The band of coverages [%] of 95 % intervals: below, chance apart, an interval is not true; above, from this class on, it is wider than it
 /// need be.
@@ -34,24 +39,25 @@ const DRIFT: f64 = 1e-3;
 
 /// Where a figure is: in its band, below it, where the program claims more than it knows, or above it.
 #[derive(Clone, Copy, PartialEq)]
-enum Place {
+enum BandPosition {
     Inside,
     Below,
     Above,
 }
 
-impl Place {
+impl BandPosition {
     /// The place of a figure by a band; what is not a number is nowhere else than inside.
     fn of(x: f64, [low, high]: [f64; 2]) -> Self {
         match x {
-            x if x < low => Place::Below,
-            x if x > high => Place::Above,
-            _ => Place::Inside,
+            x if x < low => BandPosition::Below,
+            x if x > high => BandPosition::Above,
+            _ => BandPosition::Inside,
         }
     }
 }
 
 /// Why rows are outside of their bands: scene (or any), method and figure, each from its beginning, the side, and the reason.
+<<<<<<< HEAD
 const WHY: [(&str, &str, &str, Place, &str); 13] = [
     ("", "infinite, cut off", "standard errors", Place::Below, CUT_OFF_BIAS),
     ("", "infinite, cut off", "", Place::Above, CUT_OFF),
@@ -66,6 +72,21 @@ const WHY: [(&str, &str, &str, Place, &str); 13] = [
     ("simpleRoom.obj", "", "check backs", Place::Below, GAPS),
     ("office2.mgf", "", "check backs", Place::Below, ONE_SIDED),
     ("", "", "9 tenths", Place::Above, UNHIT),
+=======
+const WHY: [(&str, &str, &str, BandPosition, &str); 12] = [
+    ("", "infinite, cut off", "standard errors", BandPosition::Below, CUT_OFF_BIAS),
+    ("", "infinite, cut off", "", BandPosition::Above, CUT_OFF),
+    ("corridor", "chains", "coverage", BandPosition::Below, FEW_LINKS),
+    ("", "chains", "", BandPosition::Above, ONE_MORE),
+    ("bright", "", "coverage", BandPosition::Above, LONG_WALKS),
+    ("", "", "half-widths, 1 scores", BandPosition::Above, FEW_SCORES),
+    ("", "", "half-widths, 4 scores", BandPosition::Above, FEW_SCORES),
+    ("", "", "coverage", BandPosition::Above, SAFE),
+    ("", "", "median", BandPosition::Above, UNHIT),
+    ("CornellBox-Original.obj", "", "check backs", BandPosition::Below, GAPS),
+    ("simpleRoom.obj", "", "check backs", BandPosition::Below, GAPS),
+    ("", "", "9 tenths", BandPosition::Above, UNHIT),
+>>>>>>> main
 ];
 const CUT_OFF: &str = "The bound on what is cut off is added to the upper end, and the truth is nearer than the bound: the interval is wider than it need be, and covers more, as the check `bias` says";
 const CUT_OFF_BIAS: &str = "A standard error knows nothing of a bias. What is cut off here is as large as the noise; the interval has the bound on it, and the check `bias` fails";
@@ -83,7 +104,7 @@ const UNHIT: &str = "A tenth of the area and more has hardly a score: the headli
 
 /// A page that is being written: its text, and its rows out of their bands.
 #[derive(Default)]
-struct Page {
+struct HonestyPage {
     text: String,
     outside: Vec<Outside>,
 }
@@ -94,14 +115,14 @@ struct Outside {
     method: &'static str,
     what: String,
     text: String,
-    place: Place,
+    place: BandPosition,
 }
 
 impl Outside {
     /// Why it is outside, if that is known.
     fn why(&self) -> Option<&'static str> {
         let Outside { site, method, what, place, .. } = self;
-        let is_of = |(scene, of, figure, side, _): &&(&str, &str, &str, Place, &str)| {
+        let is_of = |(scene, of, figure, side, _): &&(&str, &str, &str, BandPosition, &str)| {
             (scene.is_empty() || scene == site)
                 && method.starts_with(of)
                 && what.starts_with(figure)
@@ -112,15 +133,15 @@ impl Outside {
 }
 
 /// Whether anything that a row tells is outside of its band.
-pub fn is_refused(row: &Row) -> bool {
-    let mut page = Page::default();
+pub fn is_refused(row: &MethodRow) -> bool {
+    let mut page = HonestyPage::default();
     page.intervals(std::slice::from_ref(row)).is_ok() && !page.outside.is_empty()
 }
 
 /// Writes `honesty.md`.
-pub fn write(sites: &[Site], rows: &[Row], folder: &Path) -> Result<(), Failure> {
-    let (controls, rows): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| row.is_control);
-    let mut page = Page::default();
+pub fn write(sites: &[HonestyScene], rows: &[MethodRow], folder: &Path) -> Result<(), Failure> {
+    let (controls, rows): (Vec<&MethodRow>, Vec<&MethodRow>) = rows.iter().partition(|row| row.is_control);
+    let mut page = HonestyPage::default();
     page.coverages(&rows)?;
     page.controls(&controls)?;
     page.headlines(&rows)?;
@@ -129,7 +150,7 @@ pub fn write(sites: &[Site], rows: &[Row], folder: &Path) -> Result<(), Failure>
     page.totals(&rows)?;
     page.distances(&rows)?;
     page.alarms(&rows)?;
-    let Page { text, outside } = page;
+    let HonestyPage { text, outside } = page;
     let mut head = head(sites)?;
     head += &text;
     let cells = rows.iter().filter(|row| row.refused.is_none()).count();
@@ -150,7 +171,7 @@ pub fn write(sites: &[Site], rows: &[Row], folder: &Path) -> Result<(), Failure>
 }
 
 /// The beginning of the page: how it is made, how it is read, and the scenes.
-fn head(sites: &[Site]) -> Result<String, Failure> {
+fn head(sites: &[HonestyScene]) -> Result<String, Failure> {
     let quick = if sites.iter().all(|site| site.slow || !site.made) { " --quick" } else { "" };
     let rooms: String =
         sites.iter().filter(|site| !site.made).map(|site| format!(" {}", site.file)).collect();
@@ -188,10 +209,10 @@ fn number(x: f64) -> String {
     }
 }
 
-impl Page {
+impl HonestyPage {
     /// A cell that is bold where it is outside.
-    fn cell(&mut self, row: &Row, what: &str, text: String, place: Place) -> String {
-        if place == Place::Inside {
+    fn cell(&mut self, row: &MethodRow, what: &str, text: String, place: BandPosition) -> String {
+        if place == BandPosition::Inside {
             return text;
         }
         self.outside.push(Outside {
@@ -205,24 +226,24 @@ impl Page {
     }
 
     /// Told over true, in a band.
-    fn ratio(&mut self, row: &Row, what: &str, pair: Pair, band: [f64; 2]) -> String {
+    fn ratio(&mut self, row: &MethodRow, what: &str, pair: ToldAndTrue, band: [f64; 2]) -> String {
         self.ratio_but_for(row, what, (pair, 0.0), band)
     }
 
-    /// [`Page::ratio`] of a ratio with this relative standard error.
+    /// [`HonestyPage::ratio`] of a ratio with this relative standard error.
     fn ratio_but_for(
         &mut self,
-        row: &Row,
+        row: &MethodRow,
         what: &str,
-        (Pair { told, truth }, chance): (Pair, f64),
+        (ToldAndTrue { told, truth }, chance): (ToldAndTrue, f64),
         band: [f64; 2],
     ) -> String {
         let (ratio, chance) = (told / truth, CHANCE * chance);
-        let place = Place::of(ratio, [band[0] * (1.0 - chance), band[1] * (1.0 + chance)]);
+        let place = BandPosition::of(ratio, [band[0] * (1.0 - chance), band[1] * (1.0 + chance)]);
         self.cell(row, what, number(ratio), place)
     }
 
-    fn coverages(&mut self, rows: &[&Row]) -> Result<(), Failure> {
+    fn coverages(&mut self, rows: &[&MethodRow]) -> Result<(), Failure> {
         writeln!(
             self.text,
             "## Intervals and standard errors\n\n\
@@ -242,7 +263,7 @@ impl Page {
     }
 
     /// A row of coverages, half-widths and standard errors for each row of the study.
-    fn intervals<'a>(&mut self, rows: impl IntoIterator<Item = &'a Row>) -> Result<(), Failure> {
+    fn intervals<'a>(&mut self, rows: impl IntoIterator<Item = &'a MethodRow>) -> Result<(), Failure> {
         writeln!(
             self.text,
             "| scene | method | seeds | below 1 | 1 to 4 | 4 to 16 | 16 to 64 | above 64 | H |\n|---|---|---|---|---|---|---|---|---|"
@@ -260,8 +281,8 @@ impl Page {
                 };
                 let mut cell = self.coverage(row, &name, coverage, number_of_class);
                 if number_of_class > 0 {
-                    let width = Pair { told: class.width, truth: 1.0 };
-                    let std_error = Pair { told: class.std_error, truth: 1.0 };
+                    let width = ToldAndTrue { told: class.width, truth: 1.0 };
+                    let std_error = ToldAndTrue { told: class.std_error, truth: 1.0 };
                     let widths = self.ratio_but_for(
                         row,
                         &format!("half-widths, {name}"),
@@ -297,7 +318,7 @@ impl Page {
     }
 
     /// Figures that are false on purpose. What is outside of its band here is no fault, and is not listed.
-    fn controls(&mut self, rows: &[&Row]) -> Result<(), Failure> {
+    fn controls(&mut self, rows: &[&MethodRow]) -> Result<(), Failure> {
         if rows.is_empty() {
             return Ok(());
         }
@@ -312,7 +333,7 @@ impl Page {
         Ok(())
     }
 
-    fn distances(&mut self, rows: &[&Row]) -> Result<(), Failure> {
+    fn distances(&mut self, rows: &[&MethodRow]) -> Result<(), Failure> {
         writeln!(
             self.text,
             "## Distance of the discretised system\n\n\
@@ -331,14 +352,14 @@ impl Page {
         Ok(())
     }
 
-    fn coverage(&mut self, row: &Row, what: &str, coverage: Measured, class: usize) -> String {
+    fn coverage(&mut self, row: &MethodRow, what: &str, coverage: Measured, class: usize) -> String {
         let [value, error] = [100.0 * coverage.value, 100.0 * coverage.standard_error];
         let high = if class >= MANY_SCORES { COVERAGE[1] } else { 100.0 };
-        let place = Place::of(value, [COVERAGE[0] - CHANCE * error, high + CHANCE * error]);
+        let place = BandPosition::of(value, [COVERAGE[0] - CHANCE * error, high + CHANCE * error]);
         self.cell(row, &format!("coverage, {what}"), format!("{value:.1}"), place)
     }
 
-    fn headlines(&mut self, rows: &[&Row]) -> Result<(), Failure> {
+    fn headlines(&mut self, rows: &[&MethodRow]) -> Result<(), Failure> {
         writeln!(
             self.text,
             "## The headline\n\n\
@@ -372,7 +393,7 @@ impl Page {
         Ok(())
     }
 
-    fn targets(&mut self, rows: &[&Row]) -> Result<(), Failure> {
+    fn targets(&mut self, rows: &[&MethodRow]) -> Result<(), Failure> {
         writeln!(
             self.text,
             "## Targets that are reached\n\n\
@@ -390,7 +411,7 @@ impl Page {
                     row,
                     "target",
                     format!("{:.1} %", 100.0 * reached.within),
-                    Place::of(reached.within, [FRACTION, 1.0]),
+                    BandPosition::of(reached.within, [FRACTION, 1.0]),
                 ),
             };
             let least = if reached.least.is_finite() {
@@ -411,6 +432,7 @@ impl Page {
         Ok(())
     }
 
+<<<<<<< HEAD
     fn totals_reached(&mut self, rows: &[&Row]) -> Result<(), Failure> {
         writeln!(
             self.text,
@@ -443,6 +465,9 @@ impl Page {
     }
 
     fn totals(&mut self, rows: &[&Row]) -> Result<(), Failure> {
+=======
+    fn totals(&mut self, rows: &[&MethodRow]) -> Result<(), Failure> {
+>>>>>>> main
         writeln!(
             self.text,
             "## Total errors\n\n\
@@ -451,11 +476,12 @@ impl Page {
              | scene | method | paths | told | predicted | true | told over true | predicted over true |\n|---|---|---|---|---|---|---|---|",
             TOTAL[0], TOTAL[1]
         )?;
-        let percent =
-            |pair: Option<Pair>| pair.map_or("–".into(), |pair| format!("{:.2} %", 100.0 * pair.told));
+        let percent = |pair: Option<ToldAndTrue>| {
+            pair.map_or("–".into(), |pair| format!("{:.2} %", 100.0 * pair.told))
+        };
         for row in rows {
             let Some(known) = row.total.or(row.predicted) else { continue };
-            let mut of = |what: &str, pair: Option<Pair>| match pair {
+            let mut of = |what: &str, pair: Option<ToldAndTrue>| match pair {
                 Some(pair) => self.ratio(row, what, pair, TOTAL),
                 None => "–".into(),
             };
@@ -477,7 +503,7 @@ impl Page {
         Ok(())
     }
 
-    fn alarms(&mut self, rows: &[&Row]) -> Result<(), Failure> {
+    fn alarms(&mut self, rows: &[&MethodRow]) -> Result<(), Failure> {
         writeln!(
             self.text,
             "## Checks\n\n\
@@ -496,7 +522,7 @@ impl Page {
                 wrong.push(("drift", format!("{:.1} %", 100.0 * rate("drift"))));
             }
             for (name, text) in wrong {
-                self.cell(row, &format!("check {name}"), text, Place::Below);
+                self.cell(row, &format!("check {name}"), text, BandPosition::Below);
             }
             let failed = row.alarms.iter().filter(|(_, part)| **part > 0.0);
             let failed: Vec<String> =

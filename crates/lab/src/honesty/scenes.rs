@@ -10,7 +10,7 @@ use rustix::time::{ClockId, clock_gettime};
 use super::Failure;
 
 /// A scene and what is asked of it.
-pub struct Site {
+pub struct HonestyScene {
     pub name: String,
     /// The name of its file.
     pub file: String,
@@ -23,7 +23,7 @@ pub struct Site {
     pub slow: bool,
 }
 
-impl Site {
+impl HonestyScene {
     /// A made scene, written to a folder.
     pub fn made(name: &str, what: &str, spec: &SceneSpec, folder: &Path) -> Result<Self, Failure> {
         let path = folder.join(format!("{name}.toml"));
@@ -32,14 +32,14 @@ impl Site {
         let job = folder.join(format!("{name}-job.toml"));
         fs::write(&job, format!("scene = {scene:?}\n[budget]\npaths = 1000\n"))?;
         let (file, slow) = (format!("{name}.toml"), name == "bright");
-        Ok(Site { name: name.into(), file, what: what.into(), path: job, made: true, slow })
+        Ok(HonestyScene { name: name.into(), file, what: what.into(), path: job, made: true, slow })
     }
 
     /// A room from elsewhere.
     pub fn room(path: &Path) -> Result<Self, Failure> {
         let file = path.file_name().ok_or("a room is a file")?.to_string_lossy().into_owned();
         let name = file.clone();
-        Ok(Site {
+        Ok(HonestyScene {
             name,
             file,
             what: "a room from an archive".into(),

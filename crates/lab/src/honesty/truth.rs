@@ -6,7 +6,7 @@ use results::Kept;
 
 use super::Failure;
 use super::methods::METHODS;
-use super::scenes::Site;
+use super::scenes::HonestyScene;
 
 /// How many times longer than a run its reference is.
 const LONGER: u64 = 256;
@@ -18,38 +18,38 @@ const PLACES: u32 = 4;
 
 /// B and H of every face and channel, channels of a face side by side, in the order of faces [W/m²], and the variance of H [(W/m²)²].
 #[derive(Clone)]
-pub struct Truth {
+pub struct FaceReference {
     pub light: Vec<[f64; 3]>,
 }
 
-impl Truth {
+impl FaceReference {
     /// The answer of discrete walks, exact in made scenes.
-    pub fn discrete(site: &Site, spec: &SceneSpec, faces: usize) -> Result<Self, Failure> {
+    pub fn discrete(site: &HonestyScene, spec: &SceneSpec, faces: usize) -> Result<Self, Failure> {
         if !site.made {
             return Self::by_run(site, 0, faces);
         }
         let channels = Exact::of_channels(spec, &|_| ())?;
         let of = |c: &Exact, i: usize| [c.solution().radiosity[i], c.solution().irradiance[i], 0.0];
         let light = (0..faces).flat_map(|i| channels.iter().map(move |c| of(c, i)).collect::<Vec<_>>());
-        Ok(Truth { light: light.collect() })
+        Ok(FaceReference { light: light.collect() })
     }
 
     /// The answer of continuous walks.
-    pub fn continuous(site: &Site, faces: usize) -> Result<Self, Failure> {
+    pub fn continuous(site: &HonestyScene, faces: usize) -> Result<Self, Failure> {
         Self::by_run(site, 1, faces)
     }
 
     /// The answer of discrete walks in a room, by longer chains: walks that are 64 times longer than the plainest are hardly better than a short chain.
-    pub fn of_chains(site: &Site, faces: usize) -> Result<Self, Failure> {
+    pub fn of_chains(site: &HonestyScene, faces: usize) -> Result<Self, Failure> {
         let chains = METHODS.iter().position(|method| method.name == "chains").expect("chains are studied");
         Self::by_run(site, chains, faces)
     }
 
-    fn by_run(site: &Site, method: usize, faces: usize) -> Result<Self, Failure> {
+    fn by_run(site: &HonestyScene, method: usize, faces: usize) -> Result<Self, Failure> {
         let method = &METHODS[method];
         let longer = if site.made { LONGER } else { LONGER_IN_ROOMS };
         let kept = method.run(site, longer * method.paths(site, faces), 1 << 40, &[])?;
-        Ok(Truth { light: light(&kept.estimates()) })
+        Ok(FaceReference { light: light(&kept.estimates()) })
     }
 }
 
@@ -85,7 +85,7 @@ struct Sample {
 
 impl Fine {
     /// The light of a scene.
-    pub fn new(site: &Site) -> Result<Self, Failure> {
+    pub fn new(site: &HonestyScene) -> Result<Self, Failure> {
         let chosen = METHODS.iter().find(|method| method.chooses()).expect("patches are chosen");
         let kept = chosen.run(site, FINE_WALKS, 1 << 41, &[])?;
         let mut fine = Fine { linear: is_linear(&kept), kept, places: Vec::new() };

@@ -44,14 +44,15 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
 fn measure(scene: &Scene) -> Result<(), Failure> {
     let rays = side_by_side(scene, 128, RAYS)?;
     let mut ways = vec![
-        Way::new(scene, "as walks trace them", &rays, Foresight::Nothing)?,
-        Way::new(scene, "distance known", &rays, Foresight::Distance)?,
-        Way::new(scene, "leaf known", &rays, Foresight::Leaf)?,
+        TraceOrder::new(scene, "as walks trace them", &rays, Foresight::Nothing)?,
+        TraceOrder::new(scene, "distance known", &rays, Foresight::Distance)?,
+        TraceOrder::new(scene, "leaf known", &rays, Foresight::Leaf)?,
     ];
     for window in WINDOWS {
         let (sorted, seconds) = timed_sort(&rays, window);
-        let sorting = Way { sorting: seconds, ..Way::new(scene, "", &sorted, Foresight::Nothing)? };
-        ways.push(Way { name: format!("sorted, {window} at a time"), ..sorting });
+        let sorting =
+            TraceOrder { sorting: seconds, ..TraceOrder::new(scene, "", &sorted, Foresight::Nothing)? };
+        ways.push(TraceOrder { name: format!("sorted, {window} at a time"), ..sorting });
     }
     time_in_turn(&mut ways);
     println!("{:<26} M rays/s       ×  × sorting |  nodes  leaves  stack | rays at a node", "rays");
@@ -72,7 +73,7 @@ fn measure(scene: &Scene) -> Result<(), Failure> {
 }
 
 /// A way to trace the rays.
-struct Way<'a> {
+struct TraceOrder<'a> {
     name: String,
     retracing: Retracing<'a>,
     foresight: Foresight,
@@ -82,15 +83,15 @@ struct Way<'a> {
     seconds: f64,
 }
 
-impl<'a> Way<'a> {
+impl<'a> TraceOrder<'a> {
     fn new(scene: &'a Scene, name: &str, rays: &[Ray], foresight: Foresight) -> Result<Self, Failure> {
         let retracing = Retracing::new(scene, rays).ok_or("there is no tree")?;
-        Ok(Way { name: name.into(), retracing, foresight, sorting: 0.0, seconds: f64::INFINITY })
+        Ok(TraceOrder { name: name.into(), retracing, foresight, sorting: 0.0, seconds: f64::INFINITY })
     }
 
     /// Rates over that of a time for all rays, steps of a ray, and rays of a packet at a node that one of them visits.
     fn row(&mut self, plain: f64) -> String {
-        let Way { name, seconds, sorting, .. } = self;
+        let TraceOrder { name, seconds, sorting, .. } = self;
         let rate = RAYS as f64 / *seconds / 1e6;
         let [ratio, sorted] = [*seconds, *seconds + *sorting].map(|seconds| plain / seconds);
         let steps = self.retracing.steps(self.foresight);
@@ -104,7 +105,7 @@ impl<'a> Way<'a> {
 }
 
 /// Traces the rays in every way, in turn; all must find the same hits.
-fn time_in_turn(ways: &mut [Way]) {
+fn time_in_turn(ways: &mut [TraceOrder]) {
     for _ in 0..ROUNDS {
         let mut digests = Vec::new();
         for way in &mut *ways {

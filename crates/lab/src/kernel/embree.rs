@@ -8,7 +8,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use super::meshes::grey_scene;
 use super::rays::{Emitters, walk};
-use super::{Failure, Walks, collision_shooting, median};
+use super::{Failure, TimedWalks, collision_shooting, median};
 use glam::DVec3;
 use radiosity::{IndexChoice, Scene, SceneSpec, Sequence, Shape};
 use scenes::{cornell, cube, interior};
@@ -73,8 +73,8 @@ fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) ->
     let dump = folder.path().join("rays");
     let triangles = write_dump(&dump, spec, &scene)?;
     let mut embree = Embree::start(compare, &dump)?;
-    let mut ours = Walks::new(collision_shooting(scene)?);
-    let mut rows = QUALITIES.map(|_| Row::default());
+    let mut ours = TimedWalks::new(collision_shooting(scene)?);
+    let mut rows = QUALITIES.map(|_| QualityRow::default());
     for _ in 0..rounds {
         // Jobs walk on and on; the time of 50 ms of walks depends on what ran before them.
         let walks = ours.rate(10 * RAYS as u64)?;
@@ -90,7 +90,7 @@ fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) ->
 
 /// The measurements against Embree's trees of one quality.
 #[derive(Default)]
-struct Row {
+struct QualityRow {
     walks: Vec<f64>,
     modes: [Vec<f64>; MODES.len()],
     over_robust: Vec<f64>,
@@ -99,7 +99,7 @@ struct Row {
     faults: [String; MODES.len()],
 }
 
-impl Row {
+impl QualityRow {
     /// Traces the rays in every mode.
     fn round(&mut self, walks: f64, quality: &str, embree: &mut Embree) -> Result<(), Failure> {
         let mut rates = [0.0; MODES.len()];
@@ -114,7 +114,7 @@ impl Row {
     }
 }
 
-impl std::fmt::Display for Row {
+impl std::fmt::Display for QualityRow {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let mega = |rates: &[f64]| format!("{:.2}", median(rates) / 1e6);
         let modes: Vec<String> = self.modes.iter().map(|rates| mega(rates)).collect();

@@ -19,7 +19,7 @@ const CHAINS: u64 = 8;
 const RAYS_PER_PATCH: u64 = 32;
 
 /// A scene with the numbers of rays of its runs, as powers of 2, and the number of runs for each.
-struct Study {
+struct GainStudy {
     name: &'static str,
     spec: SceneSpec,
     powers: Vec<u32>,
@@ -30,27 +30,27 @@ struct Study {
 
 /// The way in which a run spends its rays.
 #[derive(Clone, Copy, PartialEq)]
-enum Way {
+enum RayUse {
     Walks,
     OneChain,
     Chains,
 }
 
-impl Way {
-    const ALL: [Way; 3] = [Way::Walks, Way::OneChain, Way::Chains];
+impl RayUse {
+    const ALL: [RayUse; 3] = [RayUse::Walks, RayUse::OneChain, RayUse::Chains];
 
     fn name(self) -> &'static str {
         match self {
-            Way::Walks => "collision walks",
-            Way::OneChain => "one chain",
-            Way::Chains => "8 chains",
+            RayUse::Walks => "collision walks",
+            RayUse::OneChain => "one chain",
+            RayUse::Chains => "8 chains",
         }
     }
 }
 
 /// The results of all runs of one way and size.
-struct Point {
-    way: Way,
+struct GainPoint {
+    way: RayUse,
     rays: u64,
     /// The processor time of a run [s].
     seconds: f64,
@@ -80,8 +80,8 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     draw(folder)
 }
 
-fn studies() -> Vec<Study> {
-    let small = |name, spec, runs| Study {
+fn studies() -> Vec<GainStudy> {
+    let small = |name, spec, runs| GainStudy {
         name,
         spec,
         powers: (10..=20).step_by(2).collect(),
@@ -96,15 +96,15 @@ fn studies() -> Vec<Study> {
         small("cube3456", cube(24), 12),
         small("corridor", corridor(8), 40),
         // Walks are long: few of them carry the little light that goes through the hole.
-        Study { reference_rays: Some(1 << 22), ..small("two-rooms", two_rooms(0.1, 0.95), 40) },
-        Study {
+        GainStudy { reference_rays: Some(1 << 22), ..small("two-rooms", two_rooms(0.1, 0.95), 40) },
+        GainStudy {
             name: "cornell",
             spec: cornell(),
             powers: vec![16, 18, 20],
             runs: 12,
             reference_rays: Some(1 << 21),
         },
-        Study {
+        GainStudy {
             name: "interior",
             spec: interior(57_000),
             powers: vec![20, 22, 23],
@@ -114,7 +114,7 @@ fn studies() -> Vec<Study> {
     ]
 }
 
-fn measure(study: &Study) -> Result<Vec<Point>, Failure> {
+fn measure(study: &GainStudy) -> Result<Vec<GainPoint>, Failure> {
     let scene = Scene::build(&study.spec, IndexChoice::Auto)?;
     let truth = match study.reference_rays {
         None => Exact::of_scene(&study.spec)?.solution().radiosity.clone(),
@@ -125,11 +125,11 @@ fn measure(study: &Study) -> Result<Vec<Point>, Failure> {
     let mut points = Vec::new();
     let fewest = CHAINS * RAYS_PER_PATCH * scene.faces().len() as u64;
     for rays in study.powers.iter().map(|power| 1_u64 << power).chain([fewest]) {
-        for way in Way::ALL {
+        for way in RayUse::ALL {
             let (experiment, units) = match way {
-                Way::Walks => (walks.clone(), (rays as f64 / rays_per_walk) as u64),
-                Way::OneChain => (chains(&scene, rays)?, 1),
-                Way::Chains => (chains(&scene, rays / CHAINS)?, CHAINS),
+                RayUse::Walks => (walks.clone(), (rays as f64 / rays_per_walk) as u64),
+                RayUse::OneChain => (chains(&scene, rays)?, 1),
+                RayUse::Chains => (chains(&scene, rays / CHAINS)?, CHAINS),
             };
             let shortest = experiment.unit().chain().unwrap_or(u64::MAX);
             if shortest < RAYS_PER_PATCH * scene.faces().len() as u64 {
@@ -140,7 +140,7 @@ fn measure(study: &Study) -> Result<Vec<Point>, Failure> {
             let runs = runs.collect::<Result<Vec<_>, _>>()?;
             let seconds = (processor_seconds() - start) / study.runs as f64;
             let [relative, absolute] = squared_errors(&scene, &truth, &runs);
-            let point = Point { way, rays, seconds, relative, absolute };
+            let point = GainPoint { way, rays, seconds, relative, absolute };
             println!(
                 "{} {} {rays}: {:.0} ns per ray, rms relative error {:.3e}",
                 study.name,
@@ -201,15 +201,15 @@ fn mean_and_error(values: &[f64]) -> [f64; 2] {
 
 /// The factor by which the mean squared error is smaller than that of walks in the same time; and its standard error.
 /// The error of walks falls exactly as their time grows.
-fn gain(walks: &Point, point: &Point, of: impl Fn(&Point) -> [f64; 2]) -> [f64; 2] {
+fn gain(walks: &GainPoint, point: &GainPoint, of: impl Fn(&GainPoint) -> [f64; 2]) -> [f64; 2] {
     let ([walked, walked_error], [found, found_error]) = (of(walks), of(point));
     let gain = walked * walks.seconds / (found * point.seconds);
     [gain, gain * (walked_error / walked).hypot(found_error / found)]
 }
 
-fn write_rows(csv: &mut String, scene: &str, points: &[Point]) {
+fn write_rows(csv: &mut String, scene: &str, points: &[GainPoint]) {
     for point in points {
-        let same_size = |other: &&Point| other.way == Way::Walks && other.rays == point.rays;
+        let same_size = |other: &&GainPoint| other.way == RayUse::Walks && other.rays == point.rays;
         let walks = points.iter().find(same_size).expect("walks are always measured");
         let [relative, absolute] =
             [gain(walks, point, |point| point.relative), gain(walks, point, |point| point.absolute)];
@@ -230,8 +230,8 @@ fn write_rows(csv: &mut String, scene: &str, points: &[Point]) {
 }
 
 /// The chart of error against time of a scene in the rows of a table.
-fn chart(scene: &str, rows: &[Row]) -> Chart {
-    let curve = |way: Way| {
+fn chart(scene: &str, rows: &[GainRow]) -> Chart {
+    let curve = |way: RayUse| {
         let mut points: Vec<_> = rows
             .iter()
             .filter(|row| row.scene == scene && row.method == way.name())
@@ -244,12 +244,12 @@ fn chart(scene: &str, rows: &[Row]) -> Chart {
         title: format!("{scene}: error against time, one core"),
         x: Axis::log("processor time of a run [s]"),
         y: Axis::log("rms relative error"),
-        series: Way::ALL.map(curve).into(),
+        series: RayUse::ALL.map(curve).into(),
     }
 }
 
 /// The part of a row of gain.csv that is drawn.
-struct Row {
+struct GainRow {
     scene: String,
     method: String,
     seconds: f64,
@@ -259,13 +259,13 @@ struct Row {
 /// Draws every scene of the table in the folder.
 fn draw(folder: &Path) -> Result<(), Failure> {
     let table = std::fs::read_to_string(folder.join("gain.csv"))?;
-    let row = |line: &str| -> Result<Row, Failure> {
+    let row = |line: &str| -> Result<GainRow, Failure> {
         let cells: Vec<&str> = line.split(',').collect();
         let [scene, method, _, seconds, error, ..] = cells[..] else {
             return Err("a row is too short".into());
         };
         let (seconds, error) = (seconds.parse()?, error.parse()?);
-        Ok(Row { scene: scene.into(), method: method.into(), seconds, error })
+        Ok(GainRow { scene: scene.into(), method: method.into(), seconds, error })
     };
     let rows = table.lines().skip(1).map(row).collect::<Result<Vec<_>, _>>()?;
     for group in rows.chunk_by(|a, b| a.scene == b.scene) {

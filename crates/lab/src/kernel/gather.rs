@@ -16,7 +16,7 @@ use scenes::{cornell, corridor, cube};
 const BATCHES: u64 = 16;
 const CHAINS: u64 = 8;
 
-struct Study {
+struct GatherStudy {
     name: &'static str,
     spec: SceneSpec,
     /// The numbers of the patches, with a word for each.
@@ -38,23 +38,23 @@ pub(crate) fn run(wanted: &[String]) -> Result<(), Failure> {
     Ok(())
 }
 
-fn studies() -> [Study; 3] {
+fn studies() -> [GatherStudy; 3] {
     [
-        Study {
+        GatherStudy {
             name: "cube54",
             spec: cube(3),
             patches: &[(53, "corner across"), (0, "corner beside the emitter")],
             rays: 1 << 18,
             runs: 200,
         },
-        Study {
+        GatherStudy {
             name: "long box",
             spec: corridor(8),
             patches: &[(9, "corner of the dark end")],
             rays: 1 << 20,
             runs: 100,
         },
-        Study {
+        GatherStudy {
             name: "Cornell box",
             spec: cornell(),
             patches: &[(300, "ceiling"), (1500, "wall")],
@@ -64,7 +64,7 @@ fn studies() -> [Study; 3] {
     ]
 }
 
-fn measure(study: &Study) -> Result<(), Failure> {
+fn measure(study: &GatherStudy) -> Result<(), Failure> {
     let scene = Scene::build(&study.spec, IndexChoice::Auto)?;
     let walks = collision_shooting(scene.clone())?;
     let plain = walks.method().clone();

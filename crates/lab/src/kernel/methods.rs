@@ -2,7 +2,7 @@
 //! same scene, on one core: `radwalk-lab methods`. All are timed in turn, in five rounds of
 //! processor time; medians of the rounds' ratios.
 
-use super::{Failure, Walks, collision_shooting, median};
+use super::{Failure, TimedWalks, collision_shooting, median};
 use radiosity::{
     Birth, Direction, EstimatorKind, Experiment, IndexChoice, Scene, SceneSpec, Space, Spectrum,
 };
@@ -29,7 +29,7 @@ pub(crate) fn run() -> Result<(), Failure> {
 fn measure(spec: &SceneSpec) -> Result<Vec<(&'static str, f64)>, Failure> {
     let grey = Scene::build(spec, IndexChoice::Auto)?;
     let tinted = Scene::build(&tinted(spec), IndexChoice::Auto)?;
-    let mut baseline = Walks::new(collision_shooting(grey.clone())?);
+    let mut baseline = TimedWalks::new(collision_shooting(grey.clone())?);
     let mut kinds = Vec::new();
     for (name, scene, gathering, estimator, space) in [
         ("continuous", &grey, false, EstimatorKind::Collision, Space::Continuous),
@@ -44,7 +44,7 @@ fn measure(spec: &SceneSpec) -> Result<Vec<(&'static str, f64)>, Failure> {
     ] {
         let direction = if gathering { Direction::Gathering(Birth::Area) } else { Direction::Shooting };
         let method = radiosity::Walks { direction, space, score: estimator.into() };
-        kinds.push((name, Walks::new(Experiment::new(scene.clone(), method)?), Vec::new()));
+        kinds.push((name, TimedWalks::new(Experiment::new(scene.clone(), method)?), Vec::new()));
     }
     for _ in 0..ROUNDS {
         let plain = baseline.rate(RAYS)?;

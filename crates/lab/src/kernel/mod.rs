@@ -26,17 +26,17 @@ pub fn collision_shooting(scene: Scene) -> Result<Experiment, Failure> {
 }
 
 /// Whole walks of one experiment, timed a part at a time.
-pub struct Walks {
+pub struct TimedWalks {
     experiment: Experiment,
     sequence: Sequence,
     board: Board<2>,
     next: u64,
 }
 
-impl Walks {
+impl TimedWalks {
     pub fn new(experiment: Experiment) -> Self {
         let board = experiment.board();
-        Walks { experiment, sequence: Sequence::new(1), board, next: 0 }
+        TimedWalks { experiment, sequence: Sequence::new(1), board, next: 0 }
     }
 
     /// The rays per second of processor time, over at least `at_least` rays.

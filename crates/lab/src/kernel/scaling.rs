@@ -5,7 +5,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::{Failure, Walks, collision_shooting, median};
+use super::{Failure, TimedWalks, collision_shooting, median};
 use radiosity::{IndexChoice, Scene, SceneSpec};
 use report::{Axis, Chart, Point, Style};
 use scenes::{cube, cube_of_surfaces, interior};
@@ -17,7 +17,7 @@ const ROUNDS: usize = 5;
 const RAYS: u64 = 1_000_000;
 
 /// The time per ray, as one number of a family of scenes grows.
-struct Series {
+struct ScalingSeries {
     name: String,
     /// The points: (that number, time per ray [ns]).
     points: Vec<(f64, f64)>,
@@ -39,7 +39,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     Ok(())
 }
 
-fn measured() -> Result<Vec<Series>, Failure> {
+fn measured() -> Result<Vec<ScalingSeries>, Failure> {
     Ok(vec![
         measure("6 surfaces, patches", &[3, 8, 32, 128, 256, 512], cube)?,
         measure("cube, surfaces of one patch", &[1, 2, 4, 16, 64, 256, 408], cube_of_surfaces)?,
@@ -50,20 +50,24 @@ fn measured() -> Result<Vec<Series>, Failure> {
 }
 
 /// Times walks in a family of scenes, against the number of patches of each.
-fn measure(name: &'static str, sizes: &[u32], family: impl Fn(u32) -> SceneSpec) -> Result<Series, Failure> {
+fn measure(
+    name: &'static str,
+    sizes: &[u32],
+    family: impl Fn(u32) -> SceneSpec,
+) -> Result<ScalingSeries, Failure> {
     let mut points = Vec::new();
     for &size in sizes {
         let scene = Scene::build(&family(size), IndexChoice::Auto)?;
         let patches = scene.faces().len();
-        let mut walks = Walks::new(collision_shooting(scene)?);
+        let mut walks = TimedWalks::new(collision_shooting(scene)?);
         let rates = (0..ROUNDS).map(|_| walks.rate(RAYS)).collect::<Result<Vec<f64>, Failure>>()?;
         points.push((patches as f64, 1e9 / median(&rates)));
         println!("{name}: {patches} patches, {:.1} ns per ray", 1e9 / median(&rates));
     }
-    Ok(Series { name: name.into(), points })
+    Ok(ScalingSeries { name: name.into(), points })
 }
 
-fn csv(series: &[Series]) -> String {
+fn csv(series: &[ScalingSeries]) -> String {
     let mut text = String::from("series,patches,ns_per_ray\n");
     for one in series {
         for (patches, time) in &one.points {
@@ -74,13 +78,13 @@ fn csv(series: &[Series]) -> String {
 }
 
 /// The series of a table that [`csv`] has written.
-fn read(table: &str) -> Result<Vec<Series>, Failure> {
-    let mut series: Vec<Series> = Vec::new();
+fn read(table: &str) -> Result<Vec<ScalingSeries>, Failure> {
+    let mut series: Vec<ScalingSeries> = Vec::new();
     for line in table.lines().skip(1) {
         let (name, numbers) = line.trim_start_matches('"').split_once("\",").ok_or("a row without a name")?;
         let (patches, time) = numbers.split_once(',').ok_or("a row without a time")?;
         if series.last().is_none_or(|last| last.name != name) {
-            series.push(Series { name: name.into(), points: Vec::new() });
+            series.push(ScalingSeries { name: name.into(), points: Vec::new() });
         }
         series.last_mut().expect("one was pushed").points.push((patches.parse()?, time.parse()?));
     }
@@ -88,8 +92,8 @@ fn read(table: &str) -> Result<Vec<Series>, Failure> {
 }
 
 /// The chart of times, a curve for each family of scenes.
-fn chart(series: &[Series]) -> Chart {
-    let curve = |one: &Series| report::Series {
+fn chart(series: &[ScalingSeries]) -> Chart {
+    let curve = |one: &ScalingSeries| report::Series {
         name: one.name.clone(),
         style: Style::Joined,
         points: one.points.iter().map(|&(x, y)| Point { x, y, error: 0.0 }).collect(),

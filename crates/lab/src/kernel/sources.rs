@@ -37,11 +37,11 @@ pub(crate) fn run() -> Result<(), Failure> {
     Ok(())
 }
 
-trait Coloured {
+trait DealtColours {
     fn with_colour(self, colour: bool) -> Self;
 }
 
-impl Coloured for SceneSpec {
+impl DealtColours for SceneSpec {
     /// The scene in three channels, or in the second of them.
     fn with_colour(mut self, colour: bool) -> Self {
         for surface in &mut self.surfaces {

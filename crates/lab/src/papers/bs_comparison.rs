@@ -10,13 +10,13 @@ use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
 use crate::arithmetic::{counted, quotient};
-use crate::claim::{Bound, Claim};
+use crate::claim::{Claim, ClaimBound};
 use crate::lab::Lab;
 use crate::papers::Chapter;
-use crate::papers::findings::{Figure, Findings};
+use crate::papers::findings::{Drawing, Findings};
 use crate::papers::walkers::{coarsened, experiment, mean_by_area, method, refined};
 use crate::series::point;
-use crate::walking::Reader;
+use crate::walking::TallyReader;
 
 /// The chapter of BS §5.
 pub(crate) const CHAPTER: Chapter = Chapter {
@@ -56,17 +56,17 @@ fn run(lab: &Lab) -> Findings {
         rows.push(Claim::of(
             format!("{name}: discrete walks over iterations"),
             quotient(found.discrete, found.iteration),
-            Bound::Is(discrete / iteration),
+            ClaimBound::Is(discrete / iteration),
         ));
         rows.push(Claim::of(
             format!("{name}: continuous over discrete walks"),
             quotient(found.continuous, found.discrete),
-            Bound::About(1.0),
+            ClaimBound::About(1.0),
         ));
         rows.push(Claim::of(
             format!("{name}: largest recurrent potential ζ = Rξ"),
             counted(zeta(&exact).into_iter().fold(0.0, f64::max)),
-            Bound::Nothing,
+            ClaimBound::Nothing,
         ));
     }
     let cubes = REFLECTANCES.map(|r| Cube::new(lab, r, runs));
@@ -126,7 +126,7 @@ fn of_walks(
 ) -> Measured {
     let method = Walks { space, ..method(Direction::Shooting, EstimatorKind::Collision) };
     let experiment = experiment(spec, method);
-    let reader = Reader::new(&experiment);
+    let reader = TallyReader::new(&experiment);
     let walks = (RAYS as f64 / rays_per_walk).round();
     let seed = if space == Space::Discrete { 401 } else { 402 };
     let found = lab.runs(&experiment, seed, runs, walks as u64, |tally| reader.reflected(tally));
@@ -192,7 +192,7 @@ impl Cube {
     /// BS eq. (18) is exact where b is the same everywhere.
     fn row(&self) -> Claim {
         let label = format!("six-patch cube, R = {:.3}: continuous walks over iterations", self.reflectance);
-        Claim::of(label, self.measured[1], Bound::Is(self.theory[1]))
+        Claim::of(label, self.measured[1], ClaimBound::Is(self.theory[1]))
     }
 }
 
@@ -219,12 +219,12 @@ fn discretisation(name: &str, spec: &SceneSpec) -> [Claim; 2] {
     let largest = differences.iter().copied().fold(0.0, f64::max);
     [("rms", rms), ("largest", largest)].map(|(which, value)| {
         let label = format!("{name}: {which} relative difference of b, patches as they are and cut in four");
-        Claim::of(label, counted(value), Bound::Nothing)
+        Claim::of(label, counted(value), ClaimBound::Nothing)
     })
 }
 
 /// The chart of walks over iterations, against ζ.
-fn figure(cubes: &[Cube; 6]) -> Figure {
+fn figure(cubes: &[Cube; 6]) -> Drawing {
     let line = |which: usize| cubes.iter().map(move |c| point(c.zeta[which], counted(c.theory[which])));
     let marks = |which: usize| cubes.iter().map(move |c| point(c.zeta[which], c.measured[which]));
     let series = |name: &str, style: Style, points| Series { name: name.into(), style, points };
@@ -239,5 +239,5 @@ fn figure(cubes: &[Cube; 6]) -> Figure {
             series("measured, continuous", Style::Marks, marks(1).collect()),
         ],
     };
-    Figure::chart("bs-comparison.svg", "Walks over iterations against recurrent potential", &chart)
+    Drawing::chart("bs-comparison.svg", "Walks over iterations against recurrent potential", &chart)
 }

@@ -4,19 +4,19 @@ use exact::{Exact, jacobi_variances, systematic_jacobi_variances};
 use radiosity::{Direction, EstimatorKind, IndexChoice, RayBirths, Scene, Sequence, stochastic_iteration};
 use stats::Measured;
 
-use crate::claim::{Bound, Claim};
+use crate::claim::{Claim, ClaimBound};
 use crate::lab::Lab;
 use crate::papers::Chapter;
 use crate::papers::findings::Findings;
 use crate::papers::walkers::{experiment, method};
-use crate::walking::Reader;
+use crate::walking::TallyReader;
 
 /// The chapter of BS table 1.
 pub(crate) const CHAPTER: Chapter =
     Chapter { name: "bs-table1", title: "BS table 1: error per ray in the uniform cube", run };
 
 /// A column of the table, as the paper prints it.
-struct Column {
+struct PrintedColumn {
     name: &'static str,
     reflectance: f64,
     walks: Published,
@@ -30,11 +30,16 @@ struct Published {
     experiment: f64,
 }
 
-const fn column(name: &'static str, reflectance: f64, walks: [f64; 2], iterations: f64) -> Column {
-    Column { name, reflectance, walks: Published { theory: walks[0], experiment: walks[1] }, iterations }
+const fn column(name: &'static str, reflectance: f64, walks: [f64; 2], iterations: f64) -> PrintedColumn {
+    PrintedColumn {
+        name,
+        reflectance,
+        walks: Published { theory: walks[0], experiment: walks[1] },
+        iterations,
+    }
 }
 
-const TABLE: [Column; 6] = [
+const TABLE: [PrintedColumn; 6] = [
     column("1/10", 0.1, [0.04915, 0.0477], 0.05),
     column("1/3", 1.0 / 3.0, [0.54167, 0.532], 0.554),
     column("1/2", 0.5, [1.2727, 1.236], 1.198),
@@ -79,23 +84,23 @@ const SECOND: &str = "*After an iteration*: the input is the result of another i
     iteration: too little for the paper to see.";
 
 /// The claim on squared errors of walks per ray.
-fn walks(lab: &Lab, column: &Column, runs: usize) -> Claim {
+fn walks(lab: &Lab, column: &PrintedColumn, runs: usize) -> Claim {
     let r = column.reflectance;
     let spec = scenes::furnace(1, r);
     let exact = Exact::of_scene(&spec).expect("a closed box");
     let experiment = experiment(&spec, method(Direction::Shooting, EstimatorKind::Collision));
-    let reader = Reader::new(&experiment);
+    let reader = TallyReader::new(&experiment);
     let walks = (RAYS as f64 * (1.0 - r)).round();
     let squares = lab.runs(&experiment, 101, runs, walks as u64, |tally| {
         walks / (1.0 - r) * mean_square(reader.reflected(tally).into_iter().map(|b| b - r))
     });
     let theory = exact.shooting_variances(EstimatorKind::Collision)[0] / (1.0 - r);
     let label = format!("walks, R = {}", column.name);
-    Claim::of(label, Measured::of(&squares), Bound::Is(theory)).published(column.walks.experiment)
+    Claim::of(label, Measured::of(&squares), ClaimBound::Is(theory)).published(column.walks.experiment)
 }
 
 /// The claim on squared errors of an iteration per ray.
-fn iteration(lab: &Lab, column: &Column, births: RayBirths, seed: u64, runs: usize) -> Claim {
+fn iteration(lab: &Lab, column: &PrintedColumn, births: RayBirths, seed: u64, runs: usize) -> Claim {
     let exact = Exact::of_scene(&scenes::furnace(1, column.reflectance)).expect("a closed box");
     let (word, theory) = match births {
         RayBirths::Multinomial => ("multinomial", jacobi_variances(&exact)[0]),
@@ -105,11 +110,11 @@ fn iteration(lab: &Lab, column: &Column, births: RayBirths, seed: u64, runs: usi
         stochastic_iteration(scene, births, Sequence::new(seed).walk(run), &[1.0; 6], RAYS)
     });
     let label = format!("SJ, {word} births, R = {}", column.name);
-    Claim::of(label, measured, Bound::Is(theory)).published(column.iterations)
+    Claim::of(label, measured, ClaimBound::Is(theory)).published(column.iterations)
 }
 
 /// The claim on squared errors per ray of an iteration after another one.
-fn second_iteration(lab: &Lab, column: &Column, seed: u64, runs: usize) -> Claim {
+fn second_iteration(lab: &Lab, column: &PrintedColumn, seed: u64, runs: usize) -> Claim {
     let r = column.reflectance;
     let measured = iterations(lab, r, runs, |scene, run| {
         let iterate = |seed: u64, input: &[f64]| {
@@ -119,7 +124,7 @@ fn second_iteration(lab: &Lab, column: &Column, seed: u64, runs: usize) -> Claim
         iterate(seed + 50, &first)
     });
     let label = format!("SJ after an iteration, multinomial births, R = {}", column.name);
-    Claim::of(label, measured, Bound::Is(5.0 * r * r * (1.0 + 0.04 * r * r)))
+    Claim::of(label, measured, ClaimBound::Is(5.0 * r * r * (1.0 + 0.04 * r * r)))
 }
 
 /// The squared errors per ray of the H of every face, for run after run of `shoot`.

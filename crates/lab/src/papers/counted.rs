@@ -10,7 +10,7 @@ use radiosity::{
 
 /// The work of tracing, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Work {
+pub(crate) struct TraceWork {
     /// The number of rays.
     pub rays: u64,
     /// The number of boxes that rays were tested against, in a tree of the surfaces.
@@ -22,8 +22,8 @@ pub(crate) struct Work {
 }
 
 /// A node: its box, and two children or up to [`LEAF`] facets.
-enum Node {
-    Split { bounds: [DVec3; 2], children: [Box<Node>; 2] },
+enum BoxTree {
+    Split { bounds: [DVec3; 2], children: [Box<BoxTree>; 2] },
     Leaf { bounds: [DVec3; 2], facets: Vec<u32> },
 }
 
@@ -31,44 +31,44 @@ enum Node {
 const LEAF: usize = 2;
 
 /// A facet: one parallelogram.
-struct Facet {
+struct Parallelogram {
     corner: DVec3,
     u: DVec3,
     v: DVec3,
 }
 
 /// A scene of parallelograms that counts the work done in it.
-pub(crate) struct Counted {
+pub(crate) struct CountedScene {
     scene: Scene,
-    facets: Vec<Facet>,
+    facets: Vec<Parallelogram>,
     cells: Vec<[u32; 2]>,
-    root: Node,
+    root: BoxTree,
 }
 
-impl Counted {
+impl CountedScene {
     /// The counted form of a closed scene.
     pub(crate) fn new(spec: &SceneSpec) -> Self {
         let scene = Scene::build(spec, IndexChoice::Tree).expect("scenes made by rule are valid");
         let facet = |shape: &Shape| {
             let (corner, u, v) = shape.edges();
-            Facet { corner: corner - scene.origin(), u, v }
+            Parallelogram { corner: corner - scene.origin(), u, v }
         };
-        let facets: Vec<Facet> = spec.surfaces.iter().map(|surface| facet(&surface.shape)).collect();
+        let facets: Vec<Parallelogram> = spec.surfaces.iter().map(|surface| facet(&surface.shape)).collect();
         let cells = spec.surfaces.iter().map(|surface| match surface.shape {
             Shape::Parallelogram { cells, .. } => cells,
             Shape::Triangle { rows, .. } => [rows, rows],
             Shape::Divided { .. } => unreachable!("scenes made by rule have grids"),
         });
         let cells = cells.collect();
-        let root = Node::new(&facets, (0..facets.len() as u32).collect());
-        Counted { scene, facets, cells, root }
+        let root = BoxTree::new(&facets, (0..facets.len() as u32).collect());
+        CountedScene { scene, facets, cells, root }
     }
 
     /// The work of `walks` discrete analog walks of a direction.
-    pub(crate) fn walk(&self, direction: &Direction, seed: u64, walks: u64) -> Work {
+    pub(crate) fn walk(&self, direction: &Direction, seed: u64, walks: u64) -> TraceWork {
         let births = self.births(direction);
         let sequence = Sequence::new(seed);
-        let mut work = Work::default();
+        let mut work = TraceWork::default();
         sequence.walks_from(0).take(walks as usize).for_each(|rng| self.one_walk(&births, rng, &mut work));
         work
     }
@@ -88,7 +88,7 @@ impl Counted {
         sums.collect()
     }
 
-    fn one_walk(&self, births: &[f64], mut rng: WalkRng, work: &mut Work) {
+    fn one_walk(&self, births: &[f64], mut rng: WalkRng, work: &mut TraceWork) {
         let lot = uniform(&mut rng);
         let mut patch = births.partition_point(|&sum| sum <= lot).min(births.len() - 1) as u32;
         loop {
@@ -112,15 +112,15 @@ impl Counted {
     }
 
     /// The nearest facet along a ray and its t.
-    fn find(&self, ray: &Ray, work: &mut Work) -> Option<(u32, f64)> {
+    fn find(&self, ray: &Ray, work: &mut TraceWork) -> Option<(u32, f64)> {
         let mut nearest = None;
         self.visit(&self.root, ray, &mut nearest, work);
         nearest
     }
 
-    fn visit(&self, node: &Node, ray: &Ray, nearest: &mut Option<(u32, f64)>, work: &mut Work) {
+    fn visit(&self, node: &BoxTree, ray: &Ray, nearest: &mut Option<(u32, f64)>, work: &mut TraceWork) {
         match node {
-            Node::Leaf { facets, .. } => {
+            BoxTree::Leaf { facets, .. } => {
                 for &number in facets.iter().filter(|&&number| number != ray.from) {
                     work.facets += 1;
                     let limit = nearest.map_or(f64::INFINITY, |(_, t)| t);
@@ -129,7 +129,7 @@ impl Counted {
                     }
                 }
             }
-            Node::Split { children, .. } => {
+            BoxTree::Split { children, .. } => {
                 work.boxes += 2;
                 let entries = children.each_ref().map(|child| entry(child.bounds(), ray));
                 let first = usize::from(entries[1] < entries[0]);
@@ -161,7 +161,7 @@ fn entry([low, high]: [DVec3; 2], ray: &Ray) -> f64 {
     if near <= far { near } else { f64::INFINITY }
 }
 
-impl Facet {
+impl Parallelogram {
     fn corners(&self) -> [DVec3; 4] {
         [self.corner, self.corner + self.u, self.corner + self.v, self.corner + self.u + self.v]
     }
@@ -179,14 +179,14 @@ impl Facet {
     }
 }
 
-impl Node {
+impl BoxTree {
     /// Halves the facets along the longest side of their middles.
-    fn new(facets: &[Facet], mut members: Vec<u32>) -> Self {
+    fn new(facets: &[Parallelogram], mut members: Vec<u32>) -> Self {
         let corners = members.iter().flat_map(|&i| facets[i as usize].corners());
         let bounds =
             corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
         if members.len() <= LEAF {
-            return Node::Leaf { bounds, facets: members };
+            return BoxTree::Leaf { bounds, facets: members };
         }
         let middle = |i: u32| {
             let facet = &facets[i as usize];
@@ -198,12 +198,12 @@ impl Node {
         let axis = (spread[1] - spread[0]).max_position();
         members.sort_by(|&a, &b| middle(a)[axis].total_cmp(&middle(b)[axis]).then(a.cmp(&b)));
         let upper = members.split_off(members.len() / 2);
-        Node::Split { bounds, children: [members, upper].map(|half| Box::new(Node::new(facets, half))) }
+        BoxTree::Split { bounds, children: [members, upper].map(|half| Box::new(BoxTree::new(facets, half))) }
     }
 
     fn bounds(&self) -> [DVec3; 2] {
         match self {
-            Node::Split { bounds, .. } | Node::Leaf { bounds, .. } => *bounds,
+            BoxTree::Split { bounds, .. } | BoxTree::Leaf { bounds, .. } => *bounds,
         }
     }
 }
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn the_counted_tree_finds_what_the_programs_tree_finds() {
         for spec in [scenes::cube_of_surfaces(4), scenes::room(4)] {
-            let counted = Counted::new(&spec);
+            let counted = CountedScene::new(&spec);
             for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
                 let work = counted.walk(&direction, 7, 1_000);
                 assert!(work.rays > 1_500 && work.boxes > work.rays && work.facets > work.rays, "{work:?}");

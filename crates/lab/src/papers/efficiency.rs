@@ -9,13 +9,13 @@ use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
 use crate::arithmetic::quotient;
-use crate::claim::{Bound, Claim};
+use crate::claim::{Claim, ClaimBound};
 use crate::lab::Lab;
 use crate::papers::Chapter;
-use crate::papers::findings::{Figure, Findings};
+use crate::papers::findings::{Drawing, Findings};
 use crate::papers::walkers::{DIRECTIONS, experiment, mean_by_area, method, name, predicted};
 use crate::series::point;
-use crate::walking::Reader;
+use crate::walking::TallyReader;
 use report::words::number;
 
 /// The chapter of S97 §5, "to study the efficiency of biased estimators".
@@ -26,7 +26,7 @@ pub(crate) const CHAPTER: Chapter = Chapter {
 };
 
 /// A way to spend rays.
-struct Way {
+struct RayStrategy {
     name: String,
     method: Method,
     /// The walks of the way, if their variance has a closed form.
@@ -80,10 +80,10 @@ fn run(lab: &Lab) -> Findings {
 }
 
 /// All ways: the eight walks, infinite walks that are cut off, and chains.
-fn ways(rays: u64, patches: u64) -> Vec<Way> {
+fn ways(rays: u64, patches: u64) -> Vec<RayStrategy> {
     let walks = DIRECTIONS.iter().flat_map(|direction| ESTIMATORS.map(|estimator| (direction, estimator)));
-    let mut ways: Vec<Way> = walks
-        .map(|(direction, estimator)| Way {
+    let mut ways: Vec<RayStrategy> = walks
+        .map(|(direction, estimator)| RayStrategy {
             name: name(direction, estimator),
             method: method(direction.clone(), estimator).into(),
             known: Some(method(direction.clone(), estimator)),
@@ -97,7 +97,7 @@ fn ways(rays: u64, patches: u64) -> Vec<Way> {
         ("4 hits", InfiniteEnd::Length { length: 4 }),
     ];
     for (direction, (word, end)) in DIRECTIONS.iter().flat_map(|d| ends.map(|end| (d, end))) {
-        ways.push(Way {
+        ways.push(RayStrategy {
             name: format!("{} cut at {word}", name(direction, EstimatorKind::Infinite)),
             method: method(direction.clone(), Estimator::Infinite(end)).into(),
             known: None,
@@ -110,7 +110,7 @@ fn ways(rays: u64, patches: u64) -> Vec<Way> {
     ];
     // Links need 16 rays per patch.
     let chains = solves.into_iter().filter(|(_, solve)| *solve != Solve::Links || rays >= 16 * patches);
-    ways.extend(chains.map(|(word, solve)| Way {
+    ways.extend(chains.map(|(word, solve)| RayStrategy {
         name: word.into(),
         method: Chains { rays, linear: false, solve, final_gather: Vec::new() }.into(),
         known: None,
@@ -133,7 +133,7 @@ fn result(
     lab: &Lab,
     spec: &SceneSpec,
     exact: &Exact,
-    way: Way,
+    way: RayStrategy,
     seed: u64,
     [rays, runs]: [u64; 2],
 ) -> Entrant {
@@ -196,7 +196,7 @@ fn errors(
     runs: usize,
     walks: u64,
 ) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let (reader, truth) = (Reader::new(experiment), &exact.solution().reflected);
+    let (reader, truth) = (TallyReader::new(experiment), &exact.solution().reflected);
     let read =
         |tally: &Tally| reader.reflected(tally).iter().zip(truth).map(|(b, t)| b - t).collect::<Vec<f64>>();
     let errors = lab.runs(experiment, seed, runs, walks, read);
@@ -210,14 +210,14 @@ fn rows_of(contest: &Contest) -> Vec<Claim> {
     let row = |result: &Entrant| {
         let efficiency = quotient(first.error, result.error);
         let claim = match (first.theory, result.theory) {
-            (Some(reference), Some(theory)) => Bound::Is(reference / theory),
-            _ => Bound::Nothing,
+            (Some(reference), Some(theory)) => ClaimBound::Is(reference / theory),
+            _ => ClaimBound::Nothing,
         };
         Claim::of(format!("{}: efficiency of {}", contest.scene, result.name), efficiency, claim)
     };
     let theory = first.theory.expect("collision shooting has a closed form");
     let reference = format!("{}: error² × rays of {}", contest.scene, first.name);
-    let mut rows = vec![Claim::of(reference, first.error, Bound::Is(theory))];
+    let mut rows = vec![Claim::of(reference, first.error, ClaimBound::Is(theory))];
     rows.extend(contest.results[1..].iter().map(row));
     rows
 }
@@ -244,7 +244,7 @@ fn lost_by_length(lab: &Lab, spec: &SceneSpec, runs: usize) -> Vec<Claim> {
             "54-patch cube: mean of b that {} misses, cut at 4 hits [W/m²]",
             name(direction, EstimatorKind::Infinite)
         );
-        Claim::of(label, Measured::of(&means), Bound::Is(missing))
+        Claim::of(label, Measured::of(&means), ClaimBound::Is(missing))
     });
     rows.collect()
 }
@@ -299,7 +299,7 @@ fn winners(contests: &[Contest], rays: u64) -> String {
 }
 
 /// The chart of error against rays in one scene, where biased ways level off.
-fn figure(lab: &Lab, spec: &SceneSpec) -> Figure {
+fn figure(lab: &Lab, spec: &SceneSpec) -> Drawing {
     let exact = Exact::of_scene(spec).expect("a closed box");
     let powers: &[u32] = lab.pick(&[10, 12, 14, 16], &[10, 12, 14, 16, 18, 20]);
     let wanted = [
@@ -327,7 +327,7 @@ fn figure(lab: &Lab, spec: &SceneSpec) -> Figure {
         y: Axis::log("rms error of B [W/m²]"),
         series: series.into(),
     };
-    Figure::chart("efficiency.svg", "Error against rays: what is cut off levels off", &chart)
+    Drawing::chart("efficiency.svg", "Error against rays: what is cut off levels off", &chart)
 }
 
 #[cfg(test)]

@@ -16,12 +16,12 @@ pub struct Findings {
     /// The conclusions from them, a paragraph each.
     pub remarks: Vec<String>,
     /// The figures of the chapter.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<Drawing>,
 }
 
 /// A drawing or picture.
 #[derive(Clone, Debug)]
-pub struct Figure {
+pub struct Drawing {
     /// The name of the figure's file.
     pub file: String,
     /// The caption of the figure.
@@ -30,9 +30,9 @@ pub struct Figure {
     pub content: Vec<u8>,
 }
 
-impl Figure {
+impl Drawing {
     /// A figure of a chart, as SVG.
     pub fn chart(file: &str, caption: impl Into<String>, chart: &Chart) -> Self {
-        Figure { file: file.into(), caption: caption.into(), content: chart.svg().into_bytes() }
+        Drawing { file: file.into(), caption: caption.into(), content: chart.svg().into_bytes() }
     }
 }

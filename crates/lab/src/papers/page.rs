@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::findings::Findings;
-use crate::claim::{Bound, Claim, Judge, Verdict};
+use crate::claim::{Claim, ClaimBound, ClaimJudge, ClaimVerdict};
 use report::Markdown;
 use report::words::{measured, number, printed};
 
@@ -14,18 +14,18 @@ pub const FALSE_ALARM: f64 = 1e-3;
 const FEWEST_RUNS: usize = 100;
 
 /// A chapter's name and title with its findings.
-pub type Entry<'a> = (&'a str, &'a str, &'a Findings);
+pub type ChapterFindings<'a> = (&'a str, &'a str, &'a Findings);
 
 /// The judge of all rows of a page together.
-pub fn judge<'a>(chapters: impl IntoIterator<Item = &'a Findings>) -> Judge {
+pub fn judge<'a>(chapters: impl IntoIterator<Item = &'a Findings>) -> ClaimJudge {
     let rows = chapters.into_iter().flat_map(|findings| &findings.rows);
-    Judge::of_all(FALSE_ALARM, rows.filter(|row| row.is_judged()).count(), FEWEST_RUNS)
+    ClaimJudge::of_all(FALSE_ALARM, rows.filter(|row| row.is_judged()).count(), FEWEST_RUNS)
 }
 
 /// Writes the page with a title; `how` says which command made it, when and where.
-pub fn write((title, how): (&str, &str), chapters: &[Entry<'_>], judge: Judge) -> String {
+pub fn write((title, how): (&str, &str), chapters: &[ChapterFindings<'_>], judge: ClaimJudge) -> String {
     let verdicts = || chapters.iter().flat_map(|(.., f)| &f.rows).map(|row| judge.verdict(row));
-    let count = |verdict: Verdict| verdicts().filter(|&v| v == verdict).count();
+    let count = |verdict: ClaimVerdict| verdicts().filter(|&v| v == verdict).count();
     let mut page = Markdown::default();
     page.heading(1, title);
     page.paragraph(how);
@@ -34,10 +34,10 @@ pub fn write((title, how): (&str, &str), chapters: &[Entry<'_>], judge: Judge) -
          followed by its standard error. A row agrees if it lies within {:.2} standard errors of its claim: with \
          that limit chance alone makes *any* of the rows differ once in {:.0} such pages (Šidák's bound; Student's \
          t of 99 degrees of freedom). Seeds are fixed, so that the page is the same whenever it is made.",
-        count(Verdict::Agrees) + count(Verdict::Differs),
-        count(Verdict::Agrees),
-        count(Verdict::Differs),
-        count(Verdict::Shown),
+        count(ClaimVerdict::Agrees) + count(ClaimVerdict::Differs),
+        count(ClaimVerdict::Agrees),
+        count(ClaimVerdict::Differs),
+        count(ClaimVerdict::Shown),
         judge.limit,
         1.0 / FALSE_ALARM
     ));
@@ -47,7 +47,7 @@ pub fn write((title, how): (&str, &str), chapters: &[Entry<'_>], judge: Judge) -
     page.text()
 }
 
-fn chapter(page: &mut Markdown, title: &str, findings: &Findings, judge: Judge) {
+fn chapter(page: &mut Markdown, title: &str, findings: &Findings, judge: ClaimJudge) {
     page.heading(2, title);
     page.paragraph(format!("*Published*: {}", findings.published));
     page.paragraph(format!("*Here*: {}", findings.experiment));
@@ -62,7 +62,7 @@ fn chapter(page: &mut Markdown, title: &str, findings: &Findings, judge: Judge) 
 const HEADS: [&str; 6] = ["", "ours", "theirs", "theory", "z or ratio", ""];
 
 /// The rows of a chapter as the lines of a table for a terminal.
-pub fn lines(findings: &Findings, judge: Judge) -> Vec<String> {
+pub fn lines(findings: &Findings, judge: ClaimJudge) -> Vec<String> {
     let rows = findings.rows.iter().map(|row| cells(row, judge));
     let rows: Vec<[String; 6]> = std::iter::once(HEADS.map(String::from)).chain(rows).collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
@@ -75,15 +75,15 @@ pub fn lines(findings: &Findings, judge: Judge) -> Vec<String> {
 }
 
 /// A row as the cells of a table: label, ours, theirs, theory, z or ratio, verdict.
-fn cells(row: &Claim, judge: Judge) -> [String; 6] {
+fn cells(row: &Claim, judge: ClaimJudge) -> [String; 6] {
     let theory = match row.bound() {
-        Bound::Is(x) => number(x),
-        Bound::About(x) => format!("≈ {}", number(x)),
-        Bound::AtMost(x) => format!("≤ {}", number(x)),
-        Bound::ClearlyBelow(x) => format!("< {}", number(x)),
-        Bound::AtLeast(x) => format!("≥ {}", number(x)),
-        Bound::Between(low, high) => format!("{} … {}", number(low), number(high)),
-        Bound::Nothing => "–".into(),
+        ClaimBound::Is(x) => number(x),
+        ClaimBound::About(x) => format!("≈ {}", number(x)),
+        ClaimBound::AtMost(x) => format!("≤ {}", number(x)),
+        ClaimBound::ClearlyBelow(x) => format!("< {}", number(x)),
+        ClaimBound::AtLeast(x) => format!("≥ {}", number(x)),
+        ClaimBound::Between(low, high) => format!("{} … {}", number(low), number(high)),
+        ClaimBound::Nothing => "–".into(),
     };
     let comparison = match (row.z(), row.ratio()) {
         (Some(z), _) => format!("z = {z:+.1}"),
@@ -91,7 +91,7 @@ fn cells(row: &Claim, judge: Judge) -> [String; 6] {
         _ => "–".into(),
     };
     let verdict = match judge.verdict(row) {
-        Verdict::Differs => "**differs**",
+        ClaimVerdict::Differs => "**differs**",
         verdict => word(verdict),
     };
     let published = row.published.map_or("–".into(), printed);
@@ -99,16 +99,16 @@ fn cells(row: &Claim, judge: Judge) -> [String; 6] {
     [row.label.clone(), ours, published, theory, comparison, verdict.into()]
 }
 
-fn word(verdict: Verdict) -> &'static str {
+fn word(verdict: ClaimVerdict) -> &'static str {
     match verdict {
-        Verdict::Agrees => "agrees",
-        Verdict::Differs => "differs",
-        Verdict::Shown => "shown",
+        ClaimVerdict::Agrees => "agrees",
+        ClaimVerdict::Differs => "differs",
+        ClaimVerdict::Shown => "shown",
     }
 }
 
 /// All rows with their verdicts, as JSON.
-pub fn table(chapters: &[Entry<'_>], judge: Judge) -> Value {
+pub fn table(chapters: &[ChapterFindings<'_>], judge: ClaimJudge) -> Value {
     let row = |row: &Claim| {
         json!({
             "label": row.label,

@@ -1,18 +1,18 @@
 //! S97 table 4 and the bounds of §§2.2 and 3.3: how close the bounds on errors are.
 
-use exact::{Bounds, ESTIMATORS, Exact};
+use exact::{ESTIMATORS, Exact, VarianceBounds};
 use radiosity::{Birth, Direction, EstimatorKind, Scene, SceneSpec};
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
 use crate::arithmetic::counted;
-use crate::claim::{Bound, Claim};
+use crate::claim::{Claim, ClaimBound};
 use crate::lab::Lab;
 use crate::papers::Chapter;
-use crate::papers::findings::{Figure, Findings};
+use crate::papers::findings::{Drawing, Findings};
 use crate::papers::walkers::{DIRECTIONS, experiment, mean_by_area, method, name, predicted};
 use crate::series::point;
-use crate::walking::Reader;
+use crate::walking::TallyReader;
 
 /// The chapter of S97 table 4.
 pub(crate) const CHAPTER: Chapter = Chapter {
@@ -41,14 +41,14 @@ fn run(lab: &Lab) -> Findings {
     let (mut rows, mut loose) = (Vec::new(), Vec::new());
     for (scene, spec) in &scenes {
         let exact = Exact::of_scene(spec).expect("a closed box");
-        let bounds = Bounds::of(&exact);
+        let bounds = VarianceBounds::of(&exact);
         let (mut factors, mut tightest) = (Vec::new(), counted(0.0));
         for (direction, estimator) in DIRECTIONS.iter().flat_map(|d| ESTIMATORS.map(|e| (d, e))) {
             let seed = seeds.next().expect("seeds do not end");
             let (measured, theory) = errors(lab, spec, &exact, direction, estimator, [seed, runs]);
             let bound = bound_on_error(&bounds, direction, estimator);
             let what = format!("{scene}: E(MSE), {}", name(direction, estimator));
-            rows.push(Claim::of(what, measured, Bound::Is(theory)).published(bound));
+            rows.push(Claim::of(what, measured, ClaimBound::Is(theory)).published(bound));
             factors.push(bound / measured.value);
             if measured.value / bound > tightest.value {
                 tightest = scaled(measured, 1.0 / bound);
@@ -57,7 +57,7 @@ fn run(lab: &Lab) -> Findings {
         rows.push(Claim::of(
             format!("{scene}: the largest of these over its bound"),
             tightest,
-            Bound::AtMost(1.0),
+            ClaimBound::AtMost(1.0),
         ));
         loose.push(Looseness { scene, factors });
         rows.extend(largest_variances(scene, spec, &exact, &bounds));
@@ -93,7 +93,7 @@ fn errors(
 ) -> (Measured, f64) {
     let method = method(direction.clone(), estimator);
     let experiment = experiment(spec, method.clone());
-    let (reader, truth) = (Reader::new(&experiment), &exact.solution().reflected);
+    let (reader, truth) = (TallyReader::new(&experiment), &exact.solution().reflected);
     let squares = lab.runs(&experiment, seed, runs as usize, WALKS, |tally| {
         let squares = reader.reflected(tally).into_iter().zip(truth).map(|(b, t)| (b - t).powi(2));
         WALKS as f64 * mean_by_area(exact, squares)
@@ -102,7 +102,7 @@ fn errors(
     (Measured::of(&squares), theory)
 }
 
-fn bound_on_error(bounds: &Bounds, direction: &Direction, estimator: EstimatorKind) -> f64 {
+fn bound_on_error(bounds: &VarianceBounds, direction: &Direction, estimator: EstimatorKind) -> f64 {
     match direction {
         Direction::Shooting => bounds.shooting_error(estimator),
         _ => bounds.gathering_error(estimator),
@@ -114,7 +114,7 @@ fn scaled(measured: Measured, factor: f64) -> Measured {
 }
 
 /// The largest variance of absorption on any patch, by the closed form, under its bound.
-fn largest_variances(name: &str, spec: &SceneSpec, exact: &Exact, bounds: &Bounds) -> [Claim; 2] {
+fn largest_variances(name: &str, spec: &SceneSpec, exact: &Exact, bounds: &VarianceBounds) -> [Claim; 2] {
     let scene = Scene::build(spec, radiosity::IndexChoice::Flat).expect("scenes made by rule are valid");
     let largest = |direction: Direction| {
         let method = method(direction, EstimatorKind::Absorption);
@@ -122,7 +122,7 @@ fn largest_variances(name: &str, spec: &SceneSpec, exact: &Exact, bounds: &Bound
     };
     let row = |direction: &str, value: f64, bound: f64| {
         let label = format!("{name}: largest variance, {direction}, absorption (closed form)");
-        Claim::of(label, counted(value), Bound::AtMost(bound))
+        Claim::of(label, counted(value), ClaimBound::AtMost(bound))
     };
     [
         row("shooting", largest(Direction::Shooting), bounds.shooting_variance()),
@@ -131,7 +131,7 @@ fn largest_variances(name: &str, spec: &SceneSpec, exact: &Exact, bounds: &Bound
 }
 
 /// The chart of how loose the bounds are, estimator by estimator.
-fn figure(loose: &[Looseness]) -> Figure {
+fn figure(loose: &[Looseness]) -> Drawing {
     let series = loose.iter().map(|l| Series {
         name: l.scene.into(),
         style: Style::Marks,
@@ -143,5 +143,5 @@ fn figure(loose: &[Looseness]) -> Figure {
         y: Axis::log("bound over measured"),
         series: series.collect(),
     };
-    Figure::chart("s97-bounds.svg", "S97 table 4: bound over measured E(MSE)", &chart)
+    Drawing::chart("s97-bounds.svg", "S97 table 4: bound over measured E(MSE)", &chart)
 }

@@ -5,12 +5,12 @@ use radiosity::{Birth, Direction, EstimatorKind, Experiment, IndexChoice, Scene,
 use report::{Axis, Chart, Series, Style};
 
 use crate::arithmetic::counted;
-use crate::claim::{Bound, Claim};
+use crate::claim::{Claim, ClaimBound};
 use crate::clock::thread_seconds;
 use crate::lab::Lab;
 use crate::papers::Chapter;
-use crate::papers::counted::{Counted, Work};
-use crate::papers::findings::{Figure, Findings};
+use crate::papers::counted::{CountedScene, TraceWork};
+use crate::papers::findings::{Drawing, Findings};
 use crate::papers::walkers::{DIRECTIONS, method, predicted, refined};
 use crate::series::point;
 
@@ -46,13 +46,13 @@ const CASES: [Case; 4] =
     [Case::TreeAndGrid, Case::TreeAndHierarchy, Case::FlatAndGrid, Case::FlatAndHierarchy];
 
 /// One size of a scene, with a direction of walks.
-struct Size {
+struct SceneSize {
     surfaces: f64,
     patches: f64,
     /// The walks by absorption that bring every variance below [`VARIANCE`].
     walks: f64,
     /// The work of [`SAMPLE`] walks.
-    work: Work,
+    work: TraceWork,
     /// The processor time of a walk with the program's tree and without it [s].
     seconds: [f64; 2],
 }
@@ -67,7 +67,7 @@ fn run(lab: &Lab) -> Findings {
         let scenes: Vec<Grown> = scales.iter().map(|&scale| Grown::new(scenario, scale)).collect();
         let mut series = Vec::new();
         for direction in &DIRECTIONS {
-            let sizes: Vec<Size> = scenes.iter().map(|scene| scene.measure(lab, direction)).collect();
+            let sizes: Vec<SceneSize> = scenes.iter().map(|scene| scene.measure(lab, direction)).collect();
             rows.extend(CASES.map(|case| growth(&sizes, scenario, direction, case)));
             rows.extend(times(&sizes, scenario, direction));
             series.extend([Case::TreeAndGrid, Case::FlatAndGrid].map(|case| line(&sizes, direction, case)));
@@ -122,18 +122,18 @@ impl Grown {
         Grown { surfaces, exact }
     }
 
-    fn measure(&self, lab: &Lab, direction: &Direction) -> Size {
+    fn measure(&self, lab: &Lab, direction: &Direction) -> SceneSize {
         let scene = |index| Scene::build(&self.surfaces, index).expect("scenes made by rule are valid");
         let method = method(direction.clone(), EstimatorKind::Absorption);
         let tree = scene(IndexChoice::Tree);
         let largest = predicted(&self.exact, &tree, &method).into_iter().fold(0.0, f64::max);
-        let work = Counted::new(&self.surfaces).walk(direction, 701, SAMPLE);
+        let work = CountedScene::new(&self.surfaces).walk(direction, 701, SAMPLE);
         let (surfaces, patches) = (tree.surfaces().len() as f64, tree.faces().len() as f64);
         let seconds = [tree, scene(IndexChoice::Flat)].map(|scene| {
             let experiment = Experiment::new(scene, method.clone()).expect("walks fit every scene");
             time_of_walk(&experiment, lab.pick(20_000, 500_000))
         });
-        Size { surfaces, patches, walks: largest / VARIANCE, work, seconds }
+        SceneSize { surfaces, patches, walks: largest / VARIANCE, work, seconds }
     }
 }
 
@@ -144,10 +144,10 @@ fn time_of_walk(experiment: &Experiment, walks: u64) -> f64 {
     (thread_seconds() - began) / walks as f64
 }
 
-impl Size {
+impl SceneSize {
     /// The tests and steps of all walks that the variance asks for.
     fn tests(&self, case: Case) -> f64 {
-        let Work { rays, boxes, facets, quarters } = self.work;
+        let TraceWork { rays, boxes, facets, quarters } = self.work;
         let (rays, boxes, facets) = (rays as f64, boxes as f64, facets as f64);
         let of_sample = match case {
             Case::TreeAndGrid => boxes + facets + rays,
@@ -171,7 +171,7 @@ fn order(scenario: Scenario, direction: &Direction, case: Case) -> (f64, bool) {
 }
 
 /// The claim on the exponent of counted work against that of the tables.
-fn growth(sizes: &[Size], scenario: Scenario, direction: &Direction, case: Case) -> Claim {
+fn growth(sizes: &[SceneSize], scenario: Scenario, direction: &Direction, case: Case) -> Claim {
     let exponent = slope(sizes.iter().map(|size| [size.patches, size.tests(case)]));
     let (power, logarithm) = order(scenario, direction, case);
     // The amount that a factor log n adds to an exponent over these sizes.
@@ -184,18 +184,18 @@ fn growth(sizes: &[Size], scenario: Scenario, direction: &Direction, case: Case)
         (p, _) => format!("n^{p}"),
     };
     let label = format!("{}: O({order}), exponent", label(scenario, direction, case));
-    Claim::of(label, counted(exponent), Bound::Between(power - SLACK, most + SLACK))
+    Claim::of(label, counted(exponent), ClaimBound::Between(power - SLACK, most + SLACK))
 }
 
 /// The most deviation of exponents in small scenes, where constant parts still bend the lines.
 const SLACK: f64 = 0.1;
 
 /// The claims on the exponents of processor time, with the program's tree and without.
-fn times(sizes: &[Size], scenario: Scenario, direction: &Direction) -> [Claim; 2] {
+fn times(sizes: &[SceneSize], scenario: Scenario, direction: &Direction) -> [Claim; 2] {
     [(0, Case::TreeAndGrid), (1, Case::FlatAndGrid)].map(|(which, case)| {
         let exponent = slope(sizes.iter().map(|size| [size.patches, size.walks * size.seconds[which]]));
         let label = format!("{}: exponent of time", label(scenario, direction, case));
-        Claim::of(label, counted(exponent), Bound::Nothing)
+        Claim::of(label, counted(exponent), ClaimBound::Nothing)
     })
 }
 
@@ -216,14 +216,14 @@ fn slope(points: impl Iterator<Item = [f64; 2]>) -> f64 {
     product(1, y) / product(0, x)
 }
 
-fn line(sizes: &[Size], direction: &Direction, case: Case) -> Series {
+fn line(sizes: &[SceneSize], direction: &Direction, case: Case) -> Series {
     let structure = if case == Case::TreeAndGrid { "tree, grid (case 1)" } else { "flat, grid (case 3)" };
     let direction = if *direction == Direction::Shooting { "shooting" } else { "gathering" };
     let points = sizes.iter().map(|size| point(size.patches, counted(size.tests(case))));
     Series { name: format!("{direction}, {structure}"), style: Style::Joined, points: points.collect() }
 }
 
-fn figure(scenario: Scenario, series: Vec<Series>) -> Figure {
+fn figure(scenario: Scenario, series: Vec<Series>) -> Drawing {
     let number = if scenario == Scenario::Surfaces { 1 } else { 2 };
     let what = if number == 1 { "more surfaces" } else { "finer patches" };
     let chart = Chart {
@@ -233,7 +233,7 @@ fn figure(scenario: Scenario, series: Vec<Series>) -> Figure {
         series,
     };
     let caption = format!("S97 tables 1, 2: scenario {number}");
-    Figure::chart(&format!("s97-scenario{number}.svg"), caption, &chart)
+    Drawing::chart(&format!("s97-scenario{number}.svg"), caption, &chart)
 }
 
 #[cfg(test)]

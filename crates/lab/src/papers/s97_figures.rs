@@ -6,13 +6,13 @@ use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
 use crate::arithmetic::{counted, quotient};
-use crate::claim::{Bound, Claim};
+use crate::claim::{Claim, ClaimBound};
 use crate::lab::Lab;
 use crate::papers::Chapter;
-use crate::papers::findings::{Figure, Findings};
+use crate::papers::findings::{Drawing, Findings};
 use crate::papers::walkers::{DIRECTIONS, experiment, method, name, predicted};
 use crate::series::point;
-use crate::walking::Reader;
+use crate::walking::TallyReader;
 
 /// The chapter of S97 figs 2, 3 and SInf fig 1.
 pub(crate) const CHAPTER: Chapter = Chapter {
@@ -26,7 +26,7 @@ const RUNS: usize = 100;
 const WALKS: u64 = 10_000;
 
 /// The curves that one panel of a figure compares.
-struct Comparison {
+struct PanelCurves {
     direction: Direction,
     estimator: EstimatorKind,
     /// The variance of one walk with the true ξ (for gathering: b_s).
@@ -42,7 +42,7 @@ struct Comparison {
 fn run(lab: &Lab) -> Findings {
     let exact = Exact::of_scene(&scenes::cube(3)).expect("a closed box");
     let pairs = DIRECTIONS.iter().flat_map(|direction| ESTIMATORS.map(|estimator| (direction, estimator)));
-    let comparisons: Vec<Comparison> = pairs
+    let comparisons: Vec<PanelCurves> = pairs
         .zip(201..)
         .map(|((direction, estimator), seed)| compare(lab, &exact, direction, estimator, seed))
         .collect();
@@ -81,11 +81,11 @@ fn compare(
     direction: &Direction,
     estimator: EstimatorKind,
     seed: u64,
-) -> Comparison {
+) -> PanelCurves {
     let cut = InfiniteEnd::Cutoff { threshold: 0.001 };
     let method = method(direction.clone(), estimator.ending(cut));
     let experiment = experiment(&scenes::cube(3), method.clone());
-    let reader = Reader::new(&experiment);
+    let reader = TallyReader::new(&experiment);
     let truth = &exact.solution().reflected;
     let runs = lab.runs(&experiment, seed, many_runs(lab), WALKS, |tally| reader.reflected(tally));
     let theory = predicted(exact, experiment.scene(), &method);
@@ -93,7 +93,7 @@ fn compare(
     let square = |(b, t): (&f64, &f64)| WALKS as f64 * (b - t).powi(2);
     let squares: Vec<Vec<f64>> = runs.iter().map(|run| run.iter().zip(truth).map(square).collect()).collect();
     let of_patch = |i: usize| Measured::of(&squares[..RUNS].iter().map(|run| run[i]).collect::<Vec<_>>());
-    Comparison {
+    PanelCurves {
         measured: (0..truth.len()).map(of_patch).collect(),
         squares,
         direction: direction.clone(),
@@ -128,8 +128,8 @@ fn simplified(exact: &Exact, direction: &Direction, estimator: EstimatorKind) ->
     (0..reflected.len()).map(variance).collect()
 }
 
-fn rows_of(comparison: &Comparison) -> [Claim; 2] {
-    let Comparison { direction, estimator, theory, simplified, squares, .. } = comparison;
+fn rows_of(comparison: &PanelCurves) -> [Claim; 2] {
+    let PanelCurves { direction, estimator, theory, simplified, squares, .. } = comparison;
     let what = format!("{}, {}", panel_name(direction, *estimator), name(direction, *estimator));
     let over = |variances: &[f64]| {
         let mean = |run: &Vec<f64>| {
@@ -139,8 +139,12 @@ fn rows_of(comparison: &Comparison) -> [Claim; 2] {
     };
     let zero = if *direction == Direction::Shooting { "ξ = 0" } else { "b_s = 0" };
     [
-        Claim::of(format!("{what}: measured over theory"), over(theory), Bound::Is(1.0)),
-        Claim::of(format!("{what}: measured over theory with {zero}"), over(simplified), Bound::About(1.0)),
+        Claim::of(format!("{what}: measured over theory"), over(theory), ClaimBound::Is(1.0)),
+        Claim::of(
+            format!("{what}: measured over theory with {zero}"),
+            over(simplified),
+            ClaimBound::About(1.0),
+        ),
     ]
 }
 
@@ -157,20 +161,22 @@ fn panel_name(direction: &Direction, estimator: EstimatorKind) -> String {
 }
 
 /// The claims that figs 2 d and 3 d show: which estimator is better where.
-fn orders(comparisons: &[Comparison]) -> Vec<Claim> {
+fn orders(comparisons: &[PanelCurves]) -> Vec<Claim> {
     use EstimatorKind::{Absorption, Collision, Survival};
-    let order =
-        |figure: u32, a: EstimatorKind, b: EstimatorKind, where_: &str, among: &dyn Fn(f64) -> bool| {
-            let direction = &DIRECTIONS[figure as usize - 2];
-            let of = |estimator| {
-                let found =
-                    comparisons.iter().find(|c| c.direction == *direction && c.estimator == estimator);
-                found.expect("all are compared").errors_among(among)
-            };
-            let ([a_measured, a_theory], [b_measured, b_theory]) = (of(a), of(b));
-            let label = format!("S97 fig {figure} d: {} over {}{where_}", a.word(), b.word());
-            Claim::of(label, quotient(a_measured, b_measured), Bound::Is(a_theory.value / b_theory.value))
+    let order = |figure: u32,
+                 a: EstimatorKind,
+                 b: EstimatorKind,
+                 where_: &str,
+                 among: &dyn Fn(f64) -> bool| {
+        let direction = &DIRECTIONS[figure as usize - 2];
+        let of = |estimator| {
+            let found = comparisons.iter().find(|c| c.direction == *direction && c.estimator == estimator);
+            found.expect("all are compared").errors_among(among)
         };
+        let ([a_measured, a_theory], [b_measured, b_theory]) = (of(a), of(b));
+        let label = format!("S97 fig {figure} d: {} over {}{where_}", a.word(), b.word());
+        Claim::of(label, quotient(a_measured, b_measured), ClaimBound::Is(a_theory.value / b_theory.value))
+    };
     let all = |_: f64| true;
     vec![
         order(2, Absorption, Survival, ", patches of R < ½", &|r| r < 0.45),
@@ -182,7 +188,7 @@ fn orders(comparisons: &[Comparison]) -> Vec<Claim> {
     ]
 }
 
-impl Comparison {
+impl PanelCurves {
     /// The mean over patches of some reflectances of the measured errors of many runs, and of theory.
     fn errors_among(&self, among: &dyn Fn(f64) -> bool) -> [Measured; 2] {
         let chosen: Vec<usize> = (0..54).filter(|&i| among(0.3 + 0.1 * (i / 9) as f64)).collect();
@@ -194,9 +200,9 @@ impl Comparison {
 }
 
 /// The panels: theory with twice the scatter of 100 runs, and the measurement.
-fn figures(comparisons: &[Comparison]) -> Vec<Figure> {
+fn figures(comparisons: &[PanelCurves]) -> Vec<Drawing> {
     let panels = comparisons.iter().map(|comparison| {
-        let Comparison { direction, estimator, theory, simplified, measured, .. } = comparison;
+        let PanelCurves { direction, estimator, theory, simplified, measured, .. } = comparison;
         // The mean of n squares of normal deviates scatters by √(2/n).
         let scatter = 2.0 * (2.0 / RUNS as f64).sqrt();
         let expected = |v: &f64| Measured { value: *v, standard_error: scatter * v };
@@ -218,14 +224,14 @@ fn figures(comparisons: &[Comparison]) -> Vec<Figure> {
         let finite = mine.filter(|c| c.estimator != EstimatorKind::Infinite);
         let figure = if *direction == Direction::Shooting { 2 } else { 3 };
         let measured =
-            |c: &Comparison| series(c.estimator.word(), c.measured.iter().map(|m| counted(m.value)));
+            |c: &PanelCurves| series(c.estimator.word(), c.measured.iter().map(|m| counted(m.value)));
         panel(&format!("S97 fig {figure} d: all three, measured"), finite.map(measured).collect())
     });
     panels.chain(together).collect()
 }
 
 /// A chart over the patches.
-fn panel(title: &str, series: Vec<Series>) -> Figure {
+fn panel(title: &str, series: Vec<Series>) -> Drawing {
     let chart = Chart {
         title: title.into(),
         x: Axis::linear("patch"),
@@ -233,7 +239,7 @@ fn panel(title: &str, series: Vec<Series>) -> Figure {
         series,
     };
     let place = title.split([',', ':']).next().unwrap_or(title);
-    Figure::chart(&format!("{}.svg", place.to_lowercase().replace(' ', "-")), title, &chart)
+    Drawing::chart(&format!("{}.svg", place.to_lowercase().replace(' ', "-")), title, &chart)
 }
 
 fn series(name: &str, values: impl Iterator<Item = Measured>) -> Series {

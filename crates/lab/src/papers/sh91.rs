@@ -6,20 +6,20 @@ use report::{Axis, Chart, Picture, Series, Style};
 use stats::Measured;
 
 use crate::arithmetic::{counted, quotient};
-use crate::claim::{Bound, Claim};
+use crate::claim::{Claim, ClaimBound};
 use crate::lab::Lab;
 use crate::papers::Chapter;
-use crate::papers::findings::{Figure, Findings};
+use crate::papers::findings::{Drawing, Findings};
 use crate::papers::walkers::{experiment, method};
 use crate::series::point;
-use crate::walking::Reader;
+use crate::walking::TallyReader;
 
 /// The chapter of Sh91 §4.
 pub(crate) const CHAPTER: Chapter =
     Chapter { name: "sh91", title: "Sh91 §4: variance in the closed cube, and the image grid", run };
 
 /// The result of `experiment`s in a cube.
-struct Cell {
+struct CubeResult {
     zones: u64,
     per_zone: u64,
     runs: usize,
@@ -32,7 +32,7 @@ fn run(lab: &Lab) -> Findings {
     let per_zone: &[u64] = lab.pick(&[4, 16], &[4, 16, 64, 256]);
     // The zones over all runs: at twice its standard error, their scatter hides 1.6 % (quick) or 1 % of the variance.
     let pool = lab.pick(1 << 15, 60 * 1536);
-    let cells: Vec<Cell> = edges
+    let cells: Vec<CubeResult> = edges
         .iter()
         .flat_map(|&n| per_zone.iter().map(move |&r| (n, r)))
         .map(|(n, r)| measure(lab, n, r, pool))
@@ -75,11 +75,11 @@ fn theory(zones: f64, zone_returns: f64) -> f64 {
     0.5 * (0.25 * zones * (1.0 + xi) - 0.5) / zones
 }
 
-fn measure(lab: &Lab, n: u32, per_zone: u64, pool: usize) -> Cell {
+fn measure(lab: &Lab, n: u32, per_zone: u64, pool: usize) -> CubeResult {
     let zones = 6 * u64::from(n) * u64::from(n);
     let experiment =
         experiment(&scenes::furnace(n, 0.5), method(Direction::Shooting, EstimatorKind::Collision));
-    let reader = Reader::new(&experiment);
+    let reader = TallyReader::new(&experiment);
     let walks = per_zone * zones;
     let runs = pool.div_ceil(zones as usize);
     let mean_square = |tally: &radiosity::Tally| {
@@ -96,26 +96,26 @@ fn measure(lab: &Lab, n: u32, per_zone: u64, pool: usize) -> Cell {
     // A zone is hit 2·per_zone times on average, nearly with a Poisson distribution: a squared error scatters by
     // √(2 + 1/hits).
     let relative = ((2.0 + 0.5 / per_zone as f64) / (runs as f64 * zones as f64)).sqrt();
-    Cell { zones, per_zone, runs, variance: Measured { value, standard_error: relative * value } }
+    CubeResult { zones, per_zone, runs, variance: Measured { value, standard_error: relative * value } }
 }
 
-fn row(cell: &Cell, zone_returns: f64) -> Claim {
+fn row(cell: &CubeResult, zone_returns: f64) -> Claim {
     let runs = if cell.runs == 1 { "1 run".into() } else { format!("{} runs", cell.runs) };
     let label = format!("cube, N = {}, r = {}N: variance × r/N ({runs})", cell.zones, cell.per_zone);
-    Claim::of(label, cell.variance, Bound::Is(theory(cell.zones as f64, zone_returns)))
+    Claim::of(label, cell.variance, ClaimBound::Is(theory(cell.zones as f64, zone_returns)))
 }
 
 /// The claim of constancy within 2 %, as in the paper.
-fn constancy(cells: &[Cell]) -> Claim {
+fn constancy(cells: &[CubeResult]) -> Claim {
     let values = || cells.iter().map(|cell| cell.variance);
     let largest = values().max_by(|a, b| a.value.total_cmp(&b.value)).expect("some cells");
     let smallest = values().min_by(|a, b| a.value.total_cmp(&b.value)).expect("some cells");
     let spread = quotient(largest, smallest);
     let label = format!("cube: largest over smallest of these {}", cells.len());
-    Claim::of(label, spread, Bound::AtMost(1.02)).published(1.02)
+    Claim::of(label, spread, ClaimBound::AtMost(1.02)).published(1.02)
 }
 
-fn figure(cells: &[Cell]) -> Figure {
+fn figure(cells: &[CubeResult]) -> Drawing {
     let mut ratios: Vec<u64> = cells.iter().map(|cell| cell.per_zone).collect();
     ratios.sort_unstable();
     ratios.dedup();
@@ -142,11 +142,11 @@ fn figure(cells: &[Cell]) -> Figure {
         y: Axis::linear("variance × r/N"),
         series: levels.into_iter().chain(ratios.iter().map(of)).collect(),
     };
-    Figure::chart("sh91-cube.svg", "Sh91 §4: the variance is constant", &chart)
+    Drawing::chart("sh91-cube.svg", "Sh91 §4: the variance is constant", &chart)
 }
 
 /// The pictures of Sh91 fig 1: rows of zones, columns of rays per zone; and the noise of each picture.
-fn rooms(lab: &Lab) -> (Vec<Claim>, Figure) {
+fn rooms(lab: &Lab) -> (Vec<Claim>, Drawing) {
     let (rows, columns) = ([4_u32, 8, 16], [4_u64, 16, 64, 256]);
     let mut noise = Vec::new();
     let mut pictures = Vec::new();
@@ -175,10 +175,10 @@ fn rooms(lab: &Lab) -> (Vec<Claim>, Figure) {
                 "rooms, {per_zone} rays a zone: variance with {zones} zones over that with {}",
                 noise[0].0
             );
-            Claim::of(label, counted(variance / coarse(per_zone)), Bound::About(1.0))
+            Claim::of(label, counted(variance / coarse(per_zone)), ClaimBound::About(1.0))
         });
     let rows_of_table = compared.collect();
-    let figure = Figure {
+    let figure = Drawing {
         file: "sh91-rooms.png".into(),
         caption: "Sh91 fig 1: 256, 1,024, 4,096 zones downwards; 4, 16, 64, 256 rays a zone to the right"
             .into(),

@@ -21,7 +21,7 @@ use std::path::Path;
 
 use self::rooms::rooms;
 use self::runs::Failure;
-use self::study::Study;
+use self::study::PatchStudy;
 
 pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     let mut args = words.iter();
@@ -35,7 +35,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     let mut studies = Vec::new();
     for room in rooms() {
         if only.is_none_or(|only| only == room.name) {
-            let study = Study::new(&room, millions * 1_000_000)?;
+            let study = PatchStudy::new(&room, millions * 1_000_000)?;
             pictures::draw(&room, &study, folder)?;
             studies.push(study);
             page::write(&studies, millions, folder)?;

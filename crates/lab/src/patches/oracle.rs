@@ -2,7 +2,7 @@
 //!
 //! The noise of a fit on a cell after N walks is that of its unknowns, ν/N each, ν in proportion to the light there.
 
-use super::truth::{Energies, Truth};
+use super::truth::{CellEnergies, Truth};
 
 /// How surfaces may be cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,14 +33,14 @@ impl Ceiling {
 }
 
 /// The energies of all sheets on all grids of powers of two.
-pub struct Oracle {
+pub struct GridOracle {
     sheets: Vec<Levels>,
 }
 
 /// The energies of a sheet on the grids of 2^i × 2^j cells, i = 0 … top[0] by rows.
 struct Levels {
     top: [usize; 2],
-    cells: Vec<Vec<Energies>>,
+    cells: Vec<Vec<CellEnergies>>,
 }
 
 impl Levels {
@@ -55,25 +55,25 @@ impl Levels {
     }
 }
 
-impl Oracle {
+impl GridOracle {
     pub fn new(truth: &Truth) -> Self {
         let levels = |sheet: &super::truth::Sheet| {
             let top = sheet.top.map(|top| top as usize);
             let grids = (0..=top[0]).flat_map(|i| (0..=top[1]).map(move |j| [1 << i, 1 << j]));
             Levels { top, cells: grids.map(|grid| sheet.energies(grid)).collect() }
         };
-        Oracle { sheets: truth.sheets.iter().map(levels).collect() }
+        GridOracle { sheets: truth.sheets.iter().map(levels).collect() }
     }
 
     /// The least error after some walks, of fits of some degrees, one for each leaf (of grids: for each sheet).
     pub fn best(&self, cutting: Cutting, degrees: &[usize], walks: f64) -> Ceiling {
-        let leaf = |cell: &Energies, degree: usize| Ceiling {
+        let leaf = |cell: &CellEnergies, degree: usize| Ceiling {
             error: cell.lost(degree) + cell.noise_of(degree) / walks,
             patches: 1.0,
         };
         let best = |sheet: &Levels| match cutting {
             Cutting::Grids => {
-                let on = |cells: &[Energies], degree| {
+                let on = |cells: &[CellEnergies], degree| {
                     cells.iter().map(|cell| leaf(cell, degree)).fold(Ceiling::default(), Ceiling::plus)
                 };
                 let all =
@@ -89,7 +89,7 @@ impl Oracle {
 }
 
 /// The best trees on one sheet, from the leaves up.
-fn trees(sheet: &Levels, cutting: Cutting, leaf: &dyn Fn(&Energies) -> Ceiling) -> Ceiling {
+fn trees(sheet: &Levels, cutting: Cutting, leaf: &dyn Fn(&CellEnergies) -> Ceiling) -> Ceiling {
     let mut best: Vec<Vec<Ceiling>> = vec![Vec::new(); sheet.cells.len()];
     let mut least: Option<Ceiling> = None;
     for [i, j] in sheet.finest_first() {

@@ -8,13 +8,13 @@ use report::{Axis, Chart, Point, Series, Style};
 
 use super::pictures;
 use super::runs::Failure;
-use super::study::{CEILINGS, PATHS, Row, SEEDS, Study};
+use super::study::{CEILINGS, PATHS, PatchStudy, SEEDS, StudyRow};
 
 /// Jobs that the tables have rows of.
 const TOLD: [u64; 3] = [PATHS[0], PATHS[2], PATHS[4]];
 
 /// Writes `patches.md` and the charts of all studies so far.
-pub fn write(studies: &[Study], millions: u64, folder: &Path) -> Result<(), Failure> {
+pub fn write(studies: &[PatchStudy], millions: u64, folder: &Path) -> Result<(), Failure> {
     let mut text = head(millions, studies);
     saved(&mut text, studies)?;
     ceilings(&mut text, studies)?;
@@ -39,7 +39,7 @@ pub fn write(studies: &[Study], millions: u64, folder: &Path) -> Result<(), Fail
     Ok(())
 }
 
-fn head(millions: u64, studies: &[Study]) -> String {
+fn head(millions: u64, studies: &[PatchStudy]) -> String {
     let cells: Vec<String> = studies.iter().map(|study| format!("{} {}", study.name, study.cells)).collect();
     format!(
         "# What chosen patches save\n\n\
@@ -54,11 +54,11 @@ fn head(millions: u64, studies: &[Study]) -> String {
     )
 }
 
-fn told(row: &&Row) -> bool {
+fn told(row: &&StudyRow) -> bool {
     TOLD.contains(&row.paths)
 }
 
-fn saved(text: &mut String, studies: &[Study]) -> std::fmt::Result {
+fn saved(text: &mut String, studies: &[PatchStudy]) -> std::fmt::Result {
     text.push_str(
         "\n## Walks saved\n\n| scene | walks | constants: error, patches | uniform linear: error, patches | saved | chosen: error, patches | \
          linear for | foretold | saved | with the pilot's walks | processor time | against uniform linear |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
@@ -91,7 +91,7 @@ fn saved(text: &mut String, studies: &[Study]) -> std::fmt::Result {
     Ok(())
 }
 
-fn ceilings(text: &mut String, studies: &[Study]) -> std::fmt::Result {
+fn ceilings(text: &mut String, studies: &[PatchStudy]) -> std::fmt::Result {
     text.push_str(
         "\n## Ceilings\n\nWalks saved by partitions that are chosen with the truth known: a grid of powers of two for each surface; quadtrees of square \
          cells; rectangles cut in two again and again. *Mixed* leaves take constants or linear fits, whichever is better. A quadratic fit has six unknowns.\n\n\
@@ -110,7 +110,7 @@ fn ceilings(text: &mut String, studies: &[Study]) -> std::fmt::Result {
     Ok(())
 }
 
-fn truth(text: &mut String, studies: &[Study]) -> std::fmt::Result {
+fn truth(text: &mut String, studies: &[PatchStudy]) -> std::fmt::Result {
     text.push_str(
         "\n## What a run tells of itself\n\nOn patches chosen for seed 0, with the linear basis: the part of the area whose `spread`, and whose error of the mean \
          taken for the patch (`std_error` and `spread` together), is within a factor of 1.5 of the truth; the total error that the run tells over the true one. \
@@ -137,8 +137,8 @@ fn truth(text: &mut String, studies: &[Study]) -> std::fmt::Result {
     Ok(())
 }
 
-fn chart(study: &Study) -> Chart {
-    let series = |name: &str, of: &dyn Fn(&Row) -> [f64; 2]| Series {
+fn chart(study: &PatchStudy) -> Chart {
+    let series = |name: &str, of: &dyn Fn(&StudyRow) -> [f64; 2]| Series {
         name: name.into(),
         style: Style::Joined,
         points: study.rows.iter().map(of).map(|[x, y]| Point { x, y, error: 0.0 }).collect(),

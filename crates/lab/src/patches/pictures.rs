@@ -9,7 +9,7 @@ use report::{Photo, Picture, Smooth};
 
 use super::rooms::Room;
 use super::runs::{Failure, experiment, walk};
-use super::study::Study;
+use super::study::PatchStudy;
 
 /// The walks of the job whose time all three have.
 pub const PATHS: u64 = 1_000_000;
@@ -21,13 +21,13 @@ pub const DRAWN: &str = "cornell";
 const SIZE: [u32; 2] = [420, 420];
 
 /// Draws them, from the left to the right, with the light of the first.
-pub fn draw(room: &Room, study: &Study, folder: &Path) -> Result<(), Failure> {
+pub fn draw(room: &Room, study: &PatchStudy, folder: &Path) -> Result<(), Failure> {
     let row = study.rows.iter().find(|row| row.paths == PATHS).ok_or("no such job")?;
     if room.name != DRAWN {
         return Ok(());
     }
     let time = row.chosen.seconds;
-    let of_uniform = |best: &super::study::Best| (PATHS as f64 * time / best.seconds) as u64;
+    let of_uniform = |best: &super::study::BestGrid| (PATHS as f64 * time / best.seconds) as u64;
     let [constant, linear] = &row.uniform;
     let (first, light) = shoot(room, (&constant.cuts, false), of_uniform(constant), None)?;
     let (second, _) = shoot(room, (&linear.cuts, true), of_uniform(linear), Some(light))?;

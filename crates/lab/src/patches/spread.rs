@@ -27,7 +27,7 @@ const STEPS: f64 = 4.0;
 const OCTAVES: f64 = 16.0;
 
 /// What is true of a patch.
-struct Spread {
+struct TrueSpread {
     area: f64,
     /// The mean square of the difference between the light and its mean [(W/m²)²].
     square: f64,
@@ -39,7 +39,7 @@ struct Spread {
     told: f64,
 }
 
-impl Spread {
+impl TrueSpread {
     /// Whether it is told within [`FACTOR`].
     fn is_true(&self) -> bool {
         near(self.told, self.square.sqrt())
@@ -74,16 +74,16 @@ pub fn write(folder: &Path, millions: u64) -> Result<(), Failure> {
         let truth = Truth::new(&room.spec, room.cells, millions * 1_000_000)?;
         for paths in PATHS {
             let spreads = spreads(room, &truth, paths)?;
-            let area = |of: &dyn Fn(&Spread) -> bool| -> f64 {
+            let area = |of: &dyn Fn(&TrueSpread) -> bool| -> f64 {
                 spreads.iter().filter(|spread| of(spread)).map(|spread| spread.area).sum()
             };
             let all = area(&|_| true);
             let percent = |part: f64| format!("{:.0} %", 100.0 * part);
-            write!(text, "| {} | {paths} | {} |", room.name, percent(area(&Spread::is_true) / all))?;
+            write!(text, "| {} | {paths} | {} |", room.name, percent(area(&TrueSpread::is_true) / all))?;
             write!(
                 text,
                 " {} | {} |",
-                percent(area(&Spread::is_linear) / all),
+                percent(area(&TrueSpread::is_linear) / all),
                 percent(ceiling(&spreads, FACTOR))
             )?;
             for class in 0..=LIMITS.len() {
@@ -99,7 +99,7 @@ pub fn write(folder: &Path, millions: u64) -> Result<(), Failure> {
 }
 
 /// What is true of the patches that are chosen for a job, and what a run of it tells.
-fn spreads(room: &Room, truth: &Truth, paths: u64) -> Result<Vec<Spread>, Failure> {
+fn spreads(room: &Room, truth: &Truth, paths: u64) -> Result<Vec<TrueSpread>, Failure> {
     let chosen = results::choose(&open_job(&room.spec, paths, 0)?, 1)?.ok_or("nothing is open")?;
     let cuts = chosen.partition.cuts;
     let experiment = experiment(&room.spec, &cuts, true)?;
@@ -114,7 +114,7 @@ fn spreads(room: &Room, truth: &Truth, paths: u64) -> Result<Vec<Spread>, Failur
                 continue;
             };
             if cell.whole > 0.0 {
-                spreads.push(Spread {
+                spreads.push(TrueSpread {
                     area: cell.area,
                     square: cell.lost(0).max(0.0) / cell.area,
                     linear: (cell.lost(0) - cell.lost(1)).max(0.0) / cell.area,
@@ -132,7 +132,7 @@ fn spreads(room: &Room, truth: &Truth, paths: u64) -> Result<Vec<Spread>, Failur
 ///
 /// A run finds the slopes c + σz, z normal, c and σ² those of the patch. The estimate is a function of |c + σz|²/σ²; for each value of it the best one is the middle
 /// of the interval of that factor in which most area lies whose runs find this value.
-fn ceiling(spreads: &[Spread], factor: f64) -> f64 {
+fn ceiling(spreads: &[TrueSpread], factor: f64) -> f64 {
     // By value found: the true spread over its noise, and the area.
     let mut found = vec![Vec::new(); (2.0 * STEPS * OCTAVES) as usize];
     let sequence = Sequence::new(1);

@@ -6,10 +6,10 @@ use job::{Cut, Forecast, Job, Partition};
 use radiosity::SceneSpec;
 use results::choose;
 
-use super::oracle::{Ceiling, Cutting, Oracle};
+use super::oracle::{Ceiling, Cutting, GridOracle};
 use super::rooms::Room;
 use super::runs::{Failure, cut_all, experiment, fastest, noise, seconds, walk};
-use super::told::Told;
+use super::told::ToldSpread;
 use super::truth::Truth;
 
 /// Walks by which grids are measured.
@@ -38,19 +38,19 @@ pub const CEILINGS: [(Cutting, &[usize]); 8] = [
 ];
 
 /// What was found of a scene.
-pub struct Study {
+pub struct PatchStudy {
     pub name: &'static str,
     /// Cells of a reference.
     pub cells: usize,
-    pub rows: Vec<Row>,
+    pub rows: Vec<StudyRow>,
 }
 
 /// What was found for one number of walks. Errors are relative, over the area.
-pub struct Row {
+pub struct StudyRow {
     pub paths: u64,
     /// The best uniform grids of constants and of linear fits.
-    pub uniform: [Best; 2],
-    pub chosen: Chosen,
+    pub uniform: [BestGrid; 2],
+    pub chosen: ChosenMean,
     /// Of the chosen patches: errors.
     pub error: f64,
     pub noise: f64,
@@ -65,7 +65,7 @@ pub struct Row {
 }
 
 /// A uniform grid that is best for some walks.
-pub struct Best {
+pub struct BestGrid {
     pub patches: usize,
     pub error: f64,
     pub seconds: f64,
@@ -73,12 +73,12 @@ pub struct Best {
     pub cuts: Vec<Cut>,
 }
 
-impl Study {
+impl PatchStudy {
     /// Studies a scene, with references of some walks.
     pub fn new(room: &Room, walks: u64) -> Result<Self, Failure> {
         let truth = Truth::new(&room.spec, room.cells, walks)?;
         let grids = uniform(&room.spec, &truth, room.cells)?;
-        let oracle = Oracle::new(&truth);
+        let oracle = GridOracle::new(&truth);
         let energy = truth.energy();
         let part = |error: f64| (error.max(0.0) / energy).sqrt();
         let mut rows = Vec::new();
@@ -88,7 +88,7 @@ impl Study {
             let uniform = [0, 1].map(|basis| {
                 let grid = best(&grids, basis, n);
                 let error = grid.error(basis, n);
-                Best {
+                BestGrid {
                     patches: grid.patches,
                     error: part(error),
                     seconds: n * grid.seconds[basis],
@@ -96,7 +96,7 @@ impl Study {
                     cuts: grid.cuts.clone(),
                 }
             });
-            let chosen = Chosen::new(&room.spec, &truth, paths)?;
+            let chosen = ChosenMean::new(&room.spec, &truth, paths)?;
             let error = chosen.noise + chosen.lost;
             let walks = saved(error);
             let time = reach_seconds(&grids, 0, error).map(|seconds| seconds / chosen.seconds);
@@ -105,7 +105,7 @@ impl Study {
                 let ceiling = oracle.best(cutting, degrees, n);
                 (Ceiling { error: part(ceiling.error), ..ceiling }, saved(ceiling.error))
             };
-            rows.push(Row {
+            rows.push(StudyRow {
                 paths,
                 uniform,
                 error: part(error),
@@ -117,12 +117,12 @@ impl Study {
                 chosen,
             });
         }
-        Ok(Study { name: room.name, cells: truth.cells, rows })
+        Ok(PatchStudy { name: room.name, cells: truth.cells, rows })
     }
 }
 
 /// A uniform grid and what its runs come to.
-struct Grid {
+struct UniformGrid {
     cuts: Vec<Cut>,
     patches: usize,
     /// The energy of noise after one walk, of constants and of linear fits [W²/m²].
@@ -133,7 +133,7 @@ struct Grid {
     seconds: [f64; 2],
 }
 
-impl Grid {
+impl UniformGrid {
     fn error(&self, basis: usize, walks: f64) -> f64 {
         self.noise[basis] / walks + self.lost[basis].max(0.0)
     }
@@ -146,25 +146,25 @@ impl Grid {
 }
 
 /// The grid of the least error after some walks.
-fn best(grids: &[Grid], basis: usize, walks: f64) -> &Grid {
-    let error = |grid: &&Grid| grid.error(basis, walks);
+fn best(grids: &[UniformGrid], basis: usize, walks: f64) -> &UniformGrid {
+    let error = |grid: &&UniformGrid| grid.error(basis, walks);
     grids.iter().min_by(|a, b| error(a).total_cmp(&error(b))).expect("there are grids")
 }
 
 /// The fewest walks by which a uniform grid comes to an error.
-fn reach(grids: &[Grid], basis: usize, error: f64) -> Option<f64> {
+fn reach(grids: &[UniformGrid], basis: usize, error: f64) -> Option<f64> {
     grids.iter().filter_map(|grid| grid.reach(basis, error)).min_by(f64::total_cmp)
 }
 
 /// The least processor time by which a uniform grid comes to an error [s].
-fn reach_seconds(grids: &[Grid], basis: usize, error: f64) -> Option<f64> {
-    let of = |grid: &Grid| Some(grid.reach(basis, error)? * grid.seconds[basis]);
+fn reach_seconds(grids: &[UniformGrid], basis: usize, error: f64) -> Option<f64> {
+    let of = |grid: &UniformGrid| Some(grid.reach(basis, error)? * grid.seconds[basis]);
     grids.iter().filter_map(of).min_by(f64::total_cmp)
 }
 
 /// The uniform grids, from the coarsest on.
-fn uniform(spec: &SceneSpec, truth: &Truth, most: f64) -> Result<Vec<Grid>, Failure> {
-    let mut grids: Vec<Grid> = Vec::new();
+fn uniform(spec: &SceneSpec, truth: &Truth, most: f64) -> Result<Vec<UniformGrid>, Failure> {
+    let mut grids: Vec<UniformGrid> = Vec::new();
     let (mut last, mut cells) = (Vec::new(), spec.surfaces.len() as f64 / 2.0);
     while cells < most {
         let cuts = cut_all(spec, cells);
@@ -177,12 +177,12 @@ fn uniform(spec: &SceneSpec, truth: &Truth, most: f64) -> Result<Vec<Grid>, Fail
     Ok(grids)
 }
 
-fn measure(spec: &SceneSpec, truth: &Truth, cuts: &[Cut]) -> Result<Grid, Failure> {
+fn measure(spec: &SceneSpec, truth: &Truth, cuts: &[Cut]) -> Result<UniformGrid, Failure> {
     let linear = experiment(spec, cuts, true)?;
     let (of_linear, tally) = fastest(|| walk(&linear, 7, MEASURED));
     let constant = experiment(spec, cuts, false)?;
     let (of_constant, _) = fastest(|| walk(&constant, 7, MEASURED));
-    Ok(Grid {
+    Ok(UniformGrid {
         cuts: cuts.to_vec(),
         patches: linear.scene().faces().len(),
         noise: noise(&linear, &tally),
@@ -192,7 +192,7 @@ fn measure(spec: &SceneSpec, truth: &Truth, cuts: &[Cut]) -> Result<Grid, Failur
 }
 
 /// What is chosen for a number of walks, in the mean over seeds.
-pub struct Chosen {
+pub struct ChosenMean {
     /// Energies [W²/m²].
     noise: f64,
     lost: f64,
@@ -209,7 +209,7 @@ pub struct Chosen {
     pub cuts: Vec<Cut>,
     pub is_linear: bool,
     /// Of the first seed: whether a run tells its errors truly.
-    pub told: Told,
+    pub told: ToldSpread,
     /// Of the first seed: the rate with linear fits over that with constants, and the rate over that of a uniform grid of as many
     /// patches.
     pub rates: [f64; 2],
@@ -225,9 +225,9 @@ pub fn open_job(spec: &SceneSpec, paths: u64, seed: u64) -> Result<Job, Failure>
     Ok(job::load(&path, &[format!("seed={seed}")])?)
 }
 
-impl Chosen {
+impl ChosenMean {
     fn new(spec: &SceneSpec, truth: &Truth, paths: u64) -> Result<Self, Failure> {
-        let mut all: Vec<(Vec<Cut>, Forecast, f64, Grid)> = Vec::new();
+        let mut all: Vec<(Vec<Cut>, Forecast, f64, UniformGrid)> = Vec::new();
         for seed in 0..SEEDS {
             let job = open_job(spec, paths, seed)?;
             let (pilot, chosen) = fastest(|| choose(&job, 1));
@@ -235,14 +235,14 @@ impl Chosen {
             let grid = measure(spec, truth, &cuts)?;
             all.push((cuts, forecast.ok_or("a pilot foretells")?, pilot, grid));
         }
-        let mean = |of: &dyn Fn(&Forecast, f64, &Grid) -> f64| {
+        let mean = |of: &dyn Fn(&Forecast, f64, &UniformGrid) -> f64| {
             all.iter().map(|(_, forecast, pilot, grid)| of(forecast, *pilot, grid)).sum::<f64>()
                 / SEEDS as f64
         };
         let n = paths as f64;
         let basis = |forecast: &Forecast| usize::from(forecast.linear);
         let (cuts, forecast, ..) = &all[0];
-        Ok(Chosen {
+        Ok(ChosenMean {
             noise: mean(&|forecast, _, grid| grid.noise[basis(forecast)] / n),
             lost: mean(&|forecast, _, grid| grid.lost[basis(forecast)].max(0.0)),
             seconds: mean(&|forecast, pilot, grid| pilot + n * grid.seconds[basis(forecast)]),
@@ -254,7 +254,7 @@ impl Chosen {
                 mean(&|forecast, _, _| forecast.discretisation.powi(2)),
             ],
             is_linear: forecast.linear,
-            told: Told::new(spec, truth, cuts, (0, paths))?,
+            told: ToldSpread::new(spec, truth, cuts, (0, paths))?,
             rates: rates(spec, cuts, forecast.linear)?,
             cuts: cuts.clone(),
         })

@@ -15,7 +15,7 @@ pub const LONG: u64 = 1 << 23;
 /// The part of the area whose spread, and whose error, is told within [`FACTOR`]; and what the whole run tells of its total error, over
 /// the truth.
 #[derive(Clone, Copy)]
-pub struct Told {
+pub struct ToldSpread {
     pub spread: f64,
     pub error: f64,
     pub total: f64,
@@ -26,7 +26,7 @@ pub fn near(told: f64, truth: f64) -> bool {
     truth > 0.0 && told <= FACTOR * truth && truth <= FACTOR * told
 }
 
-impl Told {
+impl ToldSpread {
     /// Of a run of some walks with the linear basis on a grid, whose means are taken for the light of their patches.
     pub fn new(
         spec: &SceneSpec,
@@ -63,6 +63,6 @@ impl Told {
         }
         let total = ((noise(&experiment, &long)[0] / walks as f64 + lost) / light).sqrt();
         let told = estimates.accuracy().map_or(f64::NAN, |accuracy| accuracy.total);
-        Ok(Told { spread: of_spread / area, error: of_error / area, total: told / total })
+        Ok(ToldSpread { spread: of_spread / area, error: of_error / area, total: told / total })
     }
 }

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use job::Cut;
 use judge::partition::{Grid, doublings};
-use radiosity::{Fit, Leaf, SceneSpec, Shape, Side};
+use radiosity::{CutCell, Fit, SceneSpec, Shape, Side};
 
 use super::runs::{Failure, experiment, fits, walk};
 
@@ -40,12 +40,12 @@ pub struct Sheet {
     /// By cell, the energy of the error of a mean and of a slope after one walk, were it the only cell of this light.
     noise: Vec<[f64; 2]>,
     /// The energies of the cells of grids that were asked for, by their levels.
-    levels: RefCell<HashMap<[u32; 2], Vec<Energies>>>,
+    levels: RefCell<HashMap<[u32; 2], Vec<CellEnergies>>>,
 }
 
 /// Energies over one cell of a grid [W²/m²].
 #[derive(Clone, Copy, Default)]
-pub struct Energies {
+pub struct CellEnergies {
     /// That of the light.
     pub whole: f64,
     /// That of the best fits to it, by degree.
@@ -56,7 +56,7 @@ pub struct Energies {
     pub area: f64,
 }
 
-impl Energies {
+impl CellEnergies {
     /// What a fit of a degree leaves out.
     pub fn lost(&self, degree: usize) -> f64 {
         self.whole - self.caught[degree]
@@ -128,7 +128,7 @@ fn noise(fits: &[Vec<Fit>; 2], area: f64, walks: f64) -> Vec<[f64; 2]> {
 
 impl Sheet {
     /// The energies of each patch, in the order of their numbers.
-    pub fn cut(&self, cut: &Cut) -> Vec<Energies> {
+    pub fn cut(&self, cut: &Cut) -> Vec<CellEnergies> {
         match cut {
             Cut::Grid(grid) => self.energies(*grid),
             Cut::Leaves(leaves) => leaves.iter().map(|leaf| self.leaf(leaf)).collect(),
@@ -137,15 +137,15 @@ impl Sheet {
     }
 
     /// The energies of one rectangle; of one smaller than the points of the reference are apart, none.
-    fn leaf(&self, leaf: Leaf) -> Energies {
+    fn leaf(&self, leaf: CutCell) -> CellEnergies {
         let mut levels = self.levels.borrow_mut();
         let grid = levels.entry(leaf.levels).or_insert_with(|| self.energies(leaf.grid()));
         grid[(leaf.at[0] * leaf.grid()[1] + leaf.at[1]) as usize]
     }
 
     /// The energies of each cell of a grid.
-    pub fn energies(&self, grid: [u32; 2]) -> Vec<Energies> {
-        let mut sums = vec![Sums::default(); (grid[0] * grid[1]) as usize];
+    pub fn energies(&self, grid: [u32; 2]) -> Vec<CellEnergies> {
+        let mut sums = vec![CellSums::default(); (grid[0] * grid[1]) as usize];
         let points = self.cells.map(|cells| cells * POINTS);
         // Of the points along an edge: the cell of the grid, the place in it, and the cell of the reference with the place there.
         let along = |axis: usize| -> Vec<(usize, f64, usize, f64)> {
@@ -168,13 +168,13 @@ impl Sheet {
                 sums[iu * grid[1] as usize + iv].add(weight, [x, y], light, self.noise[fine]);
             }
         }
-        sums.iter().map(Sums::energies).collect()
+        sums.iter().map(CellSums::energies).collect()
     }
 }
 
 /// Sums over the points of one cell.
 #[derive(Clone, Default)]
-struct Sums {
+struct CellSums {
     area: f64,
     whole: f64,
     /// Products of monomials, row by row up to the diagonal.
@@ -184,7 +184,7 @@ struct Sums {
     noise: [f64; 2],
 }
 
-impl Sums {
+impl CellSums {
     fn add(&mut self, weight: f64, [x, y]: [f64; 2], light: [f64; 2], noise: [f64; 2]) {
         let monomials = [1.0, x, y, x * x, x * y, y * y];
         self.area += weight;
@@ -200,10 +200,10 @@ impl Sums {
 
     /// The energy that a fit catches is aᵀG⁻¹b, G the products of monomials, a and b the moments of both references. With
     /// G = LLᵀ it is the product of L⁻¹a and L⁻¹b, whose first terms are those of the lower degrees.
-    fn energies(&self) -> Energies {
+    fn energies(&self) -> CellEnergies {
         let area = self.area;
         if area == 0.0 {
-            return Energies::default();
+            return CellEnergies::default();
         }
         let mut l = [[0.0; MONOMIALS]; MONOMIALS];
         let mut solved = [[0.0; MONOMIALS]; 2];
@@ -233,6 +233,6 @@ impl Sums {
             });
         }
         let noise = self.noise.map(|noise| noise / area);
-        Energies { whole: self.whole, caught, noise, area }
+        CellEnergies { whole: self.whole, caught, noise, area }
     }
 }

@@ -5,12 +5,12 @@
 use radiosity::FactorKind;
 
 use super::closed_forms::{element_to_parallel_corner, element_to_perpendicular_corner, parallel_rectangles};
-use super::{Pair, measure, shapes};
+use super::{KnownFactor, measure, shapes};
 use crate::lab::Lab;
 use crate::papers::Findings;
 
 pub(super) fn run(lab: &Lab) -> Findings {
-    let pairs: Vec<Pair> =
+    let pairs: Vec<KnownFactor> =
         [area_lamp(), skylight(), reflecting_plane(), obstruction()].into_iter().flatten().collect();
     Findings {
         published: "CIE 171:2006, test cases 5.3 (area lamps), 5.4 (conservation of flux through openings), 5.6 (reflection over \
@@ -42,11 +42,11 @@ fn facing_down([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], height: f64) -> [[f64; 3]
 }
 
 /// 5.3: points on the floor of a black room of 4 × 4 × 3 m under a lamp of 1 × 1 m in the middle of its ceiling.
-fn area_lamp() -> Vec<Pair> {
+fn area_lamp() -> Vec<KnownFactor> {
     let mut pairs = Vec::new();
     for [x, y] in [[2.0, 2.0], [1.0, 2.0], [0.5, 0.5], [3.9, 1.2]] {
         let [u, v] = [[1.5 - x, 2.5 - x], [1.5 - y, 2.5 - y]];
-        pairs.push(Pair::of_surfaces(
+        pairs.push(KnownFactor::of_surfaces(
             format!("5.3, lamp of 1 × 1 above the floor at {x}, {y}: E over M"),
             shapes::element([facing_down(u, v, 3.0)]),
             above(u, v, 3.0),
@@ -56,7 +56,7 @@ fn area_lamp() -> Vec<Pair> {
 }
 
 /// 5.4: what comes in through an opening in the roof of a black room of 4 × 4 × 3 m falls on its floor and its walls.
-fn skylight() -> Vec<Pair> {
+fn skylight() -> Vec<KnownFactor> {
     let mut pairs = Vec::new();
     for side in [1.0, 2.0, 4.0] {
         let (low, high) = (2.0 - 0.5 * side, 2.0 + 0.5 * side);
@@ -64,7 +64,7 @@ fn skylight() -> Vec<Pair> {
         let [opening, floor] = [[low, high], [0.0, 4.0]].map(|range| [range.map(|x| x / 3.0); 2]);
         let to_floor = parallel_rectangles(opening, floor);
         for (what, to, truth) in [("floor", 1, to_floor), ("walls", 2, 1.0 - to_floor)] {
-            pairs.push(Pair {
+            pairs.push(KnownFactor {
                 label: format!("5.4, opening of {side} × {side} in the roof: flux on the {what}"),
                 spec: shapes::room_below_opening([low, high]),
                 group: |surface| surface.min(2),
@@ -78,11 +78,11 @@ fn skylight() -> Vec<Pair> {
 }
 
 /// 5.6: a point that looks down on a diffuse surface in full light, and a point of a wall beside it.
-fn reflecting_plane() -> Vec<Pair> {
+fn reflecting_plane() -> Vec<KnownFactor> {
     let mut pairs = Vec::new();
     for side in [0.5, 4.0, 500.0] {
         let range = [-0.5 * side, 0.5 * side];
-        pairs.push(Pair::of_surfaces(
+        pairs.push(KnownFactor::of_surfaces(
             format!("5.6, {side} × {side} of diffuse reflection seen from 3 m above its middle: E over M"),
             shapes::element([facing_down(range, range, 3.0)]),
             above(range, range, 3.0),
@@ -91,7 +91,7 @@ fn reflecting_plane() -> Vec<Pair> {
     // The surface stands at a right angle to the wall.
     for (length, depth) in [(4.0, 4.0), (500.0, 500.0)] {
         let beside = [[1.0, -0.5 * length, 0.0], [0.0, 0.0, depth], [0.0, length, 0.0]];
-        pairs.push(Pair::of_surfaces(
+        pairs.push(KnownFactor::of_surfaces(
             format!(
                 "5.6, {length} × {depth} of diffuse reflection seen from a wall, 1 m above its edge: E over M"
             ),
@@ -103,13 +103,13 @@ fn reflecting_plane() -> Vec<Pair> {
 }
 
 /// 5.7: a plate half way between a point and a diffuse surface of 4 × 4 m takes away what the point would see through it.
-fn obstruction() -> Vec<Pair> {
+fn obstruction() -> Vec<KnownFactor> {
     let mut pairs = Vec::new();
     let surface = [-2.0, 2.0];
     for (what, u, v) in
         [("1 × 1 in the middle", [-0.5, 0.5], [-0.5, 0.5]), ("0.5 × 1.5, aside", [0.25, 0.75], [-0.75, 0.75])]
     {
-        pairs.push(Pair::of_surfaces(
+        pairs.push(KnownFactor::of_surfaces(
             format!("5.7, 4 × 4 of diffuse reflection at 3 m behind a plate of {what}, half way: E over M"),
             shapes::element([facing_down(surface, surface, 3.0), facing_down(u, v, 1.5)]),
             above(surface, surface, 3.0) - above(u, v, 1.5),

@@ -2,12 +2,13 @@
 
 use radiosity::FactorKind;
 
-use super::{Pair, closed_forms, measure, shapes};
+use super::{KnownFactor, closed_forms, measure, shapes};
 use crate::lab::Lab;
 use crate::papers::Findings;
 
 pub(super) fn run(lab: &Lab) -> Findings {
-    let pairs: Vec<Pair> = [rectangles(), strips(), elements(), annuli()].into_iter().flatten().collect();
+    let pairs: Vec<KnownFactor> =
+        [rectangles(), strips(), elements(), annuli()].into_iter().flatten().collect();
     Findings {
         published: "J. R. Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*: C-13, C-14 and C-41 with the algebra \
                     of factors, crossed strings (Hottel), and of class B elements to rectangles and discs. The formulas are held \
@@ -23,7 +24,7 @@ pub(super) fn run(lab: &Lab) -> Findings {
     }
 }
 
-fn rectangles() -> Vec<Pair> {
+fn rectangles() -> Vec<KnownFactor> {
     let mut pairs = Vec::new();
     let unit = [[0.0, 1.0], [0.0, 1.0]];
     for (what, to) in [
@@ -33,17 +34,17 @@ fn rectangles() -> Vec<Pair> {
     ] {
         let label = format!("parallel squares at distance 1: to {what}");
         let truth = closed_forms::parallel_rectangles(unit, to);
-        pairs.push(Pair::of_surfaces(label, shapes::parallel(unit, to), truth));
+        pairs.push(KnownFactor::of_surfaces(label, shapes::parallel(unit, to), truth));
     }
     for (x, z) in [([0.5, 1.5], [0.0, 1.0]), ([0.0, 1.0], [1.0, 3.0]), ([1.0, 2.0], [0.5, 1.0])] {
         let label = format!("floor strip {} … {} to wall strip {} … {}, length 1", x[0], x[1], z[0], z[1]);
         let truth = closed_forms::perpendicular_strips(x, z);
-        pairs.push(Pair::of_surfaces(label, shapes::perpendicular_strips(x, z), truth));
+        pairs.push(KnownFactor::of_surfaces(label, shapes::perpendicular_strips(x, z), truth));
     }
     pairs
 }
 
-fn strips() -> Vec<Pair> {
+fn strips() -> Vec<KnownFactor> {
     let corner = |k: u32| {
         let (sin, cos) = (std::f64::consts::FRAC_PI_3 * f64::from(k)).sin_cos();
         [cos, sin]
@@ -61,17 +62,17 @@ fn strips() -> Vec<Pair> {
         ("hexagon: side to the opposite one", hexagon(0), hexagon(3)),
     ] {
         let truth = closed_forms::crossed_strings(from, to);
-        pairs.push(Pair::of_surfaces(format!("endless {what}"), shapes::endless([from, to]), truth));
+        pairs.push(KnownFactor::of_surfaces(format!("endless {what}"), shapes::endless([from, to]), truth));
     }
     pairs
 }
 
-fn elements() -> Vec<Pair> {
+fn elements() -> Vec<KnownFactor> {
     let mut pairs = Vec::new();
     for (a, b) in [(1.0, 1.0), (0.5, 4.0)] {
         let truth = closed_forms::element_to_parallel_corner(a, b);
         let above = shapes::element([[[0.0, 0.0, 1.0], [0.0, b, 0.0], [a, 0.0, 0.0]]]);
-        pairs.push(Pair::of_surfaces(
+        pairs.push(KnownFactor::of_surfaces(
             format!("element to a parallel {a} × {b}, corner above it"),
             above,
             truth,
@@ -80,10 +81,14 @@ fn elements() -> Vec<Pair> {
     for (b, c) in [(1.0, 1.0), (3.0, 0.5)] {
         let truth = closed_forms::element_to_perpendicular_corner(b, c);
         let beside = shapes::element([[[1.0, 0.0, 0.0], [0.0, 0.0, c], [0.0, b, 0.0]]]);
-        pairs.push(Pair::of_surfaces(format!("element to a wall {b} long and {c} high"), beside, truth));
+        pairs.push(KnownFactor::of_surfaces(
+            format!("element to a wall {b} long and {c} high"),
+            beside,
+            truth,
+        ));
     }
     for (r, away) in [(1.0, 0.0), (0.5, 0.0), (1.0, 1.0), (0.7, 2.0)] {
-        pairs.push(Pair {
+        pairs.push(KnownFactor {
             label: format!("element to a disc of radius {r}, {away} off its axis"),
             spec: shapes::element_and_disc(r, away),
             group: |surface| surface.min(1),
@@ -95,8 +100,8 @@ fn elements() -> Vec<Pair> {
     pairs
 }
 
-fn annuli() -> Vec<Pair> {
-    let ring = |r1: f64, [r2, r3]: [f64; 2]| Pair {
+fn annuli() -> Vec<KnownFactor> {
+    let ring = |r1: f64, [r2, r3]: [f64; 2]| KnownFactor {
         label: format!("disc of radius {r1} to the annulus {r2} … {r3}"),
         spec: shapes::disc_and_annulus(r1, [r2, r3]),
         group: |surface| surface / shapes::SECTORS,

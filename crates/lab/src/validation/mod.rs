@@ -38,7 +38,7 @@ pub const CHAPTERS: [Chapter; 6] = [
 const PIECE: u64 = 1 << 16;
 
 /// A pair of groups whose factor is known.
-struct Pair {
+struct KnownFactor {
     label: String,
     spec: SceneSpec,
     /// The group of each surface.
@@ -49,15 +49,15 @@ struct Pair {
     truth: f64,
 }
 
-impl Pair {
+impl KnownFactor {
     /// From the first surface to the second.
     fn of_surfaces(label: String, spec: SceneSpec, truth: f64) -> Self {
-        Pair { label, spec, group: |surface| surface, from: 0, to: 1, truth }
+        KnownFactor { label, spec, group: |surface| surface, from: 0, to: 1, truth }
     }
 
     /// From a cavity to itself.
     fn to_itself(cavity: String, spec: SceneSpec, truth: f64) -> Self {
-        Pair { label: format!("{cavity}: to itself"), spec, group: |_| 0, from: 0, to: 0, truth }
+        KnownFactor { label: format!("{cavity}: to itself"), spec, group: |_| 0, from: 0, to: 0, truth }
     }
 
     /// The factor by walks of its first group, a row of sparse factors.
@@ -86,7 +86,7 @@ impl Pair {
 }
 
 /// The claims of pairs, each with a seed of its own.
-fn measure(lab: &Lab, kind: FactorKind, pairs: &[Pair]) -> Vec<Claim> {
+fn measure(lab: &Lab, kind: FactorKind, pairs: &[KnownFactor]) -> Vec<Claim> {
     (1..).zip(pairs).map(|(seed, pair)| pair.measure(lab, kind, seed)).collect()
 }
 
@@ -95,15 +95,15 @@ fn catalogue(lab: &Lab) -> Findings {
     for (x, y) in [(1.0, 1.0), (0.2, 0.2), (5.0, 5.0), (1.0, 10.0), (0.1, 3.0)] {
         let truth = closed_forms::opposed_rectangles(x, y);
         let label = format!("opposed rectangles, {x} × {y} at distance 1");
-        pairs.push(Pair::of_surfaces(label, shapes::opposed(x, y), truth));
+        pairs.push(KnownFactor::of_surfaces(label, shapes::opposed(x, y), truth));
     }
     for (w, h) in [(1.0, 1.0), (1.0, 0.1), (0.1, 1.0), (3.0, 3.0), (0.5, 4.0)] {
         let truth = closed_forms::perpendicular_rectangles(w, h);
         let label = format!("perpendicular rectangles, widths {w} to {h}, common edge 1");
-        pairs.push(Pair::of_surfaces(label, shapes::perpendicular(w, h), truth));
+        pairs.push(KnownFactor::of_surfaces(label, shapes::perpendicular(w, h), truth));
     }
     for (r1, r2) in [(1.0, 1.0), (0.5, 2.0), (3.0, 1.0)] {
-        pairs.push(Pair {
+        pairs.push(KnownFactor {
             label: format!("coaxial discs, radii {r1} to {r2} at distance 1"),
             spec: shapes::discs(r1, r2),
             group: |surface| surface / shapes::SECTORS,
@@ -114,15 +114,15 @@ fn catalogue(lab: &Lab) -> Findings {
     }
     for h in [0.25, 2.0] {
         let label = format!("endless strips, width 1 at distance {h}");
-        pairs.push(Pair::of_surfaces(label, shapes::strips(h), closed_forms::strips(h)));
+        pairs.push(KnownFactor::of_surfaces(label, shapes::strips(h), closed_forms::strips(h)));
     }
     for (angle, degrees) in [(FRAC_PI_6, 30), (FRAC_PI_2, 90), (2.0 * FRAC_PI_3, 120)] {
         let label = format!("endless plates with a common edge, {degrees}°");
-        pairs.push(Pair::of_surfaces(label, shapes::wedge(angle), closed_forms::wedge(angle)));
+        pairs.push(KnownFactor::of_surfaces(label, shapes::wedge(angle), closed_forms::wedge(angle)));
     }
     for [a, b, c] in [[1.0, 1.0, 1.0], [3.0, 4.0, 5.0], [2.0, 1.2, 1.0]] {
         let label = format!("endless prism, sides {a}, {b}, {c}: first to second");
-        pairs.push(Pair::of_surfaces(label, shapes::prism(a, b, c), closed_forms::prism(a, b, c)));
+        pairs.push(KnownFactor::of_surfaces(label, shapes::prism(a, b, c), closed_forms::prism(a, b, c)));
     }
     Findings {
         published: "J. R. Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*: C-11, C-14, C-41, C-1, C-3, and \
@@ -142,13 +142,17 @@ fn enclosures(lab: &Lab) -> Findings {
     let mut pairs = Vec::new();
     for depth in [0.5, 1.0, 3.0] {
         let cavity = format!("open box of 1 × 1 × {depth}");
-        pairs.push(Pair::to_itself(cavity, shapes::open_box(depth), 1.0 - 1.0 / (1.0 + 4.0 * depth)));
+        pairs.push(KnownFactor::to_itself(cavity, shapes::open_box(depth), 1.0 - 1.0 / (1.0 + 4.0 * depth)));
     }
     let pit = 4.0 * 0.5 * (0.25_f64 + 0.25).sqrt();
-    pairs.push(Pair::to_itself("pit of four triangles, depth 0.5".into(), shapes::pit(0.5), 1.0 - 1.0 / pit));
+    pairs.push(KnownFactor::to_itself(
+        "pit of four triangles, depth 0.5".into(),
+        shapes::pit(0.5),
+        1.0 - 1.0 / pit,
+    ));
     for (from, to, truth) in [(1, 0, 0.25), (1, 1, 0.75)] {
         let to_what = if to == 0 { "the cube in it" } else { "itself" };
-        pairs.push(Pair {
+        pairs.push(KnownFactor {
             label: format!("cube of 2 around a cube of 1: to {to_what}"),
             spec: shapes::cube_in_cube([0.0; 2]),
             group: |surface| surface / 6,
@@ -162,10 +166,10 @@ fn enclosures(lab: &Lab) -> Findings {
         let (area, opening) = shapes::areas(&sphere);
         sphere.surfaces.pop();
         let cavity = format!("icosphere of {} triangles, one of them open", 20 << (2 * cuts));
-        pairs.push(Pair::to_itself(cavity, sphere, 1.0 - opening / (area - opening)));
+        pairs.push(KnownFactor::to_itself(cavity, sphere, 1.0 - opening / (area - opening)));
     }
     for h in [0.5, 2.0] {
-        pairs.push(Pair {
+        pairs.push(KnownFactor {
             label: format!("endless street between walls of height {h}: its floor to the sky"),
             spec: shapes::street(h),
             group: |surface| surface,
@@ -186,9 +190,9 @@ fn enclosures(lab: &Lab) -> Findings {
 }
 
 fn gebhart(lab: &Lab) -> Findings {
-    let pairs: Vec<Pair> = [[0.8, 0.8], [0.7, 0.4], [0.1, 0.3], [0.9, 0.05]]
+    let pairs: Vec<KnownFactor> = [[0.8, 0.8], [0.7, 0.4], [0.1, 0.3], [0.9, 0.05]]
         .into_iter()
-        .map(|[e1, e2]| Pair {
+        .map(|[e1, e2]| KnownFactor {
             label: format!("emissivities {e1} inside, {e2} outside: absorbed by the enclosure"),
             spec: shapes::cube_in_cube([1.0 - e1, 1.0 - e2]),
             group: |surface| surface / 6,

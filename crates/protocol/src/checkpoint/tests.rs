@@ -35,7 +35,7 @@ fn of(tally: Tally) -> Checkpoint {
     let deliveries = delivered(tally.counts.walks, digest);
     let worker = Contributor { name: "here:1".into(), walks: tally.counts.walks, leases: 1, faults: 0 };
     let book = Book {
-        parts: vec![Part { job_hash: [1; 32], seed: 42, first: 7, deliveries }],
+        parts: vec![WalkRange { job_hash: [1; 32], seed: 42, first: 7, deliveries }],
         out_of_order: vec![],
         workers: vec![worker],
         looks: vec![Look { walks: 50, median_relative_error: 0.1, promising: true, ..Look::default() }],

@@ -2,7 +2,7 @@
 
 use bincode::Decode;
 
-use super::{Book, Look, Part, Session};
+use super::{Book, Look, Session, WalkRange};
 use crate::codec::decode_book;
 use crate::deliveries::{Deliveries, Delivery, Growing};
 use crate::digest::Digest;
@@ -50,7 +50,7 @@ pub(super) fn book(bytes: &[u8]) -> Option<Book> {
             roster.credit(&lease);
             growing.push(lease);
         }
-        Some(Part { job_hash, seed, first, deliveries: growing.into_deliveries() })
+        Some(WalkRange { job_hash, seed, first, deliveries: growing.into_deliveries() })
     };
     let parts = parts.into_iter().map(part).collect::<Option<_>>()?;
     let (out_of_order, workers) = (vec![], roster.into_workers());

@@ -10,9 +10,9 @@ use crate::parcel::Parcel;
 
 /// A range of walks that waits beyond a gap: an out-of-order range.
 #[derive(Debug)]
-pub(super) struct Waiting {
+pub(super) struct WaitingRange {
     pub(super) end: u64,
-    pub(super) sums: Sums,
+    pub(super) sums: RangeSums,
     pub(super) deliveries: Growing,
 }
 
@@ -41,54 +41,58 @@ impl OutOfOrderRange {
 /// The sums of an out-of-order range. Those of a single lease stay packed: most are soon added to the prefix, and the others take
 /// less memory.
 #[derive(Debug)]
-pub(super) enum Sums {
+pub(super) enum RangeSums {
     Packed(Parcel),
     Merged(Tally),
 }
 
-impl Sums {
+impl RangeSums {
     pub(super) fn add_to(&self, tally: &mut Tally) -> Result<(), MergeError> {
         match self {
-            Sums::Packed(parcel) => Ok(parcel.add_to(tally)?),
-            Sums::Merged(merged) => tally.merge(merged),
+            RangeSums::Packed(parcel) => Ok(parcel.add_to(tally)?),
+            RangeSums::Merged(merged) => tally.merge(merged),
         }
     }
 
     pub(super) fn counts(&self) -> &Counts {
         match self {
-            Sums::Packed(parcel) => parcel.counts(),
-            Sums::Merged(merged) => &merged.counts,
+            RangeSums::Packed(parcel) => parcel.counts(),
+            RangeSums::Merged(merged) => &merged.counts,
         }
     }
 
     pub(super) fn packed(&self) -> Vec<u8> {
         match self {
-            Sums::Packed(parcel) => parcel.packed().to_vec(),
-            Sums::Merged(merged) => pack(merged.sums()),
+            RangeSums::Packed(parcel) => parcel.packed().to_vec(),
+            RangeSums::Merged(merged) => pack(merged.sums()),
         }
     }
 
     /// Adds other sums to these; `empty` makes a tally of the same shape.
-    fn add(&mut self, mut other: Sums, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
+    fn add(&mut self, mut other: RangeSums, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
         // If either side has a tally already, no further one is made.
-        if matches!((&*self, &other), (Sums::Packed(_), Sums::Merged(_))) {
+        if matches!((&*self, &other), (RangeSums::Packed(_), RangeSums::Merged(_))) {
             std::mem::swap(self, &mut other);
         }
-        if let Sums::Packed(parcel) = self {
+        if let RangeSums::Packed(parcel) = self {
             let mut tally = empty();
             parcel.add_to(&mut tally)?;
-            *self = Sums::Merged(tally);
+            *self = RangeSums::Merged(tally);
         }
         match self {
-            Sums::Merged(tally) => other.add_to(tally),
-            Sums::Packed(_) => unreachable!("merged above"),
+            RangeSums::Merged(tally) => other.add_to(tally),
+            RangeSums::Packed(_) => unreachable!("merged above"),
         }
     }
 }
 
-impl Waiting {
+impl WaitingRange {
     /// Adds the range that follows this one.
-    pub(super) fn append(&mut self, later: Waiting, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
+    pub(super) fn append(
+        &mut self,
+        later: WaitingRange,
+        empty: impl Fn() -> Tally,
+    ) -> Result<(), MergeError> {
         self.sums.add(later.sums, empty)?;
         self.deliveries.append(later.deliveries.deliveries());
         self.end = later.end;

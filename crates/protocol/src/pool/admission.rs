@@ -1,7 +1,7 @@
 //! Admission: which peers are let in, and how much of what they claim is believed.
 
-use super::peer::Stage;
-use super::{Step, WorkerPool, printable, refuse};
+use super::peer::PeerStage;
+use super::{PoolOutcome, WorkerPool, printable, refuse};
 use crate::lead::{Action, Notice, PeerId};
 use crate::message::{Hello, LeaseId, PROTOCOL, ToWorker};
 use crate::provenance::{NAME_CHARS, plain_name};
@@ -53,7 +53,7 @@ impl WorkerPool {
             return refuse(id, name, reason);
         }
         let peer = self.peers.get_mut(&id).expect("the caller found it");
-        peer.stage = Stage::Welcomed;
+        peer.stage = PeerStage::Welcomed;
         peer.name = name;
         peer.relays = hello.relays;
         // A relay reports later how many threads its workers have.
@@ -64,26 +64,26 @@ impl WorkerPool {
     }
 
     /// Starts a peer that has built its replica, if its hashes of scene and job are ours.
-    pub(super) fn on_ready(&mut self, id: PeerId, scene_hash: [u8; 32], job_hash: [u8; 32]) -> Step {
+    pub(super) fn on_ready(&mut self, id: PeerId, scene_hash: [u8; 32], job_hash: [u8; 32]) -> PoolOutcome {
         if (scene_hash, job_hash) != (self.terms.scene_hash, self.terms.job_hash) {
             self.spent.workers_lost += 1;
             let peer = self.peers.remove(&id).expect("the caller found it");
             let reason = "its replica of the scene differs (its build or memory is faulty)";
-            return Step::Still(refuse(id, peer.name, reason.into()));
+            return PoolOutcome::Still(refuse(id, peer.name, reason.into()));
         }
         self.spent.workers_seen += 1;
         let peer = self.peers.get_mut(&id).expect("the caller found it");
-        peer.stage = Stage::Working;
+        peer.stage = PeerStage::Working;
         self.workers_now += 1;
         let joined = Notice::Joined { name: peer.name.clone(), threads: peer.threads };
         self.believe(id);
         self.gets_on(id);
         self.consider(id);
-        Step::Moved(vec![Action::Tell(joined)])
+        PoolOutcome::Moved(vec![Action::Tell(joined)])
     }
 
     /// Takes up a relay's new number of threads.
-    pub(super) fn on_capacity(&mut self, id: PeerId, threads: u32, lease_seconds: f64) -> Step {
+    pub(super) fn on_capacity(&mut self, id: PeerId, threads: u32, lease_seconds: f64) -> PoolOutcome {
         let least = self.lease_seconds(self.ticked);
         self.doubt(id);
         let peer = self.peers.get_mut(&id).expect("the caller found it");
@@ -92,7 +92,7 @@ impl WorkerPool {
         peer.lease_seconds = wanted.clamp(0.0, LONGEST_RELAYED * least);
         self.believe(id);
         self.consider(id);
-        Step::Moved(vec![])
+        PoolOutcome::Moved(vec![])
     }
 
     /// Adds the believed threads of a peer to the totals. Each peer keeps a share of [`MOST_SLOTS`], whatever the
@@ -113,7 +113,7 @@ impl WorkerPool {
     }
 
     /// Takes a lease back from a relay that has lost its workers.
-    pub(super) fn on_return(&mut self, id: PeerId, lease: LeaseId) -> Step {
+    pub(super) fn on_return(&mut self, id: PeerId, lease: LeaseId) -> PoolOutcome {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
         // A return costs as much as some heartbeats: a relay that only gives leases back is faulty.
         peer.beats -= BEATS_PER_RETURN;
@@ -126,6 +126,6 @@ impl WorkerPool {
         self.holders.remove(&lease);
         self.ledger.lose(lease);
         self.consider(id);
-        Step::Moved(vec![])
+        PoolOutcome::Moved(vec![])
     }
 }

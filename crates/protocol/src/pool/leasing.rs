@@ -23,7 +23,7 @@ const MOST_LATE: usize = 64;
 const LATE_LOOK: Duration = Duration::from_millis(100);
 
 /// A range of walks that is out, and how late it is.
-pub(super) struct Late {
+pub(super) struct LateLease {
     start: u64,
     lease: LeaseId,
     /// The workers that have these walks.
@@ -34,7 +34,7 @@ pub(super) struct Late {
     pub(super) holds_up: bool,
 }
 
-impl Late {
+impl LateLease {
     fn copies_at(&self, id: PeerId) -> usize {
         self.holders.iter().filter(|&&holder| holder == id).count()
     }
@@ -198,7 +198,7 @@ impl WorkerPool {
 
     /// The late leases below a walk, lowest first, since everything waits for the lowest. Of walks that are out more
     /// than once the last lease counts, and each copy is given twice the patience of the one before.
-    fn late(&self, now: Now, below: u64) -> Vec<Late> {
+    fn late(&self, now: Now, below: u64) -> Vec<LateLease> {
         let fastest = self.fastest();
         let below = |&(start, _): &(u64, &[LeaseId])| start < below;
         let out = self.ledger.out().take_while(below).take(MOST_LOOKED_AT);
@@ -212,7 +212,7 @@ impl WorkerPool {
     }
 
     /// The lowest walks that are out and of which no worker keeps a result.
-    pub(super) fn gap(&self, now: Now) -> Option<Late> {
+    pub(super) fn gap(&self, now: Now) -> Option<LateLease> {
         let mut out = self.ledger.out().take(MOST_LOOKED_AT);
         let (start, leases) = out.find(|&(start, leases)| !self.transfers.keeps_any(start, leases))?;
         self.look_at(start, leases, self.fastest(), now)
@@ -224,7 +224,7 @@ impl WorkerPool {
     }
 
     /// Looks up how late the walks of some leases are.
-    fn look_at(&self, start: u64, leases: &[LeaseId], fastest: f64, now: Now) -> Option<Late> {
+    fn look_at(&self, start: u64, leases: &[LeaseId], fastest: f64, now: Now) -> Option<LateLease> {
         let holders: Vec<PeerId> =
             leases.iter().filter_map(|lease| self.holders.get(lease).copied()).collect();
         let given = leases.iter().zip(&holders).map(|(lease, id)| self.peers[id].leases[lease].awake);
@@ -234,7 +234,7 @@ impl WorkerPool {
             / 2.0;
         let waited = (self.awake - since).as_secs_f64();
         let (is_late, holds_up) = (waited > patience, waited > GAP_PATIENCE * patience);
-        Some(Late { start, lease: leases[0], holders, is_late, holds_up })
+        Some(LateLease { start, lease: leases[0], holders, is_late, holds_up })
     }
 
     /// The time that a lease may take before it is late [s].

@@ -8,7 +8,7 @@ use crate::message::LeaseId;
 
 /// The state of a connection.
 #[derive(Debug)]
-pub(super) enum Stage {
+pub(super) enum PeerStage {
     /// The peer has proved that it knows the key.
     Admitted,
     /// The peer was let in and builds its replica of the scene.
@@ -31,7 +31,7 @@ pub(super) struct Since {
 /// A connection, and the leases of its worker.
 #[derive(Debug)]
 pub(super) struct Peer {
-    pub stage: Stage,
+    pub stage: PeerStage,
     pub name: String,
     /// Whether the peer is a relay, whose own workers shoot its walks.
     pub relays: bool,
@@ -65,7 +65,7 @@ impl Peer {
     /// A peer that has just proved that it knows the key, at `now` of the waking clock.
     pub(super) fn new(id: PeerId, now: Duration, beats: f64) -> Self {
         Peer {
-            stage: Stage::Admitted,
+            stage: PeerStage::Admitted,
             name: format!("peer {id}"),
             relays: false,
             threads: 0,
@@ -85,7 +85,7 @@ impl Peer {
     }
 
     pub(super) fn is_working(&self) -> bool {
-        matches!(self.stage, Stage::Working)
+        matches!(self.stage, PeerStage::Working)
     }
 
     /// The threads that are believed: more with every result, so that a claim alone gains nothing.

@@ -5,15 +5,15 @@ use std::collections::HashMap;
 use radiosity::{Counts, MergeError};
 
 use super::peer::Peer;
-use super::{SILENCE, Step, WorkerPool};
+use super::{PoolOutcome, SILENCE, WorkerPool};
 use crate::deliveries::Delivery;
 use crate::lead::{Action, Now, PeerId};
 use crate::message::{LeaseId, LeaseResult, SMALL_TALLY, ToWorker};
 use crate::pace::MOST_KEPT;
 use crate::parcel::Parcel;
-use crate::provenance::Provenance;
+use crate::provenance::LeaseProvenance;
 use crate::rejected::Rejected;
-use crate::transfers::{Offer, Room};
+use crate::transfers::{Offer, TransferRoom};
 
 /// The bytes of memory that each worker adds to the leader's room for out-of-order ranges, and for results under way.
 const OUT_OF_ORDER_SHARE: usize = 32 << 10;
@@ -21,13 +21,15 @@ const STAGING_SHARE: usize = 8 << 10;
 
 impl WorkerPool {
     /// Notes a worker's offer of a large result, and asks for it when there is room.
-    pub(super) fn on_offer(&mut self, id: PeerId, lease: LeaseId, bytes: u64) -> Step {
+    pub(super) fn on_offer(&mut self, id: PeerId, lease: LeaseId, bytes: u64) -> PoolOutcome {
         let sums = self.terms.sums();
         let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
         let peer = &self.peers[&id];
         let offered = match self.ledger.range(lease) {
             // Another worker was faster.
-            None if peer.leases.contains_key(&lease) => return Step::Moved(vec![self.spare(id, lease)]),
+            None if peer.leases.contains_key(&lease) => {
+                return PoolOutcome::Moved(vec![self.spare(id, lease)]);
+            }
             Some(walks)
                 if peer.leases.contains_key(&lease) && (sums..=self.terms.most_bytes()).contains(&bytes) =>
             {
@@ -36,14 +38,14 @@ impl WorkerPool {
             _ => false,
         };
         if offered {
-            Step::Still(self.ask())
+            PoolOutcome::Still(self.ask())
         } else {
             self.drop_peer(id, "offered a result that it was not asked for")
         }
     }
 
     /// Takes the result of a lease, whole or not at all.
-    pub(super) fn on_result(&mut self, id: PeerId, mut result: LeaseResult, now: Now) -> Step {
+    pub(super) fn on_result(&mut self, id: PeerId, mut result: LeaseResult, now: Now) -> PoolOutcome {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
         let lease = result.lease;
         let asked = match self.terms.sums() {
@@ -70,11 +72,11 @@ impl WorkerPool {
                 peer.rate = if peer.rate == 0.0 { rate } else { 0.5 * (peer.rate + rate) };
                 self.last_result = now;
                 self.trust(id);
-                Step::Moved(vec![])
+                PoolOutcome::Moved(vec![])
             }
             // Another worker was faster, or this worker was given up and is back.
-            Err(Rejected::NotLeased(_)) => Step::Moved(vec![]),
-            Err(Rejected::Tally(MergeError::Overflow(_))) => Step::Overflow,
+            Err(Rejected::NotLeased(_)) => PoolOutcome::Moved(vec![]),
+            Err(Rejected::Tally(MergeError::Overflow(_))) => PoolOutcome::Overflow,
             Err(rejected) => {
                 self.ledger.lose(lease);
                 self.ban(id, &rejected.to_string())
@@ -102,7 +104,7 @@ impl WorkerPool {
                     .map_or(Ok(()), |breach| Err(Rejected::Impossible(breach)))?;
                 provenance.entered(name, &mut self.roster)
             }
-            false if provenance == Provenance::default() => {
+            false if provenance == LeaseProvenance::default() => {
                 vec![Delivery::lease(walks, self.roster.number(name), digest)]
             }
             false => return Err(Rejected::Impossible("it is in parts, though no relay sent it")),
@@ -136,7 +138,7 @@ impl WorkerPool {
         let void = self.transfers.take_void(&self.ledger);
         let mut actions: Vec<Action> = void.into_iter().map(|(id, lease)| self.spare(id, lease)).collect();
         let (workers, tally) = (self.workers_now, (size_of::<u128>() * self.terms.sums()).max(1));
-        let room = Room {
+        let room = TransferRoom {
             ranges: 1 + workers * OUT_OF_ORDER_SHARE / tally,
             bytes: tally / 4 + workers * STAGING_SHARE,
         };

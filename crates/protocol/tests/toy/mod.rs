@@ -6,7 +6,7 @@ use std::ops::Range;
 use protocol::codec::{pack, unpack};
 use protocol::digest::Digester;
 use protocol::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
-use protocol::{Coordinator, Limits, Look, Past, Plan, Provenance};
+use protocol::{Coordinator, JobPlan, LeaseProvenance, Limits, Look, Past};
 use radiosity::{Counts, Layout, Tally};
 
 pub const PATCHES: usize = 3;
@@ -86,8 +86,8 @@ pub fn straight(walks: Range<u64>) -> Tally {
 }
 
 /// A plan without target or clock.
-pub fn plan(paths: u64, stream_paths: u64) -> Plan {
-    Plan {
+pub fn plan(paths: u64, stream_paths: u64) -> JobPlan {
+    JobPlan {
         job: JOB.into(),
         scene_hash: SCENE_HASH,
         job_hash: JOB_HASH,
@@ -112,7 +112,7 @@ pub fn judge(mut met: impl FnMut(&Tally) -> bool + 'static) -> protocol::Judge {
 }
 
 /// A coordinator of a new job.
-pub fn coordinator(plan: Plan) -> Coordinator {
+pub fn coordinator(plan: JobPlan) -> Coordinator {
     let past = Past::none(Tally::new(plan.patches, plan.layout));
     Coordinator::new(plan, past)
 }
@@ -144,7 +144,7 @@ pub fn result_of(lease: u64, tally: &Tally) -> LeaseResult {
         digest: Digester::new(&SCENE_HASH).digest(tally),
         counts: Box::new(tally.counts.to_array()),
         sums: pack(tally.sums()),
-        provenance: Provenance::default(),
+        provenance: LeaseProvenance::default(),
     }
 }
 

@@ -12,9 +12,9 @@ use super::sensing::SENSING_PART;
 use crate::geometry::face::Face;
 use crate::hands::Hands;
 use crate::jacobi::faces::FaceTable;
-use crate::jacobi::final_gather::{Gathered, final_gather};
+use crate::jacobi::final_gather::{GatheredLight, final_gather};
 use crate::jacobi::plan::Solve;
-use crate::jacobi::{self, ChainBoard, Iteration, Outcome, Reciprocity};
+use crate::jacobi::{self, ChainBoard, ChainOutcome, Iteration, Reciprocity};
 use crate::method::{Batches, Chains, Method, Score};
 use crate::random::Sampler;
 use crate::random::quasi::Quasi;
@@ -42,7 +42,7 @@ impl Experiment {
         sequence: &Sequence,
         batches: Range<u64>,
         (board, sensing): (&mut ChainBoard<M>, &mut Option<Sensing<M>>),
-        one: impl Fn(u64) -> Option<Outcome>,
+        one: impl Fn(u64) -> Option<ChainOutcome>,
         go_on: &dyn Fn() -> bool,
     ) -> Counts {
         let mut counts = Counts::default();
@@ -69,7 +69,7 @@ impl Experiment {
         chain: u64,
         plan: &Chains,
         hands: &dyn Hands,
-    ) -> Option<Outcome> {
+    ) -> Option<ChainOutcome> {
         let aim = |faces: &FaceTable| self.aim(faces, plan.rays, hands);
         jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, (plan.solve, plan.linear), aim, hands)
     }
@@ -90,7 +90,7 @@ impl Experiment {
         batch: u64,
         plan: &Batches,
         go_on: &dyn Fn() -> bool,
-    ) -> Option<Outcome> {
+    ) -> Option<ChainOutcome> {
         let (walks, (estimator, space)) = (plan.walks, plan.score.of_walks());
         let score = if self.method.is_linear() { Score::Linear(estimator) } else { Score::Of(estimator) };
         let numbers = Quasi::new(sequence, batch, walks);
@@ -117,7 +117,7 @@ impl Experiment {
     }
 
     /// H of every face, and the counts of one walk, the batch.
-    fn outcome(&self, estimator: Estimator, tally: &Tally) -> Outcome {
+    fn outcome(&self, estimator: Estimator, tally: &Tally) -> ChainOutcome {
         let (faces, channels) = (self.scene.faces(), self.scene.channels());
         let walks = tally.counts.walks;
         let per_unit = |face: (usize, &Face), channel: usize| {
@@ -137,7 +137,7 @@ impl Experiment {
         let with_slopes = if self.method.is_linear() { channels } else { 0 };
         let by_face = faces.iter().enumerate();
         let per_walk = |weights: [u128; 3]| weights.map(|weight| weight / u128::from(walks));
-        Outcome {
+        ChainOutcome {
             irradiance: by_face
                 .flat_map(|(i, face)| (0..channels).map(move |c| irradiance((i, &face), c)))
                 .collect(),
@@ -160,11 +160,11 @@ impl Experiment {
     /// Replaces the patches of the final gather in an outcome by what their own rays gather.
     fn gathered(
         &self,
-        mut outcome: Outcome,
+        mut outcome: ChainOutcome,
         sequence: &Sequence,
         batch: u64,
         go_on: &dyn Fn() -> bool,
-    ) -> Option<Outcome> {
+    ) -> Option<ChainOutcome> {
         let chosen = self.method.final_gather();
         if chosen.is_empty() {
             return Some(outcome);
@@ -175,7 +175,7 @@ impl Experiment {
         let rng = sequence.walk(GATHERING_RAYS + batch);
         let rays = outcome.counts.rays / GATHERING_PART;
         let gathered = final_gather(&faces, &chosen, &reflected, rays, rng, go_on)?;
-        for Gathered { face, irradiance, landed, rays } in gathered {
+        for GatheredLight { face, irradiance, landed, rays } in gathered {
             let i = face as usize;
             outcome.irradiance[i * channels..][..channels].copy_from_slice(&irradiance);
             outcome.landed[i] += landed;
@@ -185,7 +185,7 @@ impl Experiment {
     }
 
     /// b = R·H of every face, face-major and channel-minor [W/m²].
-    fn reflected(&self, outcome: &Outcome) -> Vec<f64> {
+    fn reflected(&self, outcome: &ChainOutcome) -> Vec<f64> {
         let of_face = |(face, h): (Face, &[f64])| {
             h.iter().enumerate().map(|(c, h)| face.reflectance[c] * h).collect::<Vec<f64>>()
         };

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::jacobi::final_gather::Gathered;
+use crate::jacobi::final_gather::GatheredLight;
 use crate::jacobi::{ChainBoard, UNITS};
 use crate::tally::{ColouredBoard, Layout, LinearBoard, Overflow, Scoreboard, Tally};
 use crate::walk::marks::MarkBoard;
@@ -16,7 +16,7 @@ pub struct Board<const M: usize> {
     /// The scores of sensors, where there are any.
     pub(super) sensing: Option<Sensing<M>>,
     /// The scores of groups, where there are any; with sensors, groups are sources alone.
-    pub(super) apart: Option<Apart>,
+    pub(super) apart: Option<GroupSums>,
 }
 
 /// A board that can be emptied: as walking, this is compiled with this crate, once for each number of power sums that is in use.
@@ -55,7 +55,7 @@ impl Emptied for Board<2> {
 
 /// What a board keeps for groups of patches.
 #[derive(Clone, Debug)]
-pub(super) struct Apart {
+pub(super) struct GroupSums {
     /// The number of faces of the scene.
     pub(super) faces: usize,
     /// What materials do, where that is asked for.
@@ -128,7 +128,7 @@ impl<const M: usize> Board<M> {
     }
 }
 
-impl Apart {
+impl GroupSums {
     /// Hands over what faces have scored: all classes together, then each but the first, then what materials do.
     fn take<const M: usize>(&mut self, scores: &mut Scores<M>) -> Result<Tally, Overflow> {
         scores.total_first(self.faces);
@@ -228,7 +228,7 @@ impl<const M: usize> Sensing<M> {
     }
 
     /// Scores what one sample of every cell has gathered: H over `largest`.
-    pub(super) fn add(&mut self, largest: &[f64; 3], gathered: &[Gathered]) {
+    pub(super) fn add(&mut self, largest: &[f64; 3], gathered: &[GatheredLight]) {
         let Layout { moments, events, .. } = self.layout;
         let last = self.layout.columns() - 1;
         let Some(sums) = &mut self.sums else { return };
@@ -241,7 +241,7 @@ impl<const M: usize> Sensing<M> {
         let count = rows.next().expect("the row of samples");
         add(&mut count[0], Some(1));
         add(&mut count[1], Some(gathered.iter().map(|cell| u128::from(cell.rays)).sum()));
-        for (row, Gathered { irradiance, landed, .. }) in rows.zip(gathered) {
+        for (row, GatheredLight { irradiance, landed, .. }) in rows.zip(gathered) {
             for (c, h) in irradiance.iter().enumerate() {
                 let x = (h / largest[c] * units(M) + 0.5) as u128;
                 let mut power = Some(1_u128);

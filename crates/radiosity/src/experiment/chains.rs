@@ -44,7 +44,7 @@ impl Student {
     /// Links: one more of them in one of the chains would add its square u² to the square of s/√n. [`MORE`]·u is added beforehand.
     /// Hits: the interval is that of a count ([`stats::batches_interval`]). Where nothing has come in, what could have come has stayed out
     /// with probability ½(1 − confidence) at least.
-    pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64, by: By) -> Told {
+    pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64, by: By) -> ChainEstimate {
         let mean = per_unit * moments.mean().unwrap_or(0.0);
         let quantile = self.quantile.filter(|_| moments.standard_error().is_some());
         let sample_error = moments.standard_error().map_or(0.0, |error| per_unit * error);
@@ -69,7 +69,7 @@ impl Student {
             _ => (0.0, most.max(mean)),
         };
         let error = Some(error).filter(|_| sample_error > 0.0).zip(self.deviation);
-        Told { mean, error: error.map(|(error, deviation)| deviation * error), low, high }
+        ChainEstimate { mean, error: error.map(|(error, deviation)| deviation * error), low, high }
     }
 }
 
@@ -85,7 +85,7 @@ pub(super) enum By {
 }
 
 /// A mean, its standard error, and its interval.
-pub(super) struct Told {
+pub(super) struct ChainEstimate {
     pub(super) mean: f64,
     pub(super) error: Option<f64>,
     pub(super) low: f64,
@@ -95,7 +95,7 @@ pub(super) struct Told {
 /// What single links or hits bring.
 #[derive(Clone, Debug)]
 pub(super) enum Contributions {
-    Links(Vec<Links>),
+    Links(Vec<ExtraLink>),
     Hits(Estimator, u64),
 }
 
@@ -105,7 +105,7 @@ impl Contributions {
         match experiment.method() {
             Method::Chains(Chains { solve: Solve::Links, .. }) => {
                 let channels = 0..experiment.scene().channels();
-                Some(Contributions::Links(channels.map(|c| Links::new(experiment, tally, c)).collect()))
+                Some(Contributions::Links(channels.map(|c| ExtraLink::new(experiment, tally, c)).collect()))
             }
             Method::Batches(batches) => Some(Contributions::Hits(batches.score.of_walks().0, batches.walks)),
             Method::Chains(_) | Method::Walks(_) => None,
@@ -140,11 +140,11 @@ impl Contributions {
 /// A ray from j that meets i brings (B_j − B_i)/(A_i(d_i + d_j)), d being rays per area. Means are by what comes along the links: with
 /// A_j|B_j − B_i| for weights, the difference is D = ΣA(B − B_i)²/ΣA|B − B_i|, and D/d_j is P = ΣA(B − B_i)²/d / ΣA|B − B_i|.
 #[derive(Clone, Debug)]
-pub(super) struct Links {
+pub(super) struct ExtraLink {
     one: Vec<f64>,
 }
 
-impl Links {
+impl ExtraLink {
     fn new(experiment: &Experiment, tally: &Tally, channel: usize) -> Self {
         let faces = experiment.scene().faces();
         let areas: Vec<f64> = faces.iter().map(|face| face.area).collect();
@@ -164,11 +164,11 @@ impl Links {
         let aim = jacobi::aim::density(&areas, std::slice::from_ref(&radiosity));
         let density: Vec<f64> =
             aim.iter().zip(&areas).map(|(part, area)| part * ends as f64 / area).collect();
-        Links { one: one_more(&areas, &radiosity, &density) }
+        ExtraLink { one: one_more(&areas, &radiosity, &density) }
     }
 }
 
-/// [`Links`] of radiosities \[W/m²\] and rays per area \[1/m²\].
+/// [`ExtraLink`] of radiosities \[W/m²\] and rays per area \[1/m²\].
 fn one_more(areas: &[f64], radiosity: &[f64], density: &[f64]) -> Vec<f64> {
     let area: f64 = areas.iter().sum();
     // About their mean, so that nothing cancels where all are nearly alike.

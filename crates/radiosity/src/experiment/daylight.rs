@@ -106,7 +106,8 @@ impl Coefficients {
         tally.backs += counts.absorbed_back;
     }
 
-    /// Whether the middle of a cell sees a direction of length 1, and the cosine between this and the cell's normal; 0 where it does not.
+    /// What the middle of a cell receives through panes of light from a direction of length 1: the cosine between this and the cell's normal
+    /// times the part that passes; 0 where something stands between.
     pub fn sees(&self, cell: usize, direction: [f64; 3]) -> f64 {
         let cell = self.sensors.cell(cell);
         let frame = self.sensors.frame(&cell);
@@ -116,6 +117,9 @@ impl Coefficients {
         }
         let middle = self.sensors.place(&cell, [1 << 31; 2]);
         let ray = Ray { origin: frame.point(middle).into(), direction: direction.into(), from: Ray::FREE };
-        if self.scene.closest_hit(&ray).is_none() { cosine } else { 0.0 }
+        match self.scene.closest_hit(&ray) {
+            None => cosine * self.scene.passed_panes(&ray, f64::INFINITY),
+            Some(_) => 0.0,
+        }
     }
 }

@@ -13,7 +13,7 @@ pub(super) struct Gathering {
     pub(super) births: Births,
     /// p_i: the probability that a walk is born on face i.
     pub(super) probability: Vec<f64>,
-    pub(super) values: Values,
+    pub(super) values: EventValues,
     /// The largest value of an event [W/m²], per channel.
     pub(super) largest_value: [f64; 3],
     /// B̄ = max_s E_s/(1 − R_s) [W/m²], per channel.
@@ -24,7 +24,7 @@ pub(super) struct Gathering {
 
 /// What an event on patch j is worth, over the largest value.
 #[derive(Clone, Debug)]
-pub(super) enum Values {
+pub(super) enum EventValues {
     Grey(Vec<[f64; 1]>),
     Coloured(Vec<[f64; 3]>),
     /// The values of an arrival, a death and a survival.
@@ -82,11 +82,13 @@ impl Gathering {
         };
         let (faces, event) = (scene.faces().iter(), estimator.kind().event());
         let values = match (score, scene.channels()) {
-            (Score::Mix, _) => Values::Related(
+            (Score::Mix, _) => EventValues::Related(
                 faces.map(|face| RELATED_EVENTS.map(|event| scaled(&face, event, 0))).collect(),
             ),
-            (_, 1) => Values::Grey(faces.map(|face| [scaled(&face, event, 0)]).collect()),
-            _ => Values::Coloured(faces.map(|face| PER_CHANNEL.map(|c| scaled(&face, event, c))).collect()),
+            (_, 1) => EventValues::Grey(faces.map(|face| [scaled(&face, event, 0)]).collect()),
+            _ => EventValues::Coloured(
+                faces.map(|face| PER_CHANNEL.map(|c| scaled(&face, event, c))).collect(),
+            ),
         };
         let ratio_bound = PER_CHANNEL.map(|c| {
             if largest_value[c] == 0.0 {

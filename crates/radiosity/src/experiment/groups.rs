@@ -26,7 +26,7 @@ pub struct PatchGroup {
 
 /// A material whose influence is asked for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Material {
+pub struct SensitivityMaterial {
     /// The name of the material.
     pub name: String,
     /// R of all its faces.
@@ -55,7 +55,7 @@ pub(super) struct Mixture {
 #[derive(Clone, Debug)]
 pub struct Groups {
     sources: Vec<String>,
-    materials: Vec<Material>,
+    materials: Vec<SensitivityMaterial>,
     pub(super) classes: Vec<Class>,
     /// For each face that emits, and behind the faces for each lamp without area, the first row of its class among the slots of a board; 0
     /// for others.
@@ -146,7 +146,7 @@ impl Groups {
     }
 
     /// The materials whose influence is asked for.
-    pub fn materials(&self) -> &[Material] {
+    pub fn materials(&self) -> &[SensitivityMaterial] {
         &self.materials
     }
 
@@ -243,7 +243,10 @@ fn sources_of_patches(scene: &Scene, groups: &[PatchGroup]) -> Result<Vec<u32>, 
 }
 
 /// The material of every patch, or [`NO_MATERIAL`], and what the materials are.
-fn materials_of_patches(scene: &Scene, groups: &[PatchGroup]) -> Result<(Vec<u32>, Vec<Material>), Unfit> {
+fn materials_of_patches(
+    scene: &Scene,
+    groups: &[PatchGroup],
+) -> Result<(Vec<u32>, Vec<SensitivityMaterial>), Unfit> {
     let faces = scene.faces();
     let mut numbers = vec![NO_MATERIAL; faces.patch_count()];
     let mut materials = Vec::new();
@@ -255,7 +258,7 @@ fn materials_of_patches(scene: &Scene, groups: &[PatchGroup]) -> Result<(Vec<u32
     Ok((numbers, materials))
 }
 
-fn material(faces: &Faces, group: &PatchGroup) -> Result<Material, Unfit> {
+fn material(faces: &Faces, group: &PatchGroup) -> Result<SensitivityMaterial, Unfit> {
     let of_group = || group.patches().map(|patch| faces.get(patch as usize));
     let uneven = || Unfit::UnevenMaterial { name: group.name.clone() };
     let reflectance = of_group().next().ok_or_else(uneven)?.reflectance;
@@ -264,7 +267,7 @@ fn material(faces: &Faces, group: &PatchGroup) -> Result<Material, Unfit> {
     }
     let emittances = || of_group().map(|face| face.emittance).filter(|emittance| emittance.is_lit());
     let emittance = emittances().next().filter(|&first| emittances().all(|other| other == first));
-    Ok(Material { name: group.name.clone(), reflectance, emittance })
+    Ok(SensitivityMaterial { name: group.name.clone(), reflectance, emittance })
 }
 
 fn check_range(group: &PatchGroup, patches: usize) -> Result<(), Unfit> {

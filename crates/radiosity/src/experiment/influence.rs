@@ -3,7 +3,7 @@
 use stats::{Moments, mean_interval};
 
 use super::Experiment;
-use super::groups::{Groups, Material};
+use super::groups::{Groups, SensitivityMaterial};
 use super::solution::{Estimate, Estimates};
 use crate::geometry::face::Face;
 use crate::tally::Tally;
@@ -65,7 +65,7 @@ impl<'a> Influences<'a> {
     }
 
     /// The materials, by number.
-    pub fn materials(&self) -> &'a [Material] {
+    pub fn materials(&self) -> &'a [SensitivityMaterial] {
         self.groups.materials()
     }
 

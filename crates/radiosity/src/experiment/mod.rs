@@ -26,7 +26,7 @@ mod unfit;
 
 pub use board::{Board, Emptied};
 pub use gathering::birth_probabilities;
-pub use groups::{Groups, Material, PatchGroup};
+pub use groups::{Groups, PatchGroup, SensitivityMaterial};
 pub use lost::Lost;
 pub use meaning::Meaning;
 pub use run::Compiled;
@@ -44,7 +44,7 @@ use crate::scene::births::Births;
 use crate::tally::{ColouredBoard, Layout, LinearBoard, Scoreboard, Tally};
 use crate::walk::estimator::Course;
 use crate::walk::marks::{MarkBoard, Marked};
-use board::{Apart, Scores, Sensing, with_board};
+use board::{GroupSums, Scores, Sensing, with_board};
 use exchange::{Exchange, ExchangeSpec};
 use gathering::Gathering;
 use groups::Mixture;
@@ -257,7 +257,7 @@ impl Experiment {
         Board { scores: self.scores(slots), sensing, apart: groups.map(|groups| self.apart::<M>(groups)) }
     }
 
-    fn apart<const M: usize>(&self, groups: &Groups) -> Apart {
+    fn apart<const M: usize>(&self, groups: &Groups) -> GroupSums {
         let (faces, layout) = (self.scene.faces().len(), self.layout::<M>());
         let materials = groups.materials().len();
         let (size, columns) = ([faces, materials], layout.columns());
@@ -266,7 +266,7 @@ impl Experiment {
             (true, 1) => MarkBoard::Fixed(Marked::new(size, M, columns)),
             (true, _) => MarkBoard::Coloured(Marked::new(size, M, columns)),
         });
-        Apart { faces, marks }
+        GroupSums { faces, marks }
     }
 
     fn scores<const M: usize>(&self, faces: usize) -> Scores<M> {

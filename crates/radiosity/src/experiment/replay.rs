@@ -14,14 +14,14 @@ pub struct Replay {
     /// The patch it was born on.
     pub birth: u32,
     /// The arrivals of the walk at active sides, in order.
-    pub steps: Vec<Step>,
+    pub steps: Vec<ReplayedHit>,
     /// How the walk ended.
     pub end: WalkEnd,
 }
 
 /// An arrival of the walk at an active side.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Step {
+pub struct ReplayedHit {
     /// The patch of the arrival.
     pub patch: u32,
     /// The weight of each channel, on arrival.
@@ -34,7 +34,7 @@ pub struct Step {
 #[derive(Default)]
 struct Recorder {
     birth: u32,
-    steps: Vec<Step>,
+    steps: Vec<ReplayedHit>,
 }
 
 impl<const C: usize> Scorer<C> for Recorder {
@@ -45,7 +45,7 @@ impl<const C: usize> Scorer<C> for Recorder {
     fn score(&mut self, patches: &[u32; WIDTH], outcome: &Decisions, weights: &[[f64; C]; WIDTH]) {
         outcome.arrived.each(|lane| {
             let survives = outcome.survived.has(lane);
-            self.steps.push(Step { patch: patches[lane], weights: weights[lane].to_vec(), survives });
+            self.steps.push(ReplayedHit { patch: patches[lane], weights: weights[lane].to_vec(), survives });
         });
     }
 

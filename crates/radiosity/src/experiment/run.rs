@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::Experiment;
 use super::board::{Board, Scores, with_board};
-use super::gathering::{Gathering, Values};
+use super::gathering::{EventValues, Gathering};
 use super::solution::Solution;
 use crate::hands::Hands;
 use crate::method::{Method, Score, Walks};
@@ -255,31 +255,31 @@ impl Experiment {
     ) -> Counts {
         let (scene, births, space) = (&self.scene, &gathering.births, plan.space);
         match (board, &gathering.values, plan.score) {
-            (Scores::Fixed(board), Values::Grey(values), Score::Of(estimator)) => {
+            (Scores::Fixed(board), EventValues::Grey(values), Score::Of(estimator)) => {
                 with_fate!(Analog, estimator, |fate| {
                     let mut score = Gather::<_, 1>::new(board, values, estimator.event());
                     walk_all(scene, births, space, sequence, walks, fate, &mut score)
                 })
             }
-            (Scores::Coloured(board), Values::Coloured(values), Score::Of(estimator)) => {
+            (Scores::Coloured(board), EventValues::Coloured(values), Score::Of(estimator)) => {
                 with_fate!(Coloured, estimator, |fate| {
                     let mut score = Gather::<_, 3>::new(board, values, estimator.event());
                     walk_all(scene, births, space, sequence, walks, fate, &mut score)
                 })
             }
-            (Scores::LinearFixed(board), Values::Grey(values), Score::Linear(estimator)) => {
+            (Scores::LinearFixed(board), EventValues::Grey(values), Score::Linear(estimator)) => {
                 with_fate!(Analog, estimator, |fate| {
                     let mut score = Gather::<_, 1>::new(board, values, estimator.event());
                     walk_all(scene, births, space, sequence, walks, fate, &mut score)
                 })
             }
-            (Scores::LinearColoured(board), Values::Coloured(values), Score::Linear(estimator)) => {
+            (Scores::LinearColoured(board), EventValues::Coloured(values), Score::Linear(estimator)) => {
                 with_fate!(Coloured, estimator, |fate| {
                     let mut score = Gather::<_, 3>::new(board, values, estimator.event());
                     walk_all(scene, births, space, sequence, walks, fate, &mut score)
                 })
             }
-            (Scores::RelatedFixed(board), Values::Related(values), Score::Mix) => {
+            (Scores::RelatedFixed(board), EventValues::Related(values), Score::Mix) => {
                 let mut score = GatherRelated::new(board, values);
                 walk_all(scene, births, space, sequence, walks, Analog::default(), &mut score)
             }

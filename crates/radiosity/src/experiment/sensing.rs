@@ -11,7 +11,7 @@ use super::Experiment;
 use super::board::{Scores, Sensing};
 use crate::geometry::sensor::Sensors;
 use crate::jacobi::faces::FaceTable;
-use crate::jacobi::final_gather::{Gathered, SourcesOfLight, sense};
+use crate::jacobi::final_gather::{GatheredLight, SourcesOfLight, sense};
 use crate::method::Walks;
 use crate::random::rng::Sequence;
 use crate::random::sampling::cosine_direction;
@@ -135,7 +135,7 @@ impl Experiment {
         rays: u64,
         (sequence, sample): (&Sequence, u64),
         go_on: &dyn Fn() -> bool,
-    ) -> Option<Vec<Gathered>> {
+    ) -> Option<Vec<GatheredLight>> {
         sense(
             &FaceTable::new(&self.scene),
             sensors,

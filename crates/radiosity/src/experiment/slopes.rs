@@ -224,7 +224,7 @@ pub struct Accuracy {
 
 /// What tables and pictures show of the light on a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum ToldAnswer {
     /// Its mean.
     Means,
     /// A linear fit.
@@ -236,7 +236,7 @@ pub enum Answer {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnswerError {
     /// Whose errors they are.
-    pub answer: Answer,
+    pub answer: ToldAnswer,
     /// What walks leave unknown.
     pub noise: f64,
     /// What patches are too coarse for.
@@ -280,8 +280,8 @@ impl Estimates<'_> {
         let linear = self.experiment().method().is_linear();
         let Energies { noise, of_slopes, spread, light } = self.energies()?;
         let (answer, noise, light) = match foretold {
-            Some(_) if linear => (Answer::Linear, noise + of_slopes, light + spread),
-            _ => (Answer::Means, noise, light),
+            Some(_) if linear => (ToldAnswer::Linear, noise + of_slopes, light + spread),
+            _ => (ToldAnswer::Means, noise, light),
         };
         let part = |energy: f64| (energy.max(0.0) / light).sqrt();
         let discretisation = foretold.or_else(|| linear.then(|| part(spread)))?;

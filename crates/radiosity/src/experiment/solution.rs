@@ -4,7 +4,7 @@ use std::ops::Deref;
 
 use stats::{Moments, Sample};
 
-use super::chains::{By, Contributions, Student, Told};
+use super::chains::{By, ChainEstimate, Contributions, Student};
 use super::mixture::Shares;
 use crate::experiment::{Experiment, Meaning};
 use crate::geometry::face::Face;
@@ -377,7 +377,8 @@ fn estimate_of_chains(
 ) -> Estimate {
     let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
     let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
-    let Told { mean, error, low, high } = student.told(moments, meaning.unit * per_event, per_event, by);
+    let ChainEstimate { mean, error, low, high } =
+        student.told(moments, meaning.unit * per_event, per_event, by);
     let irradiance = meaning.irradiance_per_event;
     // Rays may land and bring no light, and shadow rays bring light where no ray has landed.
     let scored = moments.sum > 0;

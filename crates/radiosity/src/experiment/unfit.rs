@@ -27,6 +27,11 @@ pub enum Unfit {
         "the rays of chains leave patches, and a [[lamp]] is none (its light would be missing); write walk = \"shooting\", whose walks are born at lamps"
     )]
     LampsOfChains,
+    /// All rays of chains that land count alike.
+    #[error(
+        "the rays of chains count alike where they land, and panes pass a part of the light (it would be too much); write walk = \"shooting\", or remove each [[pane]]"
+    )]
+    PanesOfChains,
     /// Shadow rays of a final gather go to faces that emit.
     #[error(
         "the rays of a final gather look for light at patches, and a [[lamp]] is none (its light would be missing); remove final_gather, or measure there with a [[sensor]]"
@@ -156,6 +161,9 @@ pub(super) fn check(scene: &Scene, method: &Method) -> Result<(), Unfit> {
     }
     if scene.lamp_count() > 0 {
         check_lamps(method)?;
+    }
+    if scene.has_panes() && matches!(method, Method::Chains(_)) {
+        return Err(Unfit::PanesOfChains);
     }
     if let Method::Walks(Walks { direction: Direction::Gathering(Birth::Patches(chosen)), .. }) = method {
         check_patches(chosen, scene)?;

@@ -22,19 +22,19 @@ pub(crate) const SLOPE_BITS: u32 = 12;
 
 /// What a linear fit Σ_k a_k·ψ_k is made of, for one kind of cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Basis {
+pub(crate) struct LinearBasis {
     /// The mean of ψ_k² over the cell.
     pub(crate) mean_squares: [f64; 2],
     /// What ψ_k grows by, per unit of its own coordinate.
     pub(crate) growth: [f64; 2],
 }
 
-impl Basis {
+impl LinearBasis {
     /// The basis of a triangle, or of a parallelogram.
     pub(crate) fn of(is_triangle: bool) -> Self {
         match is_triangle {
-            true => Basis { mean_squares: [1.0 / 8.0, 1.0 / 6.0], growth: [1.5, 2.0] },
-            false => Basis { mean_squares: [1.0 / 3.0; 2], growth: [2.0; 2] },
+            true => LinearBasis { mean_squares: [1.0 / 8.0, 1.0 / 6.0], growth: [1.5, 2.0] },
+            false => LinearBasis { mean_squares: [1.0 / 3.0; 2], growth: [2.0; 2] },
         }
     }
 }
@@ -95,7 +95,7 @@ mod tests {
                     *sum += value;
                 }
             }
-            let [first, second] = Basis::of(is_triangle).mean_squares;
+            let [first, second] = LinearBasis::of(is_triangle).mean_squares;
             for (sum, expected) in sums.into_iter().zip([0.0, 0.0, first, second, 0.0]) {
                 assert!((sum / points - expected).abs() < 1e-3, "{is_triangle}: {sums:?} of {points}");
             }

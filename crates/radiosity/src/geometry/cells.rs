@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::leaves::Leaf;
+use super::leaves::CutCell;
 use super::spec::Shape;
 use crate::simd::real::Real;
 
@@ -101,14 +101,14 @@ pub(crate) fn place_in_triangle_cell([u, v]: [f64; 2], cell: u32, k: u32) -> [f6
 
 /// Where a point with local coordinates (u, v) lies in a leaf: 0 … 1 along its edges.
 #[inline(always)]
-pub(crate) fn place_in_leaf([u, v]: [f64; 2], leaf: Leaf) -> [f64; 2] {
+pub(crate) fn place_in_leaf([u, v]: [f64; 2], leaf: CutCell) -> [f64; 2] {
     let [nu, nv] = leaf.grid().map(f64::from);
     [u * nu - f64::from(leaf.at[0]), v * nv - f64::from(leaf.at[1])]
 }
 
 /// The inverse: local coordinates of a place in a leaf, uniform for uniform places.
 #[inline(always)]
-pub(crate) fn point_in_leaf(leaf: Leaf, [r, s]: [f64; 2]) -> [f64; 2] {
+pub(crate) fn point_in_leaf(leaf: CutCell, [r, s]: [f64; 2]) -> [f64; 2] {
     let [iu, iv] = leaf.grid().map(|n| 1.0 / f64::from(n));
     [in_grid_step(leaf.at[0].into(), r, iu), in_grid_step(leaf.at[1].into(), s, iv)]
 }

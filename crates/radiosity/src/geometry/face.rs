@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::partition::Partition;
+use super::partition::CellGroups;
 pub use super::piece::Face;
 use super::piece::Pieces;
 use super::spec::{Shape, Side};
@@ -16,19 +16,19 @@ use super::spec::{Shape, Side};
 pub struct Faces {
     pieces: Pieces,
     /// The groups of pieces; `None` where every piece is a face.
-    partition: Option<Partition>,
+    partition: Option<CellGroups>,
 }
 
 impl Faces {
     /// What the faces take of memory [bytes].
     pub(crate) fn bytes(&self) -> usize {
-        self.pieces.bytes() + self.partition.as_ref().map_or(0, Partition::bytes)
+        self.pieces.bytes() + self.partition.as_ref().map_or(0, CellGroups::bytes)
     }
 
     /// The faces of a valid scene that has these pieces.
     pub(crate) fn new(pieces: Pieces, patch_of_cell: &[u32]) -> Self {
         let groups = !patch_of_cell.is_empty();
-        let partition = groups.then(|| Partition::new(&pieces, patch_of_cell));
+        let partition = groups.then(|| CellGroups::new(&pieces, patch_of_cell));
         Faces { pieces, partition }
     }
 
@@ -40,12 +40,12 @@ impl Faces {
     /// How many there are.
     #[expect(clippy::len_without_is_empty, reason = "no scene is without faces")]
     pub fn len(&self) -> usize {
-        self.partition.as_ref().map_or(self.pieces.len(), Partition::len)
+        self.partition.as_ref().map_or(self.pieces.len(), CellGroups::len)
     }
 
     /// The number of patches.
     pub fn patch_count(&self) -> usize {
-        self.partition.as_ref().map_or(self.pieces.cell_count(), Partition::patch_count)
+        self.partition.as_ref().map_or(self.pieces.cell_count(), CellGroups::patch_count)
     }
 
     /// Whether some patch has two faces.
@@ -67,7 +67,7 @@ impl Faces {
 
     /// The groups, where patches are groups of cells.
     #[inline(always)]
-    pub(crate) fn partition(&self) -> Option<&Partition> {
+    pub(crate) fn partition(&self) -> Option<&CellGroups> {
         self.partition.as_ref()
     }
 

@@ -19,8 +19,8 @@ impl Frames {
     }
 
     /// The frames of surfaces, in the order of the surfaces.
-    pub(crate) fn new(frames: impl Iterator<Item = Frame<f64>>) -> Self {
-        let numbers = |Frame { corner, edges: [edge_u, edge_v], tangent, normal }| {
+    pub(crate) fn new(frames: impl Iterator<Item = SurfaceFrame<f64>>) -> Self {
+        let numbers = |SurfaceFrame { corner, edges: [edge_u, edge_v], tangent, normal }| {
             let components = [corner, edge_u, edge_v, tangent, normal];
             std::array::from_fn(|i| components.as_flattened().get(i).copied().unwrap_or(0.0))
         };
@@ -36,7 +36,7 @@ impl Frames {
 
 /// What a departure needs of N surfaces.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame<R> {
+pub(crate) struct SurfaceFrame<R> {
     pub(super) corner: [R; 3],
     pub(super) edges: [[R; 3]; 2],
     /// Unit vector along the first edge.
@@ -45,12 +45,12 @@ pub(crate) struct Frame<R> {
     pub(super) normal: [R; 3],
 }
 
-impl<R: Real> Frame<R> {
+impl<R: Real> SurfaceFrame<R> {
     /// Looks up the frame of each surface.
     #[inline(always)]
     pub(crate) fn each(frames: &Frames, surfaces: &[u32]) -> Self {
         let [c0, c1, c2, u0, u1, u2, v0, v1, v2, t0, t1, t2, n0, n1, n2, _] = R::rows(&frames.0, surfaces);
-        Frame {
+        SurfaceFrame {
             corner: [c0, c1, c2],
             edges: [[u0, u1, u2], [v0, v1, v2]],
             tangent: [t0, t1, t2],
@@ -86,10 +86,10 @@ fn cross<R: Real>(a: [R; 3], b: [R; 3]) -> [R; 3] {
     [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
 }
 
-impl Frame<f64> {
+impl SurfaceFrame<f64> {
     pub(super) fn new(corner: DVec3, edges: [DVec3; 2], tangent: DVec3, normal: DVec3) -> Self {
         let [corner, tangent, normal] = [corner, tangent, normal].map(|vector| vector.to_array());
-        Frame { corner, edges: edges.map(|edge| edge.to_array()), tangent, normal }
+        SurfaceFrame { corner, edges: edges.map(|edge| edge.to_array()), tangent, normal }
     }
 
     /// Unit normal of the front.

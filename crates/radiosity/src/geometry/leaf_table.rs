@@ -1,7 +1,7 @@
 //! From a point of a surface to the leaf that holds it: one look-up, however the leaves are cut.
 
 use super::cells::grid_step;
-use super::leaves::{Leaf, Leaves};
+use super::leaves::{CutCell, Leaves};
 
 /// The leaves of a surface, by the cells of the coarsest grid that holds them all.
 #[derive(Debug)]
@@ -39,7 +39,7 @@ impl LeafTable {
 
     /// Leaf number `i`.
     #[inline(always)]
-    pub(crate) fn get(&self, i: u32) -> Leaf {
+    pub(crate) fn get(&self, i: u32) -> CutCell {
         self.leaves.get(i)
     }
 

@@ -12,21 +12,21 @@ use thiserror::Error;
 
 /// A rectangle that is cell `at` of a grid of 2^a × 2^b cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Leaf {
+pub struct CutCell {
     /// a and b: how often the surface was halved along u and along v.
     pub levels: [u32; 2],
     /// The number of the cell along u and along v.
     pub at: [u32; 2],
 }
 
-impl Leaf {
+impl CutCell {
     /// Cells along u and v of the grid that it is a cell of.
     pub fn grid(self) -> [u32; 2] {
         self.levels.map(|level| 1 << level)
     }
 
     /// Its halves along an axis, 0 for u and 1 for v.
-    pub fn halves(self, axis: usize) -> [Leaf; 2] {
+    pub fn halves(self, axis: usize) -> [CutCell; 2] {
         [0, 1].map(|half| {
             let mut leaf = self;
             leaf.levels[axis] += 1;
@@ -73,12 +73,12 @@ pub enum LeavesError {
 /// the second; `.` leaves a part whole. Leaves are numbered in the order of the text.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub struct Leaves(Arc<Tree>);
+pub struct Leaves(Arc<CutNode>);
 
 #[derive(Debug, PartialEq, Eq)]
-struct Tree {
+struct CutNode {
     text: String,
-    leaves: Vec<Leaf>,
+    leaves: Vec<CutCell>,
     /// How often some leaf is halved at the most, along u and along v.
     top: [u32; 2],
 }
@@ -89,8 +89,8 @@ impl Leaves {
 
     /// The tree that grows from the whole surface by the cuts that a function asks for: along axis 0 or 1, or none. Parts that may not
     /// be cut further along the axis are left whole.
-    pub fn grow(mut cut: impl FnMut(Leaf) -> Option<usize>) -> Self {
-        let (mut text, mut open) = (String::new(), vec![Leaf::default()]);
+    pub fn grow(mut cut: impl FnMut(CutCell) -> Option<usize>) -> Self {
+        let (mut text, mut open) = (String::new(), vec![CutCell::default()]);
         while let Some(part) = open.pop() {
             match cut(part).filter(|&axis| part.levels[axis] < Self::MOST_CUTS) {
                 Some(axis) => {
@@ -109,7 +109,7 @@ impl Leaves {
     }
 
     /// The leaves in the order of their numbers.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = Leaf> {
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = CutCell> {
         self.0.leaves.iter().copied()
     }
 
@@ -123,7 +123,7 @@ impl Leaves {
     ///
     /// # Panics
     /// Where there is none.
-    pub fn get(&self, i: u32) -> Leaf {
+    pub fn get(&self, i: u32) -> CutCell {
         self.0.leaves[i as usize]
     }
 
@@ -152,7 +152,7 @@ impl FromStr for Leaves {
     type Err = LeavesError;
 
     fn from_str(text: &str) -> Result<Self, LeavesError> {
-        let (mut leaves, mut open, mut top) = (Vec::new(), vec![Leaf::default()], [0; 2]);
+        let (mut leaves, mut open, mut top) = (Vec::new(), vec![CutCell::default()], [0; 2]);
         for (before, letter) in text.chars().enumerate() {
             let place = before + 1;
             let part = open.pop().ok_or(LeavesError::TooLong { end: before })?;
@@ -172,7 +172,7 @@ impl FromStr for Leaves {
             open.extend(part.halves(axis).into_iter().rev());
         }
         match open.len() {
-            0 => Ok(Leaves(Arc::new(Tree { text: text.into(), leaves, top }))),
+            0 => Ok(Leaves(Arc::new(CutNode { text: text.into(), leaves, top }))),
             missing => Err(LeavesError::TooShort { missing }),
         }
     }
@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn a_text_says_the_cuts() {
         let leaves: Leaves = "uv..v.u..".parse().unwrap();
-        let leaf = |levels, at| Leaf { levels, at };
+        let leaf = |levels, at| CutCell { levels, at };
         let expected = [
             leaf([1, 1], [0, 0]),
             leaf([1, 1], [0, 1]),
@@ -207,7 +207,7 @@ mod tests {
             leaf([2, 1], [2, 1]),
             leaf([2, 1], [3, 1]),
         ];
-        assert_eq!(leaves.iter().collect::<Vec<Leaf>>(), expected);
+        assert_eq!(leaves.iter().collect::<Vec<CutCell>>(), expected);
         assert_eq!(leaves.grid(), [4, 2]);
         assert_eq!(leaves.transposed().text(), "vu..u.v..");
         let again = Leaves::grow(|part| match (part.levels, part.at) {

@@ -9,6 +9,7 @@ pub(crate) mod lamp;
 pub(crate) mod landing;
 pub(crate) mod leaf_table;
 pub(crate) mod leaves;
+pub(crate) mod pane;
 pub(crate) mod partition;
 pub(crate) mod piece;
 pub(crate) mod places;

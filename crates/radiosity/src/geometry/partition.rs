@@ -10,7 +10,7 @@ use super::piece::{Face, Pieces};
 
 /// The groups of a scene.
 #[derive(Clone, Debug)]
-pub(crate) struct Partition {
+pub(crate) struct CellGroups {
     face_of_piece: Vec<u32>,
     /// The pieces of all faces, face by face.
     pieces: Vec<u32>,
@@ -24,7 +24,7 @@ pub(crate) struct Partition {
     on_several: Vec<bool>,
 }
 
-impl Partition {
+impl CellGroups {
     /// What the partition takes of memory [bytes].
     pub(crate) fn bytes(&self) -> usize {
         let numbers = [&self.face_of_piece, &self.pieces, &self.first, &self.backs];
@@ -47,7 +47,7 @@ impl Partition {
         let face_of_piece: Vec<u32> = patch_of_cell.iter().copied().chain(of_backs).collect();
         let (pieces, first) = by_face(&face_of_piece, patches + backs.len());
         let (middles, on_several) = (Vec::new(), Vec::new());
-        let mut partition = Partition { face_of_piece, pieces, first, backs, middles, on_several };
+        let mut partition = CellGroups { face_of_piece, pieces, first, backs, middles, on_several };
         let surfaces = cells.surfaces_of_cells();
         let surface = |piece: u32| match (piece as usize).checked_sub(patch_of_cell.len()) {
             None => surfaces[piece as usize],

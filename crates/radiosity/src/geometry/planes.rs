@@ -14,7 +14,7 @@
 use glam::DVec3;
 
 use super::axes::{Covariance, outer_square, principal_axes};
-use super::basis::{self, Basis};
+use super::basis::{self, LinearBasis};
 use super::face::{Face, Faces};
 use super::spec::Shape;
 use super::surface::Surface;
@@ -30,7 +30,7 @@ pub(crate) struct Planes {
     /// By piece, (ψ + 1)/2 of both functions as c + c_u·u + c_v·v: c, c_u, c_v of the first, then of the second, and 0s.
     rows: Table<8>,
     /// By patch.
-    bases: Vec<Basis>,
+    bases: Vec<LinearBasis>,
     /// By patch.
     bodies: Vec<Body>,
 }
@@ -46,7 +46,7 @@ pub struct Body {
 
 /// The basis of one patch, on the way to the tables.
 struct Plane {
-    basis: Basis,
+    basis: LinearBasis,
     body: Body,
     /// The centroid of a group in the coordinates of the file [m], and by function e_k/S_k [1/m]; `None` of a single cell.
     group: Option<(DVec3, [DVec3; 2])>,
@@ -76,7 +76,7 @@ impl Planes {
     }
 
     /// The basis of a patch.
-    pub(crate) fn basis(&self, patch: u32) -> Basis {
+    pub(crate) fn basis(&self, patch: u32) -> LinearBasis {
         self.bases[patch as usize]
     }
 
@@ -124,7 +124,7 @@ impl Plane {
         let is_triangle = corners.len() == 3;
         let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
         let places = [[0.0, 0.0], [1.0, 0.0], if is_triangle { [0.0, 1.0] } else { [1.0, 1.0] }, [0.0, 1.0]];
-        let basis = Basis::of(is_triangle);
+        let basis = LinearBasis::of(is_triangle);
         // Of linear functions with the mean 0, the mean of a product over a triangle or a parallelogram is the sum over corners, by 12.
         let arm = |k: usize| {
             let at = corners.iter().zip(places);
@@ -162,7 +162,7 @@ impl Plane {
             }
         });
         Plane {
-            basis: Basis {
+            basis: LinearBasis {
                 mean_squares: plane.map(|coordinate| coordinate.mean_square),
                 growth: plane.map(|coordinate| coordinate.growth),
             },
@@ -296,7 +296,7 @@ mod tests {
             let face = scene.faces().piece(piece);
             let surface = &scene.surfaces()[face.surface as usize];
             let cell = surface.cell_of(&face);
-            assert_eq!(planes.basis(patch), Basis::of(surface.is_triangle()));
+            assert_eq!(planes.basis(patch), LinearBasis::of(surface.is_triangle()));
             for place in [[0.1, 0.2], [0.5, 0.4], [0.03, 0.9]] {
                 let uv = surface.point_in_cell(cell, place);
                 let own = basis::slopes_at(surface.place_in_cell(cell, uv), surface.is_triangle());
@@ -311,7 +311,7 @@ mod tests {
     fn a_needle_has_one_function() {
         let needle = Shape::parallelogram(DVec3::ONE, DVec3::X, 1e-7 * DVec3::Y, [2, 1]);
         let (_, planes) = planes(&[needle], &[0, 0]);
-        let Basis { mean_squares, growth } = planes.basis(0);
+        let LinearBasis { mean_squares, growth } = planes.basis(0);
         assert!((mean_squares[0] - 1.0 / 3.0).abs() < 1e-12 && mean_squares[1].is_infinite());
         assert!((growth[0] - 2.0).abs() < 1e-12 && growth[1] == 0.0);
         assert_eq!(planes.at(1, [0.75, 0.9])[1], 0.0);

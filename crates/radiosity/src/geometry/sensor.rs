@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::geometry::cells::in_grid_step;
-use crate::geometry::frame::{Frame, Frames};
+use crate::geometry::frame::{Frames, SurfaceFrame};
 use crate::random::rng::unit_32;
 use crate::scene::Scene;
 
@@ -156,7 +156,7 @@ pub struct Sensors {
     first_cells: Vec<u32>,
     /// The number of the first frame of each, and of all frames: points have one each.
     first_frames: Vec<u32>,
-    frames: Vec<Frame<f64>>,
+    frames: Vec<SurfaceFrame<f64>>,
     table: Frames,
     sample_walks: u64,
 }
@@ -267,12 +267,12 @@ impl Sensors {
     }
 
     /// The frames of a sensor, just in front of its plane: one, or one for each point.
-    pub(crate) fn frames_of(&self, sensor: usize) -> &[Frame<f64>] {
+    pub(crate) fn frames_of(&self, sensor: usize) -> &[SurfaceFrame<f64>] {
         &self.frames[self.first_frames[sensor] as usize..self.first_frames[sensor + 1] as usize]
     }
 
     /// The frame of a cell.
-    pub(crate) fn frame(&self, cell: &SensorCell) -> &Frame<f64> {
+    pub(crate) fn frame(&self, cell: &SensorCell) -> &SurfaceFrame<f64> {
         &self.frames[cell.frame as usize]
     }
 
@@ -315,7 +315,7 @@ fn sample_walks(faces: u64, cells: u64) -> u64 {
 }
 
 /// The frames of a sensor in the coordinates of a scene, just in front of its plane.
-fn frames_of(shape: &SensorShape, scene: &Scene) -> Vec<Frame<f64>> {
+fn frames_of(shape: &SensorShape, scene: &Scene) -> Vec<SurfaceFrame<f64>> {
     let of_point = |point: DVec3, normal: DVec3| {
         let normal = normal.normalize();
         frame((point, [DVec3::ZERO; 2]), [normal.any_orthonormal_vector(), normal], scene)
@@ -334,12 +334,16 @@ fn frames_of(shape: &SensorShape, scene: &Scene) -> Vec<Frame<f64>> {
 }
 
 /// A frame just in front of its plane, in the coordinates of a scene.
-fn frame((corner, edges): (DVec3, [DVec3; 2]), [tangent, normal]: [DVec3; 2], scene: &Scene) -> Frame<f64> {
+fn frame(
+    (corner, edges): (DVec3, [DVec3; 2]),
+    [tangent, normal]: [DVec3; 2],
+    scene: &Scene,
+) -> SurfaceFrame<f64> {
     let corner = corner - scene.origin();
     let corners = [corner, corner + edges[0], corner + edges[1]];
     let largest = corners.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
     let lift = LIFT * scene.parts.facets.slack().max(largest / (1_u64 << 46) as f64);
-    Frame::new(corner + normal * lift, edges, tangent, normal)
+    SurfaceFrame::new(corner + normal * lift, edges, tangent, normal)
 }
 
 #[cfg(test)]

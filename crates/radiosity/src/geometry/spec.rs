@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lamp::LampsSpec;
 use super::leaves::Leaves;
+use super::pane::PaneSpec;
 
 /// The outline of a planar surface and how it is cut into patches.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -188,12 +189,15 @@ pub struct SceneSpec {
     /// Lamps without area. A job carries them behind all else, too.
     #[serde(skip)]
     pub lamps: LampsSpec,
+    /// Panes that light crosses. A job carries them behind all else, too.
+    #[serde(skip)]
+    pub panes: Vec<PaneSpec>,
 }
 
 impl SceneSpec {
     /// A scene in which every cell is a patch.
     pub fn new(surfaces: Vec<SurfaceSpec>) -> Self {
-        SceneSpec { surfaces, patch_of_cell: Vec::new(), lamps: LampsSpec::default() }
+        SceneSpec { surfaces, patch_of_cell: Vec::new(), lamps: LampsSpec::default(), panes: Vec::new() }
     }
 
     /// The scene whose patches are the groups of cells that have equal labels. There is a label for each cell, in the order of

@@ -10,14 +10,14 @@ use crate::geometry::cells::{
     point_in_leaf, point_in_triangle_cell, triangle_cell,
 };
 use crate::geometry::face::Face;
-use crate::geometry::frame::Frame;
+use crate::geometry::frame::SurfaceFrame;
 use crate::geometry::leaf_table::LeafTable;
 use crate::geometry::spec::{Shape, Side, Sides, Spectrum, SurfaceSpec};
 use crate::random::sampling::{cosine_direction, fixed_64};
 
 /// How a surface is cut into cells.
 #[derive(Clone, Debug)]
-enum Cells {
+enum SurfaceCells {
     /// With 1/n_u and 1/n_v.
     Grid {
         nu: u32,
@@ -41,7 +41,7 @@ pub struct Surface {
     first_piece: u32,
     /// The number of the back of a cell less that of its front; 0 where backs are not active.
     to_back: u32,
-    cells: Cells,
+    cells: SurfaceCells,
     sides: Sides,
     corner: DVec3,
     edge_u: DVec3,
@@ -62,10 +62,10 @@ impl Surface {
         let tangent = edge_u.normalize();
         let cells = match spec.shape {
             Shape::Parallelogram { cells: [nu, nv], .. } => {
-                Cells::Grid { nu, nv, inverse: [nu, nv].map(|n| 1.0 / f64::from(n)) }
+                SurfaceCells::Grid { nu, nv, inverse: [nu, nv].map(|n| 1.0 / f64::from(n)) }
             }
-            Shape::Triangle { rows, .. } => Cells::Rows { k: rows },
-            Shape::Divided { ref leaves, .. } => Cells::Leaves(Arc::new(LeafTable::new(leaves))),
+            Shape::Triangle { rows, .. } => SurfaceCells::Rows { k: rows },
+            Shape::Divided { ref leaves, .. } => SurfaceCells::Leaves(Arc::new(LeafTable::new(leaves))),
         };
         Surface {
             corner: corner - origin,
@@ -105,16 +105,16 @@ impl Surface {
 
     /// What departures need of it.
     #[inline(always)]
-    pub(crate) fn frame(&self) -> Frame<f64> {
-        Frame::new(self.corner, self.edges(), self.tangent, self.normal)
+    pub(crate) fn frame(&self) -> SurfaceFrame<f64> {
+        SurfaceFrame::new(self.corner, self.edges(), self.tangent, self.normal)
     }
 
     /// Cells along u and v; of a triangle, rows; of leaves, those of the grid that holds them.
     pub(crate) fn cells_along(&self) -> [u32; 2] {
         match self.cells {
-            Cells::Leaves(ref table) => table.grid(),
-            Cells::Grid { nu, nv, .. } => [nu, nv],
-            Cells::Rows { k } => [k, k],
+            SurfaceCells::Leaves(ref table) => table.grid(),
+            SurfaceCells::Grid { nu, nv, .. } => [nu, nv],
+            SurfaceCells::Rows { k } => [k, k],
         }
     }
 
@@ -127,21 +127,21 @@ impl Surface {
     /// How many cells it is cut into.
     pub fn cell_count(&self) -> u32 {
         match self.cells {
-            Cells::Grid { nu, nv, .. } => nu * nv,
-            Cells::Rows { k } => k * k,
-            Cells::Leaves(ref table) => table.len(),
+            SurfaceCells::Grid { nu, nv, .. } => nu * nv,
+            SurfaceCells::Rows { k } => k * k,
+            SurfaceCells::Leaves(ref table) => table.len(),
         }
     }
 
     /// Whether it is a triangle; else it is a parallelogram.
     pub fn is_triangle(&self) -> bool {
-        matches!(self.cells, Cells::Rows { .. })
+        matches!(self.cells, SurfaceCells::Rows { .. })
     }
 
     /// The leaves that it is cut into, where it is cut so.
     pub(crate) fn leaves(&self) -> Option<&LeafTable> {
         match &self.cells {
-            Cells::Leaves(table) => Some(table),
+            SurfaceCells::Leaves(table) => Some(table),
             _ => None,
         }
     }
@@ -171,9 +171,9 @@ impl Surface {
     pub(crate) fn cell_of(&self, face: &Face) -> u32 {
         let [i, j] = face.cell;
         match self.cells {
-            Cells::Grid { nv, .. } => i * nv + j,
-            Cells::Rows { .. } => i * i + j,
-            Cells::Leaves(_) => i,
+            SurfaceCells::Grid { nv, .. } => i * nv + j,
+            SurfaceCells::Rows { .. } => i * i + j,
+            SurfaceCells::Leaves(_) => i,
         }
     }
 
@@ -216,9 +216,9 @@ impl Surface {
     #[inline(always)]
     pub fn cell_at(&self, [u, v]: [f64; 2]) -> u32 {
         match self.cells {
-            Cells::Grid { nu, nv, .. } => grid_step_of(u, nu) * nv + grid_step_of(v, nv),
-            Cells::Rows { k } => triangle_cell([u, v], k),
-            Cells::Leaves(ref table) => table.leaf_at([u, v]),
+            SurfaceCells::Grid { nu, nv, .. } => grid_step_of(u, nu) * nv + grid_step_of(v, nv),
+            SurfaceCells::Rows { k } => triangle_cell([u, v], k),
+            SurfaceCells::Leaves(ref table) => table.leaf_at([u, v]),
         }
     }
 
@@ -226,14 +226,14 @@ impl Surface {
     #[inline(always)]
     pub fn point_in_cell(&self, cell: u32, [r1, r2]: [f64; 2]) -> [f64; 2] {
         match self.cells {
-            Cells::Grid { nv, inverse, .. } => {
+            SurfaceCells::Grid { nv, inverse, .. } => {
                 // ⌊cell/n_v⌋ without a division: the half keeps the quotient away from whole numbers.
                 let iu = ((f64::from(cell) + 0.5) * inverse[1]) as u32;
                 let iv = cell - iu * nv;
                 [in_grid_step(iu.into(), r1, inverse[0]), in_grid_step(iv.into(), r2, inverse[1])]
             }
-            Cells::Rows { k } => point_in_triangle_cell(cell, k, [r1, r2]),
-            Cells::Leaves(ref table) => point_in_leaf(table.get(cell), [r1, r2]),
+            SurfaceCells::Rows { k } => point_in_triangle_cell(cell, k, [r1, r2]),
+            SurfaceCells::Leaves(ref table) => point_in_leaf(table.get(cell), [r1, r2]),
         }
     }
 
@@ -241,9 +241,9 @@ impl Surface {
     #[inline(always)]
     pub(crate) fn place_in_cell(&self, cell: u32, uv: [f64; 2]) -> [f64; 2] {
         match self.cells {
-            Cells::Grid { nu, nv, .. } => place_in_grid_cell(uv, cell, [nu, nv]),
-            Cells::Rows { k } => place_in_triangle_cell(uv, cell, k),
-            Cells::Leaves(ref table) => place_in_leaf(uv, table.get(cell)),
+            SurfaceCells::Grid { nu, nv, .. } => place_in_grid_cell(uv, cell, [nu, nv]),
+            SurfaceCells::Rows { k } => place_in_triangle_cell(uv, cell, k),
+            SurfaceCells::Leaves(ref table) => place_in_leaf(uv, table.get(cell)),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Where chains score: exact sums of whole chains.
 
-use super::outcome::Outcome;
+use super::outcome::ChainOutcome;
 use crate::scene::Scene;
 use crate::tally::{Counts, Layout, Overflow, Tally};
 
@@ -36,7 +36,7 @@ impl<const M: usize> ChainBoard<M> {
     }
 
     /// Scores one chain: H of each patch over `largest`, that of [`largest_radiosity`], and the rays that landed.
-    pub(crate) fn add(&mut self, largest: &[f64; 3], outcome: &Outcome) {
+    pub(crate) fn add(&mut self, largest: &[f64; 3], outcome: &ChainOutcome) {
         let channels = self.layout.scores;
         let columns = outcome.landed.iter().enumerate().flat_map(|(i, &landed)| {
             let irradiance = &outcome.irradiance[i * channels..][..channels];

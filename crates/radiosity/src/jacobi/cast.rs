@@ -2,8 +2,8 @@
 
 use super::faces::FaceTable;
 use super::lamps::kernel;
-use super::numbers::Numbers;
-use super::place::Place;
+use super::numbers::RayNumbers;
+use super::place::LocalPoint;
 use crate::geometry::face::Face;
 use crate::random::rng::WalkRng;
 use crate::random::sobol::Points;
@@ -25,11 +25,11 @@ pub(crate) struct Caster<'a, N> {
     pub(crate) landed: Vec<u64>,
     /// Rays of each face that left the scene, that ended on backs.
     pub(crate) lost: Vec<[u32; 2]>,
-    batch: Box<Batch>,
+    batch: Box<LinkBatch>,
 }
 
 /// Rays that are traced together.
-struct Batch {
+struct LinkBatch {
     len: usize,
     /// The faces they leave.
     from: [u32; WIDTH],
@@ -45,21 +45,21 @@ struct Batch {
 /// A ray that is traced.
 pub(crate) struct Meeting<'a> {
     scene: &'a Scene,
-    batch: &'a Batch,
+    batch: &'a LinkBatch,
     ray: usize,
 }
 
 impl Meeting<'_> {
     /// Where it leaves, and where it meets a surface.
-    pub(super) fn ends(&self) -> [Place; 2] {
-        let Batch { departures, hits, .. } = self.batch;
+    pub(super) fn ends(&self) -> [LocalPoint; 2] {
+        let LinkBatch { departures, hits, .. } = self.batch;
         let at = |uv: &[[f64; WIDTH]; 2]| [uv[0][self.ray], uv[1][self.ray]];
         [(departures.surface[self.ray], at(&departures.uv)), (hits.surface[self.ray], at(&hits.uv))]
     }
 
     /// k = cos θ cos θ′/(πr²) between the ends [1/m²]; infinite where they are one point.
     pub(super) fn kernel(&self) -> f64 {
-        let Batch { departures, rays, hits, .. } = self.batch;
+        let LinkBatch { departures, rays, hits, .. } = self.batch;
         let normal = |surface: u32| self.scene.surfaces()[surface as usize].normal();
         let direction = rays.get(self.ray).direction;
         let leaves = normal(departures.surface[self.ray]).dot(direction) * departures.facing[self.ray];
@@ -72,9 +72,9 @@ impl Meeting<'_> {
 /// not used.
 static NO_DRAWS: [[u64; WIDTH]; 3] = [[0; WIDTH]; 3];
 
-impl Default for Batch {
+impl Default for LinkBatch {
     fn default() -> Self {
-        Batch {
+        LinkBatch {
             len: 0,
             from: [0; WIDTH],
             cell: [0; WIDTH],
@@ -87,7 +87,7 @@ impl Default for Batch {
     }
 }
 
-impl<'a, N: Numbers + Clone> Caster<'a, N> {
+impl<'a, N: RayNumbers + Clone> Caster<'a, N> {
     /// A caster with the numbers of this one, whose faces have shot as many rays and landed none.
     pub(super) fn apart(&self) -> Self {
         Caster { shot: self.shot.clone(), ..self.afresh() }
@@ -99,7 +99,7 @@ impl<'a, N: Numbers + Clone> Caster<'a, N> {
     }
 }
 
-impl<'a, N: Numbers> Caster<'a, N> {
+impl<'a, N: RayNumbers> Caster<'a, N> {
     /// A caster that has shot nothing yet.
     pub(crate) fn new(faces: &'a FaceTable, numbers: N) -> Self {
         let count = faces.list.len();
@@ -192,7 +192,7 @@ impl<'a, N: Numbers> Caster<'a, N> {
     }
 }
 
-impl Batch {
+impl LinkBatch {
     /// Adds a ray from a face; there must be room.
     #[inline(always)]
     fn push(&mut self, scene: &Scene, number: u32, face: &Face) {

@@ -9,12 +9,12 @@ use std::sync::Mutex;
 use super::aim::density;
 use super::cast::systematic;
 use super::faces::FaceTable;
-use super::halves::Rays;
-use super::lamps::{Lamps, emitted_shares};
-use super::near::Bounds;
+use super::halves::LinkRays;
+use super::lamps::{EmittingPieces, emitted_shares};
+use super::near::NearThresholds;
 use super::numbers::SobolNumbers;
 use super::place::psi;
-use super::shadow::{ShadowCaster, Sight};
+use super::shadow::{LitShadowRay, ShadowCaster};
 use crate::hands::{Hands, PARTS_PER_HAND};
 use crate::random::rng::{Sequence, WalkRng};
 
@@ -39,10 +39,10 @@ const PILOT_SEED: u64 = 0;
 /// Direct light of one chain.
 pub(super) struct Direct<'a> {
     faces: &'a FaceTable<'a>,
-    lamps: Lamps,
+    lamps: EmittingPieces,
     /// The shadow rays of each face.
     rays: Vec<u32>,
-    bounds: Bounds,
+    bounds: NearThresholds,
     /// H by shadow rays [W/m²], face-major and channel-minor.
     far: Vec<f64>,
     /// The means of H·ψ₁ and H·ψ₂ in the same order; empty where they are not asked for.
@@ -68,10 +68,10 @@ impl<'a> Direct<'a> {
         }
         let of_links: Vec<f64> = blind.iter().map(|part| part * (rays - shadow) as f64).collect();
         let shadows = systematic(&blind, shadow, 0.5);
-        let bounds = Bounds::new(faces, &of_links, &shadows, &emitted_shares(faces));
+        let bounds = NearThresholds::new(faces, &of_links, &shadows, &emitted_shares(faces));
         let direct = Direct {
             faces,
-            lamps: Lamps::new(faces),
+            lamps: EmittingPieces::new(faces),
             rays: shadows,
             bounds,
             far: Vec::new(),
@@ -87,7 +87,7 @@ impl<'a> Direct<'a> {
     }
 
     /// How light is divided between shadow rays and links.
-    pub(super) fn bounds(&self) -> &Bounds {
+    pub(super) fn bounds(&self) -> &NearThresholds {
         &self.bounds
     }
 
@@ -119,7 +119,7 @@ impl<'a> Direct<'a> {
     }
 
     /// What a shadow ray brings of light with Φ_T = 1 [1/m²].
-    fn brought(&self, &Sight { face, lamp, kernel, .. }: &Sight) -> f64 {
+    fn brought(&self, &LitShadowRay { face, lamp, kernel, .. }: &LitShadowRay) -> f64 {
         self.bounds.far(face, lamp.face, kernel) * lamp.piece.area / lamp.part
     }
 
@@ -177,7 +177,7 @@ impl<'a> Direct<'a> {
     }
 
     /// H_d of every face in every channel [W/m²].
-    pub(super) fn irradiance(&self, rays: &Rays) -> Vec<Vec<f64>> {
+    pub(super) fn irradiance(&self, rays: &LinkRays) -> Vec<Vec<f64>> {
         let channels = self.faces.scene.channels();
         let of_channel = |c: usize| self.far.iter().skip(c).step_by(channels).copied().collect();
         let mut irradiance: Vec<Vec<f64>> = (0..channels).map(of_channel).collect();
@@ -194,7 +194,7 @@ impl<'a> Direct<'a> {
     }
 
     /// The radiosity that goes along links [W/m²]: b, and of E the part that is near light.
-    pub(super) fn along_links(&self, rays: &Rays, reflected: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub(super) fn along_links(&self, rays: &LinkRays, reflected: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut part = vec![0.0; self.faces.areas.len()];
         rays.near_light(&self.faces.areas, |_, j, exchange| {
             part[j] += exchange / self.faces.areas[j];

@@ -20,7 +20,7 @@ use crate::geometry::surface::Surface;
 use crate::jacobi::cast::systematic;
 use crate::jacobi::faces::FaceTable;
 use crate::jacobi::lamps::{emitted_shares, kernel, pieces_with_parts};
-use crate::jacobi::numbers::{Numbers, SobolNumbers};
+use crate::jacobi::numbers::{RayNumbers, SobolNumbers};
 use crate::random::rng::{WalkRng, unit_32};
 use crate::random::sobol::Points;
 use crate::scene::Scene;
@@ -42,7 +42,7 @@ const FEWEST: u64 = 64;
 const FEWEST_OF_CELL: u64 = 16;
 
 /// What rays from one face, or one cell of a sensor, brought.
-pub(crate) struct Gathered {
+pub(crate) struct GatheredLight {
     /// The number of the face or the cell.
     pub(crate) face: u32,
     /// H [W/m²] of each channel; where sources are told apart, of each source.
@@ -68,13 +68,13 @@ pub(crate) fn final_gather(
     rays: u64,
     mut rng: WalkRng,
     go_on: &dyn Fn() -> bool,
-) -> Option<Vec<Gathered>> {
+) -> Option<Vec<GatheredLight>> {
     let per_face = (rays / chosen.len().max(1) as u64).max(FEWEST);
     let mut gatherer = Gatherer::new(faces, (reflected, None), per_face, go_on);
     let gathered = chosen.iter().map(|&face| {
-        let station = Station::Face(faces.scene, faces.list[face as usize]);
+        let station = RayOrigin::Face(faces.scene, faces.list[face as usize]);
         let (irradiance, landed) = gatherer.irradiance(face, &station, &mut rng)?;
-        Some(Gathered { face, irradiance, landed, rays: per_face })
+        Some(GatheredLight { face, irradiance, landed, rays: per_face })
     });
     gathered.collect()
 }
@@ -89,39 +89,39 @@ pub(crate) fn sense(
     rays: u64,
     mut rng: WalkRng,
     go_on: &dyn Fn() -> bool,
-) -> Option<Vec<Gathered>> {
+) -> Option<Vec<GatheredLight>> {
     let per_cell = (rays / sensors.cell_count() as u64).max(FEWEST_OF_CELL);
     let mut gatherer = Gatherer::new(faces, (reflected, sources), per_cell, go_on);
     let gathered = (0..sensors.cell_count() as u32).map(|number| {
-        let station = Station::Cell(sensors, sensors.cell(number as usize));
+        let station = RayOrigin::Cell(sensors, sensors.cell(number as usize));
         let (mut irradiance, landed) = gatherer.irradiance(number, &station, &mut rng)?;
         gatherer.light_of_lamps(&station, &mut rng, &mut irradiance)?;
-        Some(Gathered { face: number, irradiance, landed, rays: per_cell })
+        Some(GatheredLight { face: number, irradiance, landed, rays: per_cell })
     });
     let mut gathered = gathered.collect::<Option<Vec<_>>>()?;
     for plane in sensors.planes() {
         let mean = mean_of(&gathered[sensors.cells_of(plane)]);
-        gathered.push(Gathered { face: gathered.len() as u32, irradiance: mean, landed: 0, rays: 0 });
+        gathered.push(GatheredLight { face: gathered.len() as u32, irradiance: mean, landed: 0, rays: 0 });
     }
     Some(if sources.is_some() { each_source(gathered, faces.scene.channels()) } else { gathered })
 }
 
 /// What all sources together bring to each row, and then what each brings.
-fn each_source(gathered: Vec<Gathered>, channels: usize) -> Vec<Gathered> {
+fn each_source(gathered: Vec<GatheredLight>, channels: usize) -> Vec<GatheredLight> {
     let sources = gathered[0].irradiance.len() / channels;
     let all = gathered.iter().map(|row| {
         let of_channel = |c: usize| row.irradiance.iter().skip(c).step_by(channels).sum();
-        Gathered { irradiance: (0..channels).map(of_channel).collect(), ..*row }
+        GatheredLight { irradiance: (0..channels).map(of_channel).collect(), ..*row }
     });
     let of_source = |source: usize| {
-        let own = move |row: &Gathered| row.irradiance[source * channels..][..channels].to_vec();
-        gathered.iter().map(move |row| Gathered { irradiance: own(row), landed: 0, rays: 0, ..*row })
+        let own = move |row: &GatheredLight| row.irradiance[source * channels..][..channels].to_vec();
+        gathered.iter().map(move |row| GatheredLight { irradiance: own(row), landed: 0, rays: 0, ..*row })
     };
     all.chain((0..sources).flat_map(of_source)).collect()
 }
 
 /// The mean H of some cells, channel by channel [W/m²].
-fn mean_of(cells: &[Gathered]) -> Vec<f64> {
+fn mean_of(cells: &[GatheredLight]) -> Vec<f64> {
     let mut mean = vec![0.0; cells[0].irradiance.len()];
     for cell in cells {
         mean.iter_mut().zip(&cell.irradiance).for_each(|(mean, h)| *mean += h / cells.len() as f64);
@@ -130,72 +130,72 @@ fn mean_of(cells: &[Gathered]) -> Vec<f64> {
 }
 
 /// Where rays set out from.
-enum Station<'a> {
+enum RayOrigin<'a> {
     /// A face of a scene.
     Face(&'a Scene, Face),
     /// A cell of a sensor.
     Cell(&'a Sensors, SensorCell),
 }
 
-impl Station<'_> {
+impl RayOrigin<'_> {
     /// The frames that departures look theirs up in.
     fn frames(&self) -> &Frames {
         match self {
-            Station::Face(scene, _) => &scene.parts.frames,
-            Station::Cell(sensors, _) => sensors.frames(),
+            RayOrigin::Face(scene, _) => &scene.parts.frames,
+            RayOrigin::Cell(sensors, _) => sensors.frames(),
         }
     }
 
     /// The number of its frame there.
     fn frame(&self) -> u32 {
         match self {
-            Station::Face(_, face) => face.surface,
-            Station::Cell(_, cell) => cell.frame(),
+            RayOrigin::Face(_, face) => face.surface,
+            RayOrigin::Cell(_, cell) => cell.frame(),
         }
     }
 
     /// The surface that rays leave.
     fn surface(&self) -> u32 {
         match self {
-            Station::Face(_, face) => face.surface,
-            Station::Cell(..) => Ray::FREE,
+            RayOrigin::Face(_, face) => face.surface,
+            RayOrigin::Cell(..) => Ray::FREE,
         }
     }
 
     /// Whether it is one point.
     fn is_point(&self) -> bool {
-        matches!(self, Station::Cell(_, cell) if cell.area == 0.0)
+        matches!(self, RayOrigin::Cell(_, cell) if cell.area == 0.0)
     }
 
     /// 1 where rays leave the front of the frame, −1 where the back.
     fn facing(&self) -> f64 {
         match self {
-            Station::Face(_, face) => face.side.sign(),
-            Station::Cell(..) => 1.0,
+            RayOrigin::Face(_, face) => face.side.sign(),
+            RayOrigin::Cell(..) => 1.0,
         }
     }
 
     /// Local coordinates of a uniform point.
     fn place(&self, numbers: [u32; 2]) -> [f64; 2] {
         match self {
-            Station::Face(scene, face) => place(scene, face, numbers),
-            Station::Cell(sensors, cell) => sensors.place(cell, numbers),
+            RayOrigin::Face(scene, face) => place(scene, face, numbers),
+            RayOrigin::Cell(sensors, cell) => sensors.place(cell, numbers),
         }
     }
 
     /// The point with these local coordinates [m].
     fn point(&self, uv: [f64; 2]) -> DVec3 {
         match self {
-            Station::Face(scene, face) => surface(scene, face).point(uv),
-            Station::Cell(sensors, cell) => sensors.frame(cell).point(uv).into(),
+            RayOrigin::Face(scene, face) => surface(scene, face).point(uv),
+            RayOrigin::Cell(sensors, cell) => sensors.frame(cell).point(uv).into(),
         }
     }
 
     /// The unit normal of the frame's front.
     fn normal(&self) -> DVec3 {
         match self {
-            Station::Face(scene, face) => surface(scene, face).normal(),
-            Station::Cell(sensors, cell) => sensors.frame(cell).normal(),
+            RayOrigin::Face(scene, face) => surface(scene, face).normal(),
+            RayOrigin::Cell(sensors, cell) => sensors.frame(cell).normal(),
         }
     }
 }
@@ -213,12 +213,12 @@ struct Gatherer<'a> {
     /// The pieces of faces that have a part, and the parts.
     lamps: Vec<u32>,
     parts: Vec<f64>,
-    batch: Box<Batch>,
+    batch: Box<GatherBatch>,
 }
 
 /// Rays that are traced together.
 #[derive(Default)]
-struct Batch {
+struct GatherBatch {
     departures: Departures,
     rays: Rays,
     hits: Hits,
@@ -240,7 +240,7 @@ impl<'a> Gatherer<'a> {
     }
 
     /// H of a station, whose rays are those of this number, in every channel, and the rays that met something.
-    fn irradiance(&mut self, number: u32, station: &Station, rng: &mut WalkRng) -> Option<(Vec<f64>, u64)> {
+    fn irradiance(&mut self, number: u32, station: &RayOrigin, rng: &mut WalkRng) -> Option<(Vec<f64>, u64)> {
         let sources = self.sources.map_or(1, |sources| sources.count);
         let mut irradiance = vec![0.0; self.faces.scene.channels() * sources];
         let landed = self.gather(number, station, SobolNumbers::apart(rng), &mut irradiance)?;
@@ -261,7 +261,12 @@ impl<'a> Gatherer<'a> {
 
     /// What lamps without area bring to a station: shadow rays from uniform points, to one place each on the disc of a distant lamp.
     /// Nothing is drawn where there is nothing to do.
-    fn light_of_lamps(&mut self, station: &Station, rng: &mut WalkRng, irradiance: &mut [f64]) -> Option<()> {
+    fn light_of_lamps(
+        &mut self,
+        station: &RayOrigin,
+        rng: &mut WalkRng,
+        irradiance: &mut [f64],
+    ) -> Option<()> {
         let scene = self.faces.scene;
         let lamps = &scene.parts.lamps;
         let sampled: Vec<usize> =
@@ -298,7 +303,7 @@ impl<'a> Gatherer<'a> {
     fn gather(
         &mut self,
         number: u32,
-        station: &Station,
+        station: &RayOrigin,
         mut numbers: SobolNumbers,
         irradiance: &mut [f64],
     ) -> Option<u64> {
@@ -313,6 +318,7 @@ impl<'a> Gatherer<'a> {
             for i in 0..len {
                 let Some(met) = self.batch.met(scene, i) else { continue };
                 landed += 1;
+                let passed = self.batch.passed(scene, i);
                 let emittance = self.faces.list[met as usize].emittance;
                 let weight = if emittance.is_lit() {
                     self.balance(met, self.batch.kernel(scene, station, i))
@@ -320,7 +326,7 @@ impl<'a> Gatherer<'a> {
                     0.0
                 };
                 let reflected = &self.reflected[met as usize * irradiance.len()..];
-                let rays = count as f64;
+                let rays = count as f64 / passed;
                 if self.sources.is_none() {
                     for (c, h) in irradiance.iter_mut().enumerate() {
                         *h += (reflected[c] + weight * emittance[c]) / rays;
@@ -342,7 +348,7 @@ impl<'a> Gatherer<'a> {
     /// Shadow rays from uniform points of a station to uniform points of emitting faces, each of which gets its share.
     fn light(
         &mut self,
-        station: &Station,
+        station: &RayOrigin,
         mut numbers: SobolNumbers,
         offset: f64,
         irradiance: &mut [f64],
@@ -370,7 +376,7 @@ impl<'a> Gatherer<'a> {
                         continue;
                     }
                     // E·k over the sum of both densities, where the one of gathering rays is k.
-                    let weight = self.balance(face, kernel) / count as f64;
+                    let weight = self.balance(face, kernel) * self.batch.passed(scene, i) / count as f64;
                     self.bring(irradiance, face as usize, |c| emitter.emittance[c] * weight);
                 }
                 if !(self.go_on)() {
@@ -395,9 +401,9 @@ impl<'a> Gatherer<'a> {
     }
 }
 
-impl Batch {
+impl GatherBatch {
     /// Turns points into cosine-distributed rays from a station.
-    fn leave(&mut self, scene: &Scene, station: &Station, len: usize, points: &Points) {
+    fn leave(&mut self, scene: &Scene, station: &RayOrigin, len: usize, points: &Points) {
         let [across, along, polar, turn] = points;
         for i in 0..len {
             self.departures.surface[i] = station.frame();
@@ -411,7 +417,7 @@ impl Batch {
     }
 
     /// Turns points into rays from a station to a face.
-    fn aim(&mut self, scene: &Scene, from: &Station, to: &Face, len: usize, points: &Points) {
+    fn aim(&mut self, scene: &Scene, from: &RayOrigin, to: &Face, len: usize, points: &Points) {
         let [across, along, polar, turn] = points;
         self.rays.len = 0;
         for i in 0..len {
@@ -424,6 +430,14 @@ impl Batch {
 
     fn trace(&mut self, scene: &Scene) {
         scene.parts.index.closest_hits(&scene.parts.facets, &self.rays, &mut self.scratch, &mut self.hits);
+    }
+
+    /// The part of the light that passes panes on the way of ray i.
+    fn passed(&self, scene: &Scene, i: usize) -> f64 {
+        match scene.has_panes() {
+            true => scene.passed_panes(&self.rays.get(i), self.hits.t[i]),
+            false => 1.0,
+        }
     }
 
     /// The face that ray i meets, if it is active.
@@ -442,7 +456,7 @@ impl Batch {
 
     /// k = cos θ cos θ′/(πr²) between the ends of ray i [1/m²]; 0 where it leaves below the station, infinite where both
     /// ends are one point.
-    fn kernel(&self, scene: &Scene, from: &Station, i: usize) -> f64 {
+    fn kernel(&self, scene: &Scene, from: &RayOrigin, i: usize) -> f64 {
         let direction = self.rays.get(i).direction;
         let leaves = from.normal().dot(direction) * from.facing();
         let met = &scene.surfaces()[self.hits.surface[i] as usize];

@@ -27,7 +27,7 @@ pub(super) struct Half<'a> {
 }
 
 /// Rays that links are made of: those of a half, or of both.
-pub(super) struct Rays<'a> {
+pub(super) struct LinkRays<'a> {
     pub(super) landed: Vec<&'a Landed<'a>>,
     /// Rays that each face has shot.
     pub(super) shot: &'a [u32],
@@ -58,8 +58,8 @@ impl<'a> Half<'a> {
     }
 
     /// The rays of this half.
-    pub(super) fn rays(&self) -> Rays<'_> {
-        Rays { landed: vec![&self.landed], shot: &self.shot, lost: &self.lost }
+    pub(super) fn rays(&self) -> LinkRays<'_> {
+        LinkRays { landed: vec![&self.landed], shot: &self.shot, lost: &self.lost }
     }
 }
 
@@ -82,11 +82,11 @@ pub(super) fn cast_halves(
     other.cast(caster, &second, hands)
 }
 
-impl<'a> Rays<'a> {
+impl<'a> LinkRays<'a> {
     /// All rays of a chain.
     pub(super) fn of_both(halves: &'a [Half<'a>; 2], caster: &'a Caster<SobolNumbers>) -> Self {
         let landed = halves.iter().map(|half| &half.landed).collect();
-        Rays { landed, shot: &caster.shot, lost: &caster.lost }
+        LinkRays { landed, shot: &caster.shot, lost: &caster.lost }
     }
 
     /// The links that they are.

@@ -13,8 +13,8 @@
 
 use super::cast::{Caster, systematic};
 use super::faces::{FaceTable, face_major};
-use super::numbers::{Numbers, RandomNumbers, SobolNumbers};
-use super::outcome::Outcome;
+use super::numbers::{RandomNumbers, RayNumbers, SobolNumbers};
+use super::outcome::ChainOutcome;
 use super::plan::{Iterations, RayBirths};
 use crate::random::Sampler;
 use crate::random::rng::WalkRng;
@@ -23,7 +23,7 @@ use crate::scene::Scene;
 
 /// What an iteration propagates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum IterationPhase {
     /// Power that has not been shot yet: results add up.
     Incremental,
     /// All power: results are averaged.
@@ -34,7 +34,7 @@ pub enum Phase {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iteration {
     /// The power that the iteration propagated.
-    pub phase: Phase,
+    pub phase: IterationPhase,
     /// The number of rays of the iteration.
     pub rays: u64,
     /// H that its rays brought [W/m²], face-major, channel-minor. Of one regular iteration b = R·H.
@@ -42,7 +42,7 @@ pub struct Iteration {
 }
 
 /// Power of every face [W], channel by channel.
-type Power = Vec<Vec<f64>>;
+type FacePowers = Vec<Vec<f64>>;
 
 /// One chain of `rays` rays; `observe` sees φ of each face [W] after each iteration. `None` once `go_on` returns false.
 pub(crate) fn chain(
@@ -50,9 +50,9 @@ pub(crate) fn chain(
     rng: WalkRng,
     rays: u64,
     plan: Iterations,
-    observe: &mut dyn FnMut(Phase, u64, &Power),
+    observe: &mut dyn FnMut(IterationPhase, u64, &FacePowers),
     go_on: &dyn Fn() -> bool,
-) -> Option<Outcome> {
+) -> Option<ChainOutcome> {
     match plan.sampler {
         Sampler::Random => Shooter::new(faces, RandomNumbers::new(rng), plan).run(rays, observe, go_on),
         Sampler::Sobol => Shooter::new(faces, SobolNumbers::new(rng), plan).run(rays, observe, go_on),
@@ -63,7 +63,7 @@ pub(crate) fn chain(
 pub(crate) fn observed(scene: &Scene, rng: WalkRng, rays: u64, plan: Iterations) -> Vec<Iteration> {
     let faces = FaceTable::new(scene);
     let mut iterations = Vec::new();
-    let mut observe = |phase, rays, incoming: &Power| {
+    let mut observe = |phase, rays, incoming: &FacePowers| {
         iterations.push(Iteration { phase, rays, irradiance: face_major(&faces.per_area(incoming)) });
     };
     chain(&faces, rng, rays, plan, &mut observe, &|| true).expect("the chain is never told to stop");
@@ -102,7 +102,7 @@ struct Shooter<'a, N> {
     plan: Iterations,
 }
 
-impl<'a, N: Numbers> Shooter<'a, N> {
+impl<'a, N: RayNumbers> Shooter<'a, N> {
     fn new(faces: &'a FaceTable<'a>, numbers: N, plan: Iterations) -> Self {
         Shooter { faces, caster: Caster::new(faces, numbers), plan }
     }
@@ -110,9 +110,9 @@ impl<'a, N: Numbers> Shooter<'a, N> {
     fn run(
         mut self,
         rays: u64,
-        observe: &mut dyn FnMut(Phase, u64, &Power),
+        observe: &mut dyn FnMut(IterationPhase, u64, &FacePowers),
         go_on: &dyn Fn() -> bool,
-    ) -> Option<Outcome> {
+    ) -> Option<ChainOutcome> {
         let emitted = self.emitted();
         let mut incoming = self.incremental(rays, observe, go_on)?;
         let (left, count) = (rays.saturating_sub(self.caster.rays()), u64::from(self.plan.regular));
@@ -121,22 +121,22 @@ impl<'a, N: Numbers> Shooter<'a, N> {
             let power = sum(&emitted, &self.reflected(&incoming));
             let rays = left * (k + 1) / count - left * k / count;
             let landed = self.regular(&power, rays, go_on)?;
-            observe(Phase::Regular, rays, &landed);
+            observe(IterationPhase::Regular, rays, &landed);
             let weight = 1.0 / (k + 1) as f64;
             incoming = zip(&incoming, &landed, |mean, new| mean + weight * (new - mean));
         }
         let power = sum(&emitted, &self.reflected(&incoming));
         let lost: Vec<[f64; 2]> = power.iter().map(|power| self.lost(power)).collect();
-        Some(Outcome::new(self.faces, &self.caster, &self.faces.per_area(&incoming), &lost))
+        Some(ChainOutcome::new(self.faces, &self.caster, &self.faces.per_area(&incoming), &lost))
     }
 
     /// The first solution: φ of all faces, power propagated until none is left.
     fn incremental(
         &mut self,
         rays: u64,
-        observe: &mut dyn FnMut(Phase, u64, &Power),
+        observe: &mut dyn FnMut(IterationPhase, u64, &FacePowers),
         go_on: &dyn Fn() -> bool,
-    ) -> Option<Power> {
+    ) -> Option<FacePowers> {
         let mut unshot = self.emitted();
         let mut incoming = zip(&unshot, &unshot, |_, _| 0.0);
         // No more light is under way than Φ_T/(1 − R_max): this phase takes the rays of one regular iteration at most, in
@@ -154,14 +154,14 @@ impl<'a, N: Numbers> Shooter<'a, N> {
                 return Some(incoming);
             }
             let landed = self.propagate(&unshot, &shares, count, per_ray, go_on)?;
-            observe(Phase::Incremental, count, &landed);
+            observe(IterationPhase::Incremental, count, &landed);
             incoming = sum(&incoming, &landed);
             unshot = self.reflected(&landed);
         }
     }
 
     /// φ when `rays` rays carry all of `power`.
-    fn regular(&mut self, power: &Power, rays: u64, go_on: &dyn Fn() -> bool) -> Option<Power> {
+    fn regular(&mut self, power: &FacePowers, rays: u64, go_on: &dyn Fn() -> bool) -> Option<FacePowers> {
         let shares = self.shares(power);
         let per_ray = shares.iter().sum::<f64>() / rays.max(1) as f64;
         self.propagate(power, &shares, rays, per_ray, go_on)
@@ -170,20 +170,20 @@ impl<'a, N: Numbers> Shooter<'a, N> {
     /// φ that `power` brings by rays that stand for `per_ray` of its shares each.
     fn propagate(
         &mut self,
-        power: &Power,
+        power: &FacePowers,
         shares: &[f64],
         rays: u64,
         per_ray: f64,
         go_on: &dyn Fn() -> bool,
-    ) -> Option<Power> {
+    ) -> Option<FacePowers> {
         let births = match self.plan.births {
             RayBirths::Systematic => systematic(shares, rays, self.caster.rng().pair()[0]),
             RayBirths::Multinomial => multinomial(shares, rays, self.caster.rng()),
         };
         let carried = |(power, share): (&f64, &f64)| if *share > 0.0 { power / share * per_ray } else { 0.0 };
-        let carried: Power =
+        let carried: FacePowers =
             power.iter().map(|power| power.iter().zip(shares).map(carried).collect()).collect();
-        let mut incoming: Power = vec![vec![0.0; shares.len()]; power.len()];
+        let mut incoming: FacePowers = vec![vec![0.0; shares.len()]; power.len()];
         self.caster.cast(0, &births, go_on, |from, to, _| {
             for (incoming, carried) in incoming.iter_mut().zip(&carried) {
                 incoming[to as usize] += carried[from as usize];
@@ -193,7 +193,7 @@ impl<'a, N: Numbers> Shooter<'a, N> {
     }
 
     /// What a face's chance of a ray is in proportion to: its part of Φ_T, the mean of the channels that have light.
-    fn shares(&self, power: &Power) -> Vec<f64> {
+    fn shares(&self, power: &FacePowers) -> Vec<f64> {
         let scene = self.faces.scene;
         let lit: Vec<usize> = (0..power.len()).filter(|&c| scene.total_power(c) > 0.0).collect();
         let share = |face: usize| {
@@ -203,7 +203,7 @@ impl<'a, N: Numbers> Shooter<'a, N> {
     }
 
     /// Φ of every face.
-    fn emitted(&self) -> Power {
+    fn emitted(&self) -> FacePowers {
         let of_channel = |c: usize| {
             let faces = self.faces.list.iter().zip(&self.faces.areas);
             faces.map(|(face, area)| face.emittance[c] * area).collect()
@@ -212,7 +212,7 @@ impl<'a, N: Numbers> Shooter<'a, N> {
     }
 
     /// R φ of every face.
-    fn reflected(&self, incoming: &Power) -> Power {
+    fn reflected(&self, incoming: &FacePowers) -> FacePowers {
         let reflectance = |c: usize| self.faces.list.iter().map(move |face| face.reflectance[c]);
         let channels = incoming.iter().enumerate();
         channels
@@ -229,11 +229,11 @@ impl<'a, N: Numbers> Shooter<'a, N> {
     }
 }
 
-fn zip(a: &Power, b: &Power, of: impl Fn(f64, f64) -> f64) -> Power {
+fn zip(a: &FacePowers, b: &FacePowers, of: impl Fn(f64, f64) -> f64) -> FacePowers {
     a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(a, b)| of(*a, *b)).collect()).collect()
 }
 
-fn sum(a: &Power, b: &Power) -> Power {
+fn sum(a: &FacePowers, b: &FacePowers) -> FacePowers {
     zip(a, b, |a, b| a + b)
 }
 
@@ -294,7 +294,7 @@ mod tests {
         while let left @ 1.. = unshot[0].iter().filter(|power| **power > 0.0).count() {
             let choice = (shooter.caster.rng().pair()[0] * left as f64) as usize;
             let zone = (0..incoming.len()).filter(|&i| unshot[0][i] > 0.0).nth(choice).unwrap();
-            let mut power: Power = vec![vec![0.0; incoming.len()]];
+            let mut power: FacePowers = vec![vec![0.0; incoming.len()]];
             std::mem::swap(&mut power[0][zone], &mut unshot[0][zone]);
             let shares = shooter.shares(&power);
             let count = (shares[zone] / per_ray + shooter.caster.rng().pair()[0]) as u64;
@@ -351,7 +351,8 @@ mod tests {
                 let plan = Iterations { births, ..Iterations::default() };
                 let iterations = observed(&scene, Sequence::new(1).walk(0), rays, plan);
                 assert_eq!(iterations.iter().map(|iteration| iteration.rays).sum::<u64>(), rays);
-                let regular = iterations.iter().filter(|iteration| iteration.phase == Phase::Regular);
+                let regular =
+                    iterations.iter().filter(|iteration| iteration.phase == IterationPhase::Regular);
                 assert_eq!(regular.count(), 8);
             }
         }

@@ -6,14 +6,14 @@ use crate::jacobi::faces::FaceTable;
 use crate::random::rng::unit_32;
 
 /// The pieces that emit, each with its part of the shadow rays.
-pub(super) struct Lamps {
-    pub(super) list: Vec<Lamp>,
+pub(super) struct EmittingPieces {
+    pub(super) list: Vec<EmittingPiece>,
     /// The parts of all lamps before each, and of all.
     cumulated: Vec<f64>,
 }
 
 /// A piece that emits.
-pub(super) struct Lamp {
+pub(super) struct EmittingPiece {
     pub(super) piece: Face,
     /// The face that the piece is a part of.
     pub(super) face: u32,
@@ -21,20 +21,23 @@ pub(super) struct Lamp {
     pub(super) part: f64,
 }
 
-impl Lamps {
+impl EmittingPieces {
     /// The emitters of a scene; none where nothing emits.
     pub(super) fn new(faces: &FaceTable) -> Self {
         let of_scene = faces.scene.faces();
         let (pieces, parts) = pieces_with_parts(faces, &emitted_shares(faces));
-        let lamp =
-            |(&piece, &part)| Lamp { piece: of_scene.piece(piece), face: of_scene.face_of(piece), part };
+        let lamp = |(&piece, &part)| EmittingPiece {
+            piece: of_scene.piece(piece),
+            face: of_scene.face_of(piece),
+            part,
+        };
         let mut sum = 0.0;
         let cumulated = parts.iter().map(|part| {
             sum += part;
             sum
         });
         let cumulated = std::iter::once(0.0).chain(cumulated).collect();
-        Lamps { list: pieces.iter().zip(&parts).map(lamp).collect(), cumulated }
+        EmittingPieces { list: pieces.iter().zip(&parts).map(lamp).collect(), cumulated }
     }
 
     /// The number of the lamp that 32 random bits choose, and what they leave undecided: a uniform number in (0, 1).
@@ -95,7 +98,7 @@ mod tests {
             surface.emittance = emittance.into();
         }
         let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
-        let lamps = Lamps::new(&FaceTable::new(&scene));
+        let lamps = EmittingPieces::new(&FaceTable::new(&scene));
         assert_eq!(lamps.list.len(), 8);
         let (mut chosen, mut rests) = ([0.0; 8], [0.0; 8]);
         const NUMBERS: u32 = 1 << 16;

@@ -10,13 +10,13 @@ use super::board::largest_radiosity;
 use super::cast::Caster;
 use super::direct::Direct;
 use super::faces::{FaceTable, face_major};
-use super::halves::{Half, Rays, cast_halves, extrapolated};
+use super::halves::{Half, LinkRays, cast_halves, extrapolated};
 use super::links::Links;
 use super::near::Landed;
 use super::numbers::SobolNumbers;
-use super::outcome::Outcome;
+use super::outcome::ChainOutcome;
 use super::solve::solve;
-use super::spread::{Solved, slopes};
+use super::spread::{SlopeInputs, slopes};
 use crate::hands::Hands;
 use crate::random::rng::WalkRng;
 
@@ -31,7 +31,7 @@ pub(crate) fn chain(
     (rays, aim): (u64, &[f64]),
     with_slopes: bool,
     hands: &dyn Hands,
-) -> Option<Outcome> {
+) -> Option<ChainOutcome> {
     let mut caster = Caster::new(faces, SobolNumbers::new(rng));
     let mut direct = Direct::where_it_pays(faces, rays, hands)?;
     if let Some(direct) = &mut direct {
@@ -43,9 +43,9 @@ pub(crate) fn chain(
     let offset = caster.rng().pair()[0];
     let more = aimed(aim, &caster.shot, rays, offset);
     cast_halves(&mut halves, &mut caster, &more, hands)?;
-    let whole = Rays::of_both(&halves, &caster);
+    let whole = LinkRays::of_both(&halves, &caster);
     let (links, residual) = (whole.links(faces), RESIDUAL / (rays as f64).sqrt());
-    let of_links = |links: &Links, rays: &Rays, start: &[Vec<f64>]| {
+    let of_links = |links: &Links, rays: &LinkRays, start: &[Vec<f64>]| {
         solved(links, rays, direct.as_ref(), (start, residual), hands)
     };
     let mut found = of_links(&links, &whole, &[])?;
@@ -55,7 +55,7 @@ pub(crate) fn chain(
         of_links(&half.links(faces), &half, &radiosity)
     };
     let found = found.beyond([of_half(&halves[0])?, of_half(&halves[1])?], faces, direct.is_some());
-    let mut outcome = Outcome::new(faces, &caster, &found.irradiance, &found.lost);
+    let mut outcome = ChainOutcome::new(faces, &caster, &found.irradiance, &found.lost);
     if let Some(direct) = &direct {
         outcome = outcome.with_shadow_rays(direct.rays());
     }
@@ -75,12 +75,12 @@ fn spread_of(
     let incoming: Vec<Vec<f64>> = radiosity.iter().map(|b| links.incoming(b, hands)).collect();
     let (along, incoming) = (face_major(radiosity), face_major(&incoming));
     let largest = largest_radiosity(links.faces.scene);
-    let solved = Solved { along: &along, incoming: &incoming, largest, direct };
+    let solved = SlopeInputs { along: &along, incoming: &incoming, largest, direct };
     slopes(links.faces, caster, &solved, hands)
 }
 
 /// What links say.
-struct Found {
+struct LinkEstimates {
     /// B, or b beside direct light, channel by channel [W/m²].
     radiosity: Vec<Vec<f64>>,
     /// H, channel by channel [W/m²].
@@ -89,7 +89,7 @@ struct Found {
     lost: Vec<[f64; 2]>,
 }
 
-impl Found {
+impl LinkEstimates {
     /// What all rays have found, without the bias that the halves tell. No irradiance is below 0 or above `largest`.
     fn beyond(mut self, halves: [Self; 2], faces: &FaceTable, beside: bool) -> Self {
         let largest = largest_radiosity(faces.scene);
@@ -112,11 +112,11 @@ impl Found {
 /// Solves the system of links.
 fn solved(
     links: &Links,
-    rays: &Rays,
+    rays: &LinkRays,
     direct: Option<&Direct>,
     (start, residual): (&[Vec<f64>], f64),
     hands: &dyn Hands,
-) -> Option<Found> {
+) -> Option<LinkEstimates> {
     let FaceTable { scene, list, areas } = links.faces;
     let straight = direct.map(|direct| direct.irradiance(rays));
     let radiosity = solve(links, straight.as_deref(), start, residual, hands)?;
@@ -139,7 +139,7 @@ fn solved(
             (irradiance, lost.collect())
         }
     };
-    Some(Found { radiosity, irradiance, lost })
+    Some(LinkEstimates { radiosity, irradiance, lost })
 }
 
 /// The power that does not arrive, in proportion to what the rays of emitters say of the two ways in which it is lost.

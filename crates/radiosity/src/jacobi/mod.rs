@@ -38,8 +38,8 @@ pub use board::ChainBoard;
 pub(crate) use board::{UNITS, largest_radiosity};
 use faces::FaceTable;
 pub(crate) use iterations::observed;
-pub use iterations::{Iteration, Phase, stochastic_iteration};
-pub(crate) use outcome::Outcome;
+pub use iterations::{Iteration, IterationPhase, stochastic_iteration};
+pub(crate) use outcome::ChainOutcome;
 use plan::Solve;
 pub use reciprocity::Reciprocity;
 
@@ -51,7 +51,7 @@ pub(crate) fn chain(
     (solve, with_slopes): (Solve, bool),
     aim: impl FnOnce(&FaceTable) -> Option<Arc<[f64]>>,
     hands: &dyn Hands,
-) -> Option<Outcome> {
+) -> Option<ChainOutcome> {
     let faces = FaceTable::new(scene);
     match solve {
         Solve::Links => linked::chain(&faces, rng, (rays, &aim(&faces)?), with_slopes, hands),

@@ -17,7 +17,7 @@ const LEAN: f64 = 0.5;
 const WHOLE: f64 = 65_536.0;
 
 /// k₀ of every pair of faces.
-pub(super) struct Bounds {
+pub(super) struct NearThresholds {
     /// LEAN times the shadow rays per area of each face [1/m²].
     shadows: Vec<f64>,
     /// The rays of links per area of each face as far as they are known beforehand [1/m²].
@@ -26,13 +26,13 @@ pub(super) struct Bounds {
     emitted: Vec<f64>,
 }
 
-impl Bounds {
+impl NearThresholds {
     /// The bounds of chains in which each face shoots about `links` rays, and `shadows` shadow rays of which the part
     /// `emitted` goes to each face.
     pub(super) fn new(faces: &FaceTable, links: &[f64], shadows: &[u32], emitted: &[f64]) -> Self {
         let per_area = |rays: f64, area: &f64| rays / area;
         let areas = &faces.areas;
-        Bounds {
+        NearThresholds {
             shadows: shadows
                 .iter()
                 .zip(areas)
@@ -83,14 +83,14 @@ pub(super) struct Landed<'a> {
 
 /// The rays that bring near light.
 struct Near<'a> {
-    bounds: &'a Bounds,
+    bounds: &'a NearThresholds,
     /// Parts of rays along which light arrives where they come from, where they go to.
     ways: [LinkTable<u64>; 2],
 }
 
 impl<'a> Landed<'a> {
     /// No ray yet, between `faces` faces; with `bounds`, near light counts apart.
-    pub(super) fn new(faces: usize, bounds: Option<&'a Bounds>) -> Self {
+    pub(super) fn new(faces: usize, bounds: Option<&'a NearThresholds>) -> Self {
         let near = bounds.map(|bounds| Near { bounds, ways: [0, 1].map(|_| LinkTable::new(faces)) });
         Landed { links: LinkTable::new(faces), near }
     }
@@ -172,7 +172,7 @@ mod tests {
         let scene = Scene::build(&SceneSpec::furnace(1, 0.5), IndexChoice::Auto).unwrap();
         let faces = FaceTable::new(&scene);
         let emitted = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let bounds = Bounds::new(&faces, &[30.0; 6], &[10, 10, 10, 10, 10, 0], &emitted);
+        let bounds = NearThresholds::new(&faces, &[30.0; 6], &[10, 10, 10, 10, 10, 0], &emitted);
         let most = bounds.of(1, 0);
         assert!((most - LEAN * 10.0 / 60.0).abs() < 1e-15, "{most}");
         for k in [0.0, 0.5 * most, most, 1.5 * most, 100.0 * most] {

@@ -6,7 +6,7 @@ use crate::simd::batch::WIDTH;
 use crate::simd::isa::{Isa, on_isa};
 
 /// Numbers for the rays of a batch, face by face.
-pub(crate) trait Numbers {
+pub(crate) trait RayNumbers {
     /// The next rays leave face `face`, which has already shot `shot` rays.
     fn leave(&mut self, face: u32, shot: u32);
 
@@ -52,7 +52,7 @@ impl SobolNumbers {
     }
 }
 
-impl Numbers for SobolNumbers {
+impl RayNumbers for SobolNumbers {
     fn leave(&mut self, face: u32, shot: u32) {
         self.sequence = Sobol::at(shot);
         self.seeds_of_face = seeds(self.key, face);
@@ -104,7 +104,7 @@ impl RandomNumbers {
     }
 }
 
-impl Numbers for RandomNumbers {
+impl RayNumbers for RandomNumbers {
     fn leave(&mut self, _face: u32, _shot: u32) {}
 
     #[inline(always)]

@@ -5,7 +5,7 @@ use super::faces::{FaceTable, face_major};
 use crate::tally::Counts;
 
 /// What one chain came to.
-pub(crate) struct Outcome {
+pub(crate) struct ChainOutcome {
     /// H [W/m²], face-major, channel-minor.
     pub(crate) irradiance: Vec<f64>,
     /// The means of H·ψ₁ and H·ψ₂ over each face, in the same order; empty where they are not asked for.
@@ -16,7 +16,7 @@ pub(crate) struct Outcome {
     pub(crate) counts: Counts,
 }
 
-impl Outcome {
+impl ChainOutcome {
     /// What a chain has found: H of every face [W/m²], and the power that escaped and that ended on backs [W], in every
     /// channel.
     pub(super) fn new<N>(
@@ -26,7 +26,7 @@ impl Outcome {
         lost_power: &[[f64; 2]],
     ) -> Self {
         let lost = |way: usize| caster.lost.iter().map(|lost| u64::from(lost[way])).sum();
-        let mut outcome = Outcome {
+        let mut outcome = ChainOutcome {
             irradiance: face_major(irradiance),
             slopes: Vec::new(),
             landed: caster.landed.clone(),

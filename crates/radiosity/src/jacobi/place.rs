@@ -5,10 +5,10 @@ use crate::scene::Scene;
 use crate::walk::spots::Spot;
 
 /// A surface, and local coordinates on it.
-pub(super) type Place = (u32, [f64; 2]);
+pub(super) type LocalPoint = (u32, [f64; 2]);
 
 /// ψ₁ and ψ₂ at a place.
-pub(super) fn psi(scene: &Scene, (number, uv): Place) -> [f64; 2] {
+pub(super) fn psi(scene: &Scene, (number, uv): LocalPoint) -> [f64; 2] {
     let cell = scene.surfaces()[number as usize].cell_at(uv);
     <[i64; 2]>::of_birth(scene, [number, cell], uv).map(|units| units as f64 / SLOPE_UNITS as f64)
 }

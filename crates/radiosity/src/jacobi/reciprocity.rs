@@ -44,12 +44,12 @@ pub(crate) fn reciprocity(faces: &FaceTable, rng: WalkRng, rays: u64) -> Recipro
 
 /// Sums of the areas that rays stand for, and of their squares.
 #[derive(Clone, Copy, Default)]
-struct Flow {
+struct AreaFlow {
     sum: f64,
     squares: f64,
 }
 
-impl Flow {
+impl AreaFlow {
     fn add(&mut self, rays: f64, area: f64) {
         self.sum += rays * area;
         self.squares += rays * area * area;
@@ -63,7 +63,7 @@ impl Flow {
 
 /// Compares both directions of the links, given the numbers of rays that faces shot.
 fn compare(links: &[Link], shot: &[u32], areas: &[f64]) -> Reciprocity {
-    let mut flows = vec![[Flow::default(); 2]; areas.len()];
+    let mut flows = vec![[AreaFlow::default(); 2]; areas.len()];
     let per_ray: Vec<f64> = areas.iter().zip(shot).map(|(area, &shot)| area / f64::from(shot)).collect();
     // What a face sees that shot no rays is unknown.
     for link in links.iter().filter(|link| shot[link.to as usize] > 0) {

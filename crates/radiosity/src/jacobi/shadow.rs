@@ -1,9 +1,9 @@
 //! Shadow rays: from uniform points of faces to points of emitters, chosen in proportion to their power.
 
 use super::faces::FaceTable;
-use super::lamps::{Lamp, Lamps, kernel};
-use super::numbers::{Numbers, SobolNumbers};
-use super::place::Place;
+use super::lamps::{EmittingPiece, EmittingPieces, kernel};
+use super::numbers::{RayNumbers, SobolNumbers};
+use super::place::LocalPoint;
 use crate::random::rng::unit_32;
 use crate::random::sobol::Points;
 use crate::simd::batch::WIDTH;
@@ -14,24 +14,24 @@ use crate::trace::tree::Scratch;
 /// place on the face, two for the lamp and the place on it.
 pub(super) struct ShadowCaster<'a> {
     faces: &'a FaceTable<'a>,
-    lamps: &'a Lamps,
+    lamps: &'a EmittingPieces,
     numbers: SobolNumbers,
-    batch: Box<Batch>,
+    batch: Box<ShadowBatch>,
 }
 
 /// A shadow ray that reaches its lamp.
-pub(super) struct Sight<'a> {
+pub(super) struct LitShadowRay<'a> {
     /// The face that it leaves.
     pub(super) face: u32,
     /// Where it leaves.
-    pub(super) place: Place,
-    pub(super) lamp: &'a Lamp,
+    pub(super) place: LocalPoint,
+    pub(super) lamp: &'a EmittingPiece,
     /// k of its ends [1/m²].
     pub(super) kernel: f64,
 }
 
 /// Rays that are traced together.
-struct Batch {
+struct ShadowBatch {
     /// Points that are drawn, and the faces whose points they are.
     drawn: usize,
     face: [u32; WIDTH],
@@ -39,15 +39,15 @@ struct Batch {
     from: [u32; WIDTH],
     lamp: [u32; WIDTH],
     kernel: [f64; WIDTH],
-    place: [Place; WIDTH],
+    place: [LocalPoint; WIDTH],
     rays: Rays,
     hits: Hits,
     scratch: Scratch,
 }
 
-impl Default for Batch {
+impl Default for ShadowBatch {
     fn default() -> Self {
-        Batch {
+        ShadowBatch {
             drawn: 0,
             face: [0; WIDTH],
             from: [0; WIDTH],
@@ -62,7 +62,7 @@ impl Default for Batch {
 }
 
 impl<'a> ShadowCaster<'a> {
-    pub(super) fn new(faces: &'a FaceTable, lamps: &'a Lamps, numbers: SobolNumbers) -> Self {
+    pub(super) fn new(faces: &'a FaceTable, lamps: &'a EmittingPieces, numbers: SobolNumbers) -> Self {
         ShadowCaster { faces, lamps, numbers, batch: Box::default() }
     }
 
@@ -72,7 +72,7 @@ impl<'a> ShadowCaster<'a> {
         first: usize,
         rays: &[u32],
         go_on: &dyn Fn() -> bool,
-        mut see: impl FnMut(&Sight),
+        mut see: impl FnMut(&LitShadowRay),
     ) -> Option<()> {
         for (face, &rays) in (first as u32..).zip(rays).filter(|(_, rays)| **rays > 0) {
             self.numbers.leave(face, 0);
@@ -94,7 +94,7 @@ impl<'a> ShadowCaster<'a> {
     }
 
     /// Traces the rays of the points that are drawn, and reports those that reach their lamps.
-    fn trace(&mut self, see: &mut impl FnMut(&Sight)) {
+    fn trace(&mut self, see: &mut impl FnMut(&LitShadowRay)) {
         let (scene, batch) = (self.faces.scene, &mut *self.batch);
         batch.aim(self.faces, self.lamps, self.numbers.points(scene.parts.isa));
         scene.parts.index.closest_hits(&scene.parts.facets, &batch.rays, &mut batch.scratch, &mut batch.hits);
@@ -104,15 +104,15 @@ impl<'a> ShadowCaster<'a> {
                 == (lamp.piece.surface, lamp.piece.side.sign())
             {
                 let (face, place, kernel) = (batch.from[ray], batch.place[ray], batch.kernel[ray]);
-                see(&Sight { face, place, lamp, kernel });
+                see(&LitShadowRay { face, place, lamp, kernel });
             }
         }
     }
 }
 
-impl Batch {
+impl ShadowBatch {
     /// Turns all points that are drawn into rays, but for those whose ends lie behind each other, which no light joins.
-    fn aim(&mut self, faces: &FaceTable, lamps: &Lamps, points: &Points) {
+    fn aim(&mut self, faces: &FaceTable, lamps: &EmittingPieces, points: &Points) {
         let (scene, [across, along, choice, depth]) = (faces.scene, points);
         self.rays.len = 0;
         for i in 0..std::mem::take(&mut self.drawn) {

@@ -16,7 +16,7 @@ const RAYS_OF_PART: u64 = 1 << 12;
 
 /// Successive rays of successive faces.
 #[derive(Debug, PartialEq)]
-struct Part {
+struct RaySlice {
     first_face: usize,
     /// Rays of the first face that the part before has shot.
     skipped: u32,
@@ -42,7 +42,7 @@ pub(super) fn cast(
     let (apart, sums) = (caster.apart(), Mutex::new(&mut *caster));
     let empty = landed.apart(rays.len());
     hands.share(parts.len(), &|number| {
-        let Part { first_face, skipped, rays } = &parts[number];
+        let RaySlice { first_face, skipped, rays } = &parts[number];
         let (mut caster, mut part) = (apart.apart(), empty.apart(apart.shot.len()));
         caster.shot[*first_face] += skipped;
         let cast = caster.cast(*first_face, rays, &go_on, |from, to, meeting| part.count(from, to, meeting));
@@ -73,7 +73,7 @@ pub(super) fn shoot_again(
     let wanted = AtomicBool::new(true);
     let afresh = Mutex::new(caster.afresh());
     hands.share(parts.len(), &|number| {
-        let Part { first_face, skipped, rays } = &parts[number];
+        let RaySlice { first_face, skipped, rays } = &parts[number];
         let mut caster = afresh.lock().expect("no thread panics with it").afresh();
         caster.shot[*first_face] = *skipped;
         if caster.cast_all(*first_face, rays, &|| hands.go_on(), land, lose).is_none() {
@@ -84,17 +84,17 @@ pub(super) fn shoot_again(
 }
 
 /// Cuts rays into parts of about the same number for `hands` threads: one part where there is one thread, or where rays are few.
-fn parts(rays: &[u32], hands: usize) -> Vec<Part> {
+fn parts(rays: &[u32], hands: usize) -> Vec<RaySlice> {
     let total: u64 = rays.iter().map(|&rays| u64::from(rays)).sum();
     let most = if hands > 1 { (PARTS_PER_HAND * hands) as u64 } else { 1 };
     let per_part = total.div_ceil(most).max(RAYS_OF_PART);
-    let mut parts: Vec<Part> = Vec::new();
+    let mut parts: Vec<RaySlice> = Vec::new();
     let mut room = 0;
     for (face, &rays) in rays.iter().enumerate() {
         let mut left = rays;
         loop {
             if room == 0 && left > 0 {
-                parts.push(Part { first_face: face, skipped: rays - left, rays: Vec::new() });
+                parts.push(RaySlice { first_face: face, skipped: rays - left, rays: Vec::new() });
                 room = per_part;
             }
             let taken = u64::from(left).min(room) as u32;
@@ -119,7 +119,7 @@ mod tests {
     use crate::jacobi::aim::aim;
     use crate::jacobi::linked::chain;
     use crate::jacobi::links::LinkTable;
-    use crate::jacobi::{FaceTable, Outcome};
+    use crate::jacobi::{ChainOutcome, FaceTable};
     use crate::random::rng::Sequence;
     use crate::scene::{IndexChoice, Scene};
 
@@ -161,7 +161,7 @@ mod tests {
         Scene::build(&spec, IndexChoice::Auto).unwrap()
     }
 
-    fn bits(outcome: Outcome) -> (Vec<u64>, Vec<u64>) {
+    fn bits(outcome: ChainOutcome) -> (Vec<u64>, Vec<u64>) {
         let numbers = outcome.irradiance.iter().chain(outcome.slopes.as_flattened());
         (numbers.map(|h| h.to_bits()).collect(), outcome.landed)
     }
@@ -206,7 +206,7 @@ mod tests {
             let parts = parts(&rays, hands);
             assert_eq!(parts.len() == 1, hands == 1, "{hands}");
             let mut shot = [0; 7];
-            for Part { first_face, skipped, rays } in &parts {
+            for RaySlice { first_face, skipped, rays } in &parts {
                 assert_eq!(shot[*first_face], *skipped, "{parts:?}");
                 shot[*first_face..].iter_mut().zip(rays).for_each(|(shot, rays)| *shot += rays);
             }

@@ -23,28 +23,28 @@ pub(crate) fn solve(
     hands: &dyn Hands,
 ) -> Option<Vec<Vec<f64>>> {
     match links.faces.scene.channels() {
-        1 => System::<1>::new(links, direct, hands).solve(start, residual),
-        _ => System::<3>::new(links, direct, hands).solve(start, residual),
+        1 => LinkSystem::<1>::new(links, direct, hands).solve(start, residual),
+        _ => LinkSystem::<3>::new(links, direct, hands).solve(start, residual),
     }
 }
 
 /// Numbers of all faces, in C channels each.
-type Field<const C: usize> = Vec<[f64; C]>;
+type FaceNumbers<const C: usize> = Vec<[f64; C]>;
 
 /// The matrices and the right-hand sides of C channels, which share their links.
-struct System<'a, const C: usize> {
+struct LinkSystem<'a, const C: usize> {
     links: &'a Links<'a>,
     hands: &'a dyn Hands,
     /// [m²]; 1 where the face is black, whose B = E is known.
-    diagonal: Field<C>,
+    diagonal: FaceNumbers<C>,
     /// A_i E_i/R_i or A_i·H_d [W]; 0 where black.
-    emission: Field<C>,
+    emission: FaceNumbers<C>,
     /// What is known of the unknown where a face is black [W/m²].
-    known: Field<C>,
+    known: FaceNumbers<C>,
     reflects: Vec<[bool; C]>,
 }
 
-impl<'a, const C: usize> System<'a, C> {
+impl<'a, const C: usize> LinkSystem<'a, C> {
     fn new(links: &'a Links<'a>, direct: Option<&[Vec<f64>]>, hands: &'a dyn Hands) -> Self {
         let faces = links.faces;
         let rows = || faces.areas.iter().zip(links.total()).zip(&faces.list);
@@ -65,7 +65,7 @@ impl<'a, const C: usize> System<'a, C> {
             Some(_) => [0.0; C],
             None => std::array::from_fn(|c| face.emittance[c]),
         });
-        System {
+        LinkSystem {
             links,
             hands,
             diagonal: diagonal.collect(),
@@ -114,7 +114,7 @@ impl<'a, const C: usize> System<'a, C> {
 
     /// The right-hand side of the faces that reflect: their own emission and what comes from black emitters, whose B = E is
     /// known.
-    fn source(&self) -> Field<C> {
+    fn source(&self) -> FaceNumbers<C> {
         let mut known = self.known.clone();
         for (b, reflects) in known.iter_mut().zip(&self.reflects) {
             for c in 0..C {
@@ -128,7 +128,7 @@ impl<'a, const C: usize> System<'a, C> {
     }
 
     /// The guess, where there is one and the face reflects.
-    fn begin(&self, start: &[Vec<f64>]) -> Field<C> {
+    fn begin(&self, start: &[Vec<f64>]) -> FaceNumbers<C> {
         let mut b = self.known.clone();
         for (c, start) in start.iter().enumerate() {
             let reflecting = b.iter_mut().zip(start).zip(&self.reflects).filter(|(_, reflects)| reflects[c]);
@@ -163,7 +163,7 @@ impl<'a, const C: usize> System<'a, C> {
         sum
     }
 
-    fn scaled(&self, x: &[[f64; C]]) -> Field<C> {
+    fn scaled(&self, x: &[[f64; C]]) -> FaceNumbers<C> {
         let mut scaled = x.to_vec();
         each(&mut scaled, &self.diagonal, |x, diagonal, _| *x /= diagonal);
         scaled

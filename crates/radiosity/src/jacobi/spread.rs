@@ -11,7 +11,7 @@ use super::cast::{Caster, Meeting};
 use super::direct::Direct;
 use super::faces::FaceTable;
 use super::numbers::SobolNumbers;
-use super::place::{Place, psi};
+use super::place::{LocalPoint, psi};
 use super::shared::shoot_again;
 use crate::hands::Hands;
 
@@ -19,7 +19,7 @@ use crate::hands::Hands;
 const UNITS: f64 = (1_u64 << 40) as f64;
 
 /// What is known when the rays are shot once more, face-major and channel-minor.
-pub(super) struct Solved<'a> {
+pub(super) struct SlopeInputs<'a> {
     /// The radiosity that goes along links [W/m²].
     pub(super) along: &'a [f64],
     /// What comes in along links, in the mean over each face [W/m²].
@@ -33,11 +33,11 @@ pub(super) struct Solved<'a> {
 pub(super) fn slopes(
     faces: &FaceTable,
     caster: &Caster<SobolNumbers>,
-    solved: &Solved,
+    solved: &SlopeInputs,
     hands: &dyn Hands,
 ) -> Option<Vec<[f64; 2]>> {
     let sums: Vec<[AtomicI64; 2]> = solved.along.iter().map(|_| Default::default()).collect();
-    let spread = Spread::new(faces, caster, solved, &sums);
+    let spread = SlopeSums::new(faces, caster, solved, &sums);
     let lost = |from: u32, meeting: &Meeting| spread.lose(from, meeting);
     shoot_again(caster, hands, &|from, to, meeting| spread.land(from, to, meeting), &lost)?;
     let channels = faces.scene.channels();
@@ -53,10 +53,10 @@ pub(super) fn slopes(
 }
 
 /// Sums under way.
-struct Spread<'a> {
+struct SlopeSums<'a> {
     faces: &'a FaceTable<'a>,
     channels: usize,
-    solved: &'a Solved<'a>,
+    solved: &'a SlopeInputs<'a>,
     /// Rays per area of each face [1/m²].
     density: Vec<f64>,
     /// Units over the area of each face [1/m²].
@@ -66,15 +66,15 @@ struct Spread<'a> {
     sums: &'a [[AtomicI64; 2]],
 }
 
-impl<'a> Spread<'a> {
+impl<'a> SlopeSums<'a> {
     fn new(
         faces: &'a FaceTable,
         caster: &Caster<SobolNumbers>,
-        solved: &'a Solved,
+        solved: &'a SlopeInputs,
         sums: &'a [[AtomicI64; 2]],
     ) -> Self {
         let of_face = |(&shot, area): (&u32, &f64)| f64::from(shot) / area;
-        Spread {
+        SlopeSums {
             faces,
             channels: faces.scene.channels(),
             solved,
@@ -107,7 +107,7 @@ impl<'a> Spread<'a> {
     }
 
     /// Adds what an exchange area brings to a place of a face; `light` tells it by channel and number of the sum.
-    fn add(&self, face: u32, place: Place, exchange: f64, light: impl Fn(usize, usize) -> f64) {
+    fn add(&self, face: u32, place: LocalPoint, exchange: f64, light: impl Fn(usize, usize) -> f64) {
         let psi = psi(self.faces.scene, place);
         let part = exchange * self.per_area[face as usize];
         for c in 0..self.channels {

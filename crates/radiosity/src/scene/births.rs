@@ -1,6 +1,6 @@
 //! Where walks are born.
 
-use super::lamps::Lamps;
+use super::lamps::PointLamps;
 use crate::geometry::face::Faces;
 use crate::geometry::frame::Frames;
 use crate::geometry::sensor::{SensorCell, Sensors};
@@ -9,6 +9,8 @@ use crate::geometry::surface::Surface;
 use crate::random::rng::unit_32;
 use crate::random::sampling::AliasTable;
 use crate::scene::Scene;
+use crate::simd::batch::WIDTH;
+use crate::simd::prefetch::prefetch;
 use crate::trace::ray::{Ray, Rays};
 
 /// One side of consecutive cells of a surface, where walks begin with the same probability.
@@ -19,6 +21,9 @@ struct Cradle {
     first_cell: u32,
     cells: u32,
 }
+
+/// Up to this many cradles, and the surfaces that they are on, are in a near cache once walks have been born there.
+const FEW_CRADLES: usize = 64;
 
 /// One side of a cell, where a walk begins.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +43,7 @@ pub(crate) enum Birthplace {
 }
 
 /// A place on a plane where a walk begins.
-pub(crate) struct Birth {
+pub(crate) struct BirthPoint {
     /// The number of the frame that it leaves: a surface, or what [`Nursery::frames`] has behind them.
     pub surface: u32,
     pub cell: u32,
@@ -52,7 +57,7 @@ pub(crate) struct Birth {
 /// How a walk is born.
 pub(crate) enum Born {
     /// On a plane, which it leaves in a direction about the normal.
-    OnPlane(Birth),
+    OnPlane(BirthPoint),
     /// At a lamp without area, by number.
     AtLamp(usize),
 }
@@ -61,6 +66,9 @@ pub(crate) enum Born {
 pub(crate) trait Nursery<const C: usize> {
     /// The birth that four times 64 random bits choose, and the weights of the channels; the last bits are those of the direction.
     fn bear(&self, scene: &Scene, draws: [u64; 4]) -> (Born, [f64; C]);
+    /// Walks will soon be born of these draws.
+    #[inline(always)]
+    fn expect(&self, _scene: &Scene, _draws: &[[u64; WIDTH]; 4]) {}
     /// The frames that walks leave.
     #[inline(always)]
     fn frames<'a>(&'a self, scene: &'a Scene) -> &'a Frames {
@@ -82,7 +90,14 @@ impl<const C: usize> Nursery<C> for Births {
         let uv = scene.surfaces()[number as usize]
             .point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
         let face = scene.face_at(number, cell, side);
-        (Born::OnPlane(Birth { surface: number, cell, facing: side.sign(), uv, face }), weights)
+        (Born::OnPlane(BirthPoint { surface: number, cell, facing: side.sign(), uv, face }), weights)
+    }
+
+    #[inline(always)]
+    fn expect(&self, scene: &Scene, [cradles, ..]: &[[u64; WIDTH]; 4]) {
+        if self.cradles.len() > FEW_CRADLES {
+            self.fetch(scene, cradles);
+        }
     }
 }
 
@@ -109,7 +124,7 @@ impl Nursery<1> for SensorBirths<'_> {
     #[inline(always)]
     fn bear(&self, _: &Scene, [_, _, point, _]: [u64; 4]) -> (Born, [f64; 1]) {
         let uv = self.sensors.place(&self.cell, [(point >> 32) as u32, point as u32]);
-        let birth = Birth { surface: self.frame, cell: 0, facing: 1.0, uv, face: self.number };
+        let birth = BirthPoint { surface: self.frame, cell: 0, facing: 1.0, uv, face: self.number };
         (Born::OnPlane(birth), [1.0])
     }
 
@@ -198,7 +213,7 @@ impl Births {
     /// each choose, and a walk sets out with w_c = (Φ_sc/Φ_Tc)/p_s in channel c: p_s·w_c is what channel c alone
     /// would have, and no weight exceeds the number of channels (the balance heuristic).
     pub(crate) fn of_emitters(
-        (surfaces, faces, lamps): (&[Surface], &Faces, &Lamps),
+        (surfaces, faces, lamps): (&[Surface], &Faces, &PointLamps),
         channels: usize,
         total: [f64; 3],
     ) -> Option<Self> {
@@ -250,6 +265,24 @@ impl Births {
         };
         let cell = first_cell + ((u128::from(bits[1]) * u128::from(cells)) >> 64) as u32;
         (Birthplace::Cell(Origin { surface, cell, side }), weights)
+    }
+
+    /// Fetches what births of these draws will read, for all of them side by side: first the columns of the choice, then the cradles that
+    /// these name, then the surfaces that these are on.
+    #[inline(never)]
+    fn fetch(&self, scene: &Scene, draws: &[u64; WIDTH]) {
+        draws.iter().for_each(|&bits| self.choice.expect(bits));
+        let chosen = draws.map(|bits| self.choice.choose(bits));
+        for choice in &chosen {
+            prefetch(self.cradles.as_ptr().wrapping_add(*choice), 1);
+        }
+        for cradle in chosen.iter().filter_map(|&choice| self.cradles.get(choice)) {
+            prefetch(
+                scene.surfaces().as_ptr().wrapping_add(cradle.surface as usize),
+                size_of::<Surface>().div_ceil(64),
+            );
+            scene.parts.frames.expect(&[cradle.surface]);
+        }
     }
 
     /// The largest weight that a walk sets out with, channel by channel; 1 where a channel has no light at all.

@@ -42,9 +42,9 @@ pub(super) fn check(spec: &SceneSpec) -> Result<(), SceneError> {
     Ok(())
 }
 
-type Fault = (&'static str, String);
+type SceneFault = (&'static str, String);
 
-fn check_surface(surface: &SurfaceSpec) -> Result<(), Fault> {
+fn check_surface(surface: &SurfaceSpec) -> Result<(), SceneFault> {
     let outline = match surface.shape {
         Shape::Parallelogram { .. } | Shape::Divided { .. } => "quad",
         Shape::Triangle { .. } => "triangle",

@@ -18,9 +18,10 @@ pub(super) fn check_groups(spec: &SceneSpec, pieces: &Pieces) -> Result<(), Scen
             spec.cell_count()
         )));
     }
-    let mut firsts: Vec<Look> = Vec::new();
+    let mut firsts: Vec<CellProperties> = Vec::new();
     for ((cell, &patch), surface) in (0..).zip(patch_of_cell).zip(pieces.surfaces_of_cells()) {
-        let own = Look { surface: surface as usize, emittance: pieces.emittance(cell, surface as usize) };
+        let own =
+            CellProperties { surface: surface as usize, emittance: pieces.emittance(cell, surface as usize) };
         if patch as usize == firsts.len() {
             firsts.push(own);
         }
@@ -46,13 +47,13 @@ pub(super) fn check_groups(spec: &SceneSpec, pieces: &Pieces) -> Result<(), Scen
 
 /// What a cell looks like: its surface, and what it emits.
 #[derive(Clone, Copy)]
-struct Look {
+struct CellProperties {
     surface: usize,
     emittance: Spectrum,
 }
 
 /// What two cells of one patch differ in; `None` where they are alike.
-fn difference(spec: &SceneSpec, a: &Look, b: &Look) -> Option<&'static str> {
+fn difference(spec: &SceneSpec, a: &CellProperties, b: &CellProperties) -> Option<&'static str> {
     let [of_a, of_b] = [a, b].map(|look| &spec.surfaces[look.surface]);
     let differences = [
         (of_a.reflectance != of_b.reflectance, "reflectance"),

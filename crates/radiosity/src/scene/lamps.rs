@@ -19,13 +19,13 @@ const LIFT: f64 = 4.0;
 
 /// The lamps of a scene.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lamps {
+pub(crate) struct PointLamps {
     tables: Vec<Distribution>,
-    list: Vec<Lamp>,
+    list: Vec<PointLamp>,
 }
 
 #[derive(Clone, Debug)]
-struct Lamp {
+struct PointLamp {
     position: DVec3,
     axes: [DVec3; 3],
     emission: Emission,
@@ -47,11 +47,11 @@ pub(crate) struct Beam {
     pub(crate) irradiance: [f64; 3],
 }
 
-impl Lamps {
+impl PointLamps {
     /// The lamps of a scene whose box has these corners, and whose facets are larger than their surfaces by `slack` [m].
     pub(super) fn new(spec: &LampsSpec, [min, max]: [DVec3; 2], slack: f64) -> Result<Self, SceneError> {
         let (origin, reach) = (0.5 * (min + max), 0.5 * (max - min).length() * (1.0 + 1e-9));
-        let mut lamps = Lamps { tables: spec.tables.clone(), list: Vec::new() };
+        let mut lamps = PointLamps { tables: spec.tables.clone(), list: Vec::new() };
         for lamp in &spec.list {
             if let Some(fault) = lamp.fault(spec.tables.len()) {
                 return Err(SceneError::Whole(format!(
@@ -69,7 +69,7 @@ impl Lamps {
             let lift = LIFT * slack.max(position.abs().max_element() / (1_u64 << 46) as f64);
             let position = position - axes[2] * lift;
             let (emission, strength) = (lamp.emission, lamp.strength);
-            lamps.list.push(Lamp { position, axes, emission, strength, flux, reach });
+            lamps.list.push(PointLamp { position, axes, emission, strength, flux, reach });
         }
         Ok(lamps)
     }
@@ -97,7 +97,7 @@ impl Lamps {
     /// disc of a distant lamp, is that of the light.
     #[inline(never)]
     pub(crate) fn birth(&self, lamp: usize, point: u64, direction: u64) -> Ray {
-        let Lamp { position, axes, emission, reach, .. } = &self.list[lamp];
+        let PointLamp { position, axes, emission, reach, .. } = &self.list[lamp];
         let in_scene = |d: DVec3| axes[0] * d.x + axes[1] * d.y + axes[2] * d.z;
         let (origin, direction) = match *emission {
             Emission::Table(number) => {
@@ -122,7 +122,7 @@ impl Lamps {
     /// The light of a lamp at a point, if nothing stands between. The random bits choose a place on the disc of a distant lamp, over which
     /// it is to be averaged; other lamps take no notice of them.
     pub(crate) fn beam(&self, lamp: usize, point: DVec3, bits: u64) -> Beam {
-        let Lamp { position, axes, emission, strength, .. } = &self.list[lamp];
+        let PointLamp { position, axes, emission, strength, .. } = &self.list[lamp];
         let beam = |towards: DVec3, distance: f64, per_strength: f64| Beam {
             towards,
             distance,
@@ -158,7 +158,7 @@ impl Lamps {
     /// asked for the distance of a place [m].
     pub(crate) fn most_irradiance(&self, distance: impl Fn(DVec3) -> f64) -> [f64; 3] {
         let mut most = [0.0; 3];
-        for Lamp { position, emission, strength, .. } in &self.list {
+        for PointLamp { position, emission, strength, .. } in &self.list {
             let peak = match *emission {
                 Emission::Table(number) => self.tables[number as usize].peak(),
                 Emission::Uniform | Emission::Spot { .. } => 1.0,
@@ -261,10 +261,12 @@ impl Scene {
         if cosine <= 0.0 || irradiance == [0.0; 3] {
             return None;
         }
-        let hit = self.closest_hit(&Ray { origin, direction: towards, from });
+        let ray = Ray { origin, direction: towards, from };
+        let hit = self.closest_hit(&ray);
         // A lamp in the plane of a surface hangs just in front of it.
         let is_free = hit.is_none_or(|hit| hit.t >= distance * (1.0 - NEAR));
-        is_free.then(|| irradiance.map(|e| e * cosine))
+        let part = cosine * self.passed_panes(&ray, distance);
+        is_free.then(|| irradiance.map(|e| e * part))
     }
 }
 

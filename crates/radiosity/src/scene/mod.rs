@@ -4,6 +4,7 @@ pub(crate) mod births;
 mod check;
 mod groups;
 pub(crate) mod lamps;
+pub(crate) mod panes;
 pub(crate) mod retracing;
 pub(crate) mod scatter;
 pub(crate) mod sealed;
@@ -15,12 +16,13 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::geometry::basis::Basis;
+use crate::geometry::basis::LinearBasis;
 use crate::geometry::face::{Face, Faces};
 use crate::geometry::frame::Frames;
 use crate::geometry::lamp::LampSpec;
 use crate::geometry::landing::Landings;
 use crate::geometry::leaf_table::LeafTable;
+use crate::geometry::pane::PaneSpec;
 use crate::geometry::piece::Pieces;
 use crate::geometry::places::Places;
 use crate::geometry::planes::{Body, Planes};
@@ -35,7 +37,8 @@ use crate::trace::facet::Facets;
 use crate::trace::ray::Ray;
 use crate::trace::stack::Stack;
 use births::{Birthplace, Births, Origin};
-use lamps::Lamps;
+use lamps::PointLamps;
+use panes::Panes;
 use scatter::Scatter;
 use sealed::Sealed;
 
@@ -84,7 +87,8 @@ pub(crate) struct Parts {
     channels: usize,
     power: [f64; 3],
     emitters: Births,
-    pub(crate) lamps: Lamps,
+    pub(crate) lamps: PointLamps,
+    pub(crate) panes: Panes,
     /// Points of patches that are groups of cells, made when a walk first asks for them; `None` where every cell is a patch.
     scatter: OnceLock<Option<Scatter>>,
     max_reflectance: Spectrum,
@@ -180,7 +184,8 @@ impl Scene {
             })
             .collect();
         let channels = spec.channels();
-        let lamps = Lamps::new(&spec.lamps, [min, max], slack(min, max))?;
+        let lamps = PointLamps::new(&spec.lamps, [min, max], slack(min, max))?;
+        let panes = Panes::new(&spec.panes, origin)?;
         let (emitters, power) = emission(&surfaces, &faces, &lamps, channels)?;
         let traced::Traced { frames, stacks, facets, index } = trace(&mut surfaces);
         let places = Places::new(&surfaces, &faces);
@@ -202,6 +207,7 @@ impl Scene {
             power,
             emitters,
             lamps,
+            panes,
             max_reflectance: Spectrum::rgb(std::array::from_fn(most)),
             origin,
             stacks,
@@ -274,6 +280,7 @@ impl Scene {
             parts.faces.bytes(),
             parts.emitters.bytes(),
             parts.lamps.bytes(),
+            parts.panes.bytes(),
             parts.scatter.get().and_then(Option::as_ref).map_or(0, Scatter::bytes),
             parts.frames.bytes(),
             parts.landings.bytes(),
@@ -299,7 +306,7 @@ impl Scene {
         if all > 6 && (before..all).all(is_side) { before } else { all }
     }
 
-    /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances.
+    /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances, lamps, panes.
     pub fn hash(&self) -> [u8; 32] {
         self.parts.hash
     }
@@ -375,9 +382,9 @@ impl Scene {
     }
 
     /// The linear basis of a face.
-    pub(crate) fn basis_of(&self, face: &Face) -> Basis {
+    pub(crate) fn basis_of(&self, face: &Face) -> LinearBasis {
         match self.planes() {
-            None => Basis::of(self.surfaces()[face.surface as usize].is_triangle()),
+            None => LinearBasis::of(self.surfaces()[face.surface as usize].is_triangle()),
             Some(planes) => planes.basis(face.patch),
         }
     }
@@ -401,7 +408,7 @@ impl Scene {
 fn emission(
     surfaces: &[Surface],
     faces: &Faces,
-    lamps: &Lamps,
+    lamps: &PointLamps,
     channels: usize,
 ) -> Result<(Births, [f64; 3]), SceneError> {
     // Piece by piece, so that groups change no bit of it.
@@ -498,6 +505,12 @@ fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
         hasher.update(b"lamps");
         let tables = spec.lamps.tables.iter().flat_map(|table| table.numbers());
         for number in spec.lamps.list.iter().flat_map(LampSpec::numbers).chain(tables) {
+            hasher.update(&number.to_bits().to_le_bytes());
+        }
+    }
+    if !spec.panes.is_empty() {
+        hasher.update(b"panes");
+        for number in spec.panes.iter().flat_map(PaneSpec::numbers) {
             hasher.update(&number.to_bits().to_le_bytes());
         }
     }

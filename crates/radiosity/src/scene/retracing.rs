@@ -20,7 +20,7 @@ pub enum Foresight {
 }
 
 /// A batch of rays, and what can be known of it.
-struct Batch {
+struct RetracedBatch {
     rays: Rays,
     distance: Known,
     leaf: Known,
@@ -30,7 +30,7 @@ struct Batch {
 pub struct Retracing<'a> {
     tree: &'a Tree,
     facets: &'a Facets,
-    batches: Vec<Batch>,
+    batches: Vec<RetracedBatch>,
     scratch: Box<Scratch>,
     hits: Box<Hits>,
 }
@@ -47,7 +47,7 @@ impl<'a> Retracing<'a> {
             part.iter().for_each(|ray| rays.push(ray));
             tree.closest_hits(&parts.facets, &rays, &mut scratch, &mut hits);
             let [distance, leaf] = [None, Some(&leaves[..])].map(|leaves| tree.known(&rays, &hits, leaves));
-            Batch { rays, distance, leaf }
+            RetracedBatch { rays, distance, leaf }
         };
         let batches = rays.chunks(WIDTH).map(batch).collect();
         Some(Retracing { tree, facets: &parts.facets, batches, scratch, hits })
@@ -56,7 +56,7 @@ impl<'a> Retracing<'a> {
     /// Traces all rays, and returns a digest of their hits.
     pub fn trace(&mut self, foresight: Foresight) -> u64 {
         let mut digest = 0_u64;
-        for Batch { rays, distance, leaf } in &self.batches {
+        for RetracedBatch { rays, distance, leaf } in &self.batches {
             let (facets, scratch, hits) = (self.facets, &mut *self.scratch, &mut *self.hits);
             match foresight {
                 Foresight::Nothing => self.tree.closest_hits(facets, rays, scratch, hits),
@@ -73,7 +73,7 @@ impl<'a> Retracing<'a> {
     /// The steps that rays take through the tree.
     pub fn steps(&mut self, foresight: Foresight) -> Vec<TreeStep> {
         let mut all = Vec::new();
-        for (number, Batch { rays, distance, leaf }) in self.batches.iter().enumerate() {
+        for (number, RetracedBatch { rays, distance, leaf }) in self.batches.iter().enumerate() {
             let known = match foresight {
                 Foresight::Nothing => &Known::NOTHING,
                 Foresight::Distance => distance,

@@ -13,19 +13,19 @@ use crate::simd::batch::{Lanes, WIDTH};
 use crate::walk::depart::Departures;
 
 /// A cell: its surface, and its number there.
-type Place = [u32; 2];
+type GridCell = [u32; 2];
 
 /// A column of an alias table: the cell of the column below the threshold, another one above it.
 #[derive(Clone, Copy, Debug)]
-struct Column {
+struct AliasColumn {
     threshold: u64,
-    places: [Place; 2],
+    places: [GridCell; 2],
 }
 
 /// The cells of the faces that consist of several.
 #[derive(Clone, Debug)]
 pub(crate) struct Scatter {
-    columns: Vec<Column>,
+    columns: Vec<AliasColumn>,
     /// Where the columns of each face begin; their number last. A face of one cell has none.
     first: Vec<u32>,
 }
@@ -47,7 +47,7 @@ impl Scatter {
                     [member.surface, surfaces[member.surface as usize].cell_of(member)]
                 };
                 let columns = AliasTable::new(&areas).into_columns().into_iter().enumerate();
-                scatter.columns.extend(columns.map(|(i, (threshold, alias))| Column {
+                scatter.columns.extend(columns.map(|(i, (threshold, alias))| AliasColumn {
                     threshold,
                     places: [place(i), place(alias as usize)],
                 }));
@@ -59,14 +59,14 @@ impl Scatter {
 
     /// The place that 64 random bits choose on a face, and two uniform numbers for a point there; `None` where the face is one cell.
     #[inline(always)]
-    pub(crate) fn choose(&self, face: u32, bits: u64) -> Option<(Place, [f64; 2])> {
+    pub(crate) fn choose(&self, face: u32, bits: u64) -> Option<(GridCell, [f64; 2])> {
         let [first, end] = [face, face + 1].map(|i| self.first[i as usize]);
         if first == end {
             return None;
         }
         let product = u128::from(bits) * u128::from(end - first);
         let (column, rest) = ((product >> 64) as u32, product as u64);
-        let Column { threshold, places } = self.columns[(first + column) as usize];
+        let AliasColumn { threshold, places } = self.columns[(first + column) as usize];
         let (place, above, width) = match rest < threshold {
             true => (places[0], rest, threshold as f64),
             false => (places[1], rest - threshold, (u64::MAX - threshold) as f64 + 1.0),

@@ -56,7 +56,7 @@ impl Sealed {
     }
 
     pub(super) fn new(scene: &Scene) -> Self {
-        let mut search = Search::new(scene);
+        let mut search = LightSearch::new(scene);
         search.light_from_lamps();
         let faces = scene.faces().len();
         let most = RAYS + RAYS_PER_FACE * faces;
@@ -91,7 +91,7 @@ impl Sealed {
 }
 
 /// What rays have found so far.
-struct Search<'a> {
+struct LightSearch<'a> {
     scene: &'a Scene,
     rng: WalkRng,
     reflects: Vec<bool>,
@@ -106,10 +106,10 @@ struct Search<'a> {
     shining: Vec<u32>,
 }
 
-impl<'a> Search<'a> {
+impl<'a> LightSearch<'a> {
     fn new(scene: &'a Scene) -> Self {
         let faces = || scene.faces().iter();
-        Search {
+        LightSearch {
             scene,
             rng: Sequence::new(SEED).walk(0),
             reflects: faces().map(|face| face.reflectance.is_lit()).collect(),

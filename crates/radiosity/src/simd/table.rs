@@ -5,10 +5,15 @@ use crate::simd::prefetch::prefetch;
 /// Tables with up to this many rows are kept by columns, too.
 const FEW: usize = 16;
 
+/// A row of a table. It begins with a cache line: an allocation of its own alignment would spread each row over one line more.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+struct Row<const K: usize>([f64; K]);
+
 /// A row of K numbers for each surface.
 #[derive(Clone, Debug)]
 pub(crate) struct Table<const K: usize> {
-    rows: Vec<[f64; K]>,
+    rows: Vec<Row<K>>,
     /// The columns of a table with few rows.
     columns: Option<Box<[[f64; FEW]; K]>>,
 }
@@ -17,7 +22,8 @@ impl<const K: usize> Table<K> {
     pub(crate) fn new(rows: Vec<[f64; K]>) -> Self {
         let few = rows.len() <= FEW;
         let column = |k: usize| std::array::from_fn(|i| rows.get(i).map_or(0.0, |row: &[f64; K]| row[k]));
-        Table { columns: few.then(|| Box::new(std::array::from_fn(column))), rows }
+        let columns = few.then(|| Box::new(std::array::from_fn(column)));
+        Table { rows: rows.into_iter().map(Row).collect(), columns }
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -32,7 +38,7 @@ impl<const K: usize> Table<K> {
     /// A row; the last one for numbers beyond the table, which rays that meet nothing have.
     #[inline(always)]
     pub(crate) fn row(&self, number: u32) -> &[f64; K] {
-        &self.rows[(number as usize).min(self.rows.len() - 1)]
+        &self.rows[(number as usize).min(self.rows.len() - 1)].0
     }
 
     /// Asks for rows ahead of time, of any numbers.

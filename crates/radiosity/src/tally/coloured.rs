@@ -20,7 +20,7 @@ fn fits(cell: &Wide, largest: u128) -> bool {
 
 /// What each of N walks scores, computed side by side.
 #[derive(Clone, Debug)]
-pub(crate) struct Visits<const N: usize> {
+pub(crate) struct VisitScores<const N: usize> {
     /// Units of the channels, and 1 event.
     units: [Quad; N],
     /// The halves of their squares.
@@ -28,8 +28,8 @@ pub(crate) struct Visits<const N: usize> {
     high: [Quad; N],
 }
 
-impl<const N: usize> Visits<N> {
-    pub(crate) const NONE: Self = Visits { units: [[0; 4]; N], low: [[0; 4]; N], high: [[0; 4]; N] };
+impl<const N: usize> VisitScores<N> {
+    pub(crate) const NONE: Self = VisitScores { units: [[0; 4]; N], low: [[0; 4]; N], high: [[0; 4]; N] };
 
     /// The units of a walk.
     #[inline(always)]
@@ -78,11 +78,11 @@ impl ColouredBoard {
     #[inline(always)]
     pub(crate) fn set_visits<const N: usize>(
         &mut self,
-        visits: &mut Visits<N>,
+        visits: &mut VisitScores<N>,
         weights: &[[f64; CHANNELS]; N],
         all: f64,
     ) {
-        let Visits { units, low, high } = visits;
+        let VisitScores { units, low, high } = visits;
         // First as numbers of f64, of which the last will be one event.
         for (row, &[red, green, blue]) in units.iter_mut().zip(weights) {
             *row = [red, green, blue, 1.0 / all].map(f64::to_bits);
@@ -99,7 +99,12 @@ impl ColouredBoard {
 
     /// Counts an event of a walk on a patch, where it has not scored before, and adds what it scores.
     #[inline(always)]
-    pub(crate) fn add_first<S: Simd, const N: usize>(&mut self, patch: u32, visits: &Visits<N>, i: usize) {
+    pub(crate) fn add_first<S: Simd, const N: usize>(
+        &mut self,
+        patch: u32,
+        visits: &VisitScores<N>,
+        i: usize,
+    ) {
         let (low, high) = ([&visits.units[i], &visits.low[i]], [&[0; 4], &visits.high[i]]);
         S::add_wide(&mut self.cells[patch as usize], low, high);
     }
@@ -195,7 +200,7 @@ mod tests {
     struct First<'a, const N: usize> {
         board: &'a mut ColouredBoard,
         patch: u32,
-        visits: &'a Visits<N>,
+        visits: &'a VisitScores<N>,
         i: usize,
     }
 
@@ -224,7 +229,7 @@ mod tests {
                     board.add_event(patch, before, units);
                     judge.add_more(patch, before.map(u128::from), units.map(u128::from));
                 } else {
-                    let mut visits = Visits::NONE;
+                    let mut visits = VisitScores::NONE;
                     board.set_visits(&mut visits, &[[0.1; 3], units.map(|x| x as f64)], 1.0);
                     assert_eq!(visits.units(1), units);
                     isa.run(First { board: &mut board, patch, visits: &visits, i: 1 });
@@ -238,7 +243,7 @@ mod tests {
     #[test]
     fn sums_that_may_have_wrapped_are_an_error() {
         let mut board = ColouredBoard::new(1);
-        let (mut visits, all) = (Visits::NONE, (1_u64 << 40) as f64);
+        let (mut visits, all) = (VisitScores::NONE, (1_u64 << 40) as f64);
         board.set_visits(&mut visits, &[[1.0, 0.0, 1.0 / all]], all);
         Isa::best().run(First { board: &mut board, patch: 0, visits: &visits, i: 0 });
         board.add_event(0, [1 << 40, 0, 0], [1 << 40, 0, 0]);

@@ -41,7 +41,7 @@ impl<const C: usize> Mark<u64, C> {
 
 /// What one patch has collected.
 #[derive(Clone, Copy, Debug)]
-struct Cell<W, E, const C: usize> {
+struct SlopeScores<W, E, const C: usize> {
     events: E,
     /// Σx and Σx² of each channel's score x.
     scores: [[W; 2]; C],
@@ -49,9 +49,13 @@ struct Cell<W, E, const C: usize> {
     slopes: [[[W; 2]; 2]; C],
 }
 
-impl<W: Word, E: Events, const C: usize> Cell<W, E, C> {
+impl<W: Word, E: Events, const C: usize> SlopeScores<W, E, C> {
     fn empty() -> Self {
-        Cell { events: E::default(), scores: [[W::default(); 2]; C], slopes: [[[W::default(); 2]; 2]; C] }
+        SlopeScores {
+            events: E::default(),
+            scores: [[W::default(); 2]; C],
+            slopes: [[[W::default(); 2]; 2]; C],
+        }
     }
 
     /// Whether no sum can have wrapped: |d| ≤ x, in slope units. Of hits Σx² ≤ (Σx)²; of other scores Σx² ≤ Σx·(largest x).
@@ -68,7 +72,7 @@ impl<W: Word, E: Events, const C: usize> Cell<W, E, C> {
 pub(crate) struct LinearBoard<W, E, const C: usize> {
     /// How the walks ended.
     pub(crate) counts: Counts,
-    cells: Vec<Cell<W, E, C>>,
+    cells: Vec<SlopeScores<W, E, C>>,
     /// The largest score of a walk; watched where scores are not counts.
     largest: u128,
 }
@@ -78,7 +82,7 @@ impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
 
     /// A board without scores, for `patches` patches.
     pub(crate) fn new(patches: usize) -> Self {
-        LinearBoard { counts: Counts::default(), cells: vec![Cell::empty(); patches], largest: 0 }
+        LinearBoard { counts: Counts::default(), cells: vec![SlopeScores::empty(); patches], largest: 0 }
     }
 
     /// What [`LinearBoard::take`] hands over.
@@ -152,7 +156,7 @@ impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
             if E::COUNTED {
                 sums[columns - 1] += cell.events.total();
             }
-            *cell = Cell::empty();
+            *cell = SlopeScores::empty();
         }
         self.largest = 0;
         tally.counts.add(&std::mem::take(&mut self.counts))

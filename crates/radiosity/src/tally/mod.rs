@@ -14,7 +14,7 @@ mod scoreboard;
 mod sums;
 mod word;
 
-pub(crate) use coloured::{ColouredBoard, Visits as ColouredVisits};
+pub(crate) use coloured::{ColouredBoard, VisitScores as ColouredVisits};
 pub use counts::{Counts, MergeError, Overflow};
 pub(crate) use linear::{LinearBoard, Mark};
 pub use scoreboard::{Events, Scoreboard};

@@ -41,14 +41,14 @@ impl Events for u64 {
 
 /// What one patch has collected.
 #[derive(Clone, Copy, Debug)]
-struct Cell<W, E, const S: usize, const M: usize> {
+struct PatchScores<W, E, const S: usize, const M: usize> {
     events: E,
     sums: [[W; M]; S],
 }
 
-impl<W: Word, E: Events, const S: usize, const M: usize> Cell<W, E, S, M> {
+impl<W: Word, E: Events, const S: usize, const M: usize> PatchScores<W, E, S, M> {
     fn empty() -> Self {
-        Cell { events: E::default(), sums: [[W::default(); M]; S] }
+        PatchScores { events: E::default(), sums: [[W::default(); M]; S] }
     }
 
     /// Whether no sum can have wrapped. Σx cannot. Counts: Σx² ≤ (Σx)² and Σx³, Σx⁴ ≤ (Σx²)². Other scores:
@@ -74,7 +74,7 @@ fn plus<W: Word, const S: usize>(a: [W; S], b: [W; S]) -> [W; S] {
 pub struct Scoreboard<W, E, const S: usize, const M: usize> {
     /// How the walks ended.
     pub counts: Counts,
-    cells: Vec<Cell<W, E, S, M>>,
+    cells: Vec<PatchScores<W, E, S, M>>,
     /// The largest score of a walk; watched where scores are not counts.
     largest: u128,
 }
@@ -90,7 +90,7 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
 
     /// A board of `patches` patches without scores.
     pub fn new(patches: usize) -> Self {
-        Scoreboard { counts: Counts::default(), cells: vec![Cell::empty(); patches], largest: 0 }
+        Scoreboard { counts: Counts::default(), cells: vec![PatchScores::empty(); patches], largest: 0 }
     }
 
     /// What [`Scoreboard::take`] hands over.
@@ -219,7 +219,7 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
             if E::COUNTED {
                 sums[columns - 1] += cell.events.total();
             }
-            *cell = Cell::empty();
+            *cell = PatchScores::empty();
         }
         self.largest = 0;
         tally.counts.add(&std::mem::take(&mut self.counts))

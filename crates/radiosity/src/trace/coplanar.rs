@@ -147,11 +147,11 @@ fn is_apart(p: &[DVec2], q: &[DVec2], margin: f64) -> bool {
 }
 
 /// Which surfaces belong together.
-struct Groups(Vec<u32>);
+struct CoplanarSets(Vec<u32>);
 
-impl Groups {
+impl CoplanarSets {
     fn new(count: usize) -> Self {
-        Groups((0..count as u32).collect())
+        CoplanarSets((0..count as u32).collect())
     }
 
     /// The least member of a group.
@@ -190,7 +190,7 @@ impl Groups {
 /// The stacks of a scene, by their least surface. Without a tree over the surfaces every pair is looked at.
 pub(crate) fn stacks(surfaces: &[Surface], slack: f64, tree: Option<&BinaryTree>) -> Vec<Stack> {
     let outlines: Vec<Outline> = surfaces.iter().map(Outline::new).collect();
-    let mut groups = Groups::new(surfaces.len());
+    let mut groups = CoplanarSets::new(surfaces.len());
     let mut join = |i: u32, j: u32| {
         if coincide(&outlines[i as usize], &outlines[j as usize], slack) {
             groups.join(i, j);

@@ -128,6 +128,15 @@ impl Facets {
         &self.table
     }
 
+    /// A ray will soon meet this facet.
+    #[inline(always)]
+    pub(crate) fn expect(&self, surface: u32) {
+        self.table.expect(&[surface]);
+        if let Some(layers) = &self.layers {
+            layers.expect(surface);
+        }
+    }
+
     /// The layers, where some surfaces coincide.
     #[inline(always)]
     pub(crate) fn layers(&self) -> Option<&Layers> {

@@ -62,6 +62,12 @@ impl Layers {
         if surface == Ray::FREE { surface } else { self.table.row(surface)[0] as u32 }
     }
 
+    /// The layer of a surface will soon be asked for.
+    #[inline(always)]
+    pub(crate) fn expect(&self, surface: u32) {
+        self.table.expect(&[surface]);
+    }
+
     /// The layers of the surfaces that N rays have to do with; none of their own where that is [`Ray::FREE`].
     #[inline(always)]
     pub(crate) fn lanes<R: Real>(&self, surfaces: &[u32]) -> LayerLanes<R> {

@@ -81,6 +81,13 @@ impl Arrivals {
         }
     }
 
+    /// These walks have not arrived anywhere.
+    #[inline(always)]
+    pub(crate) fn take_out(&mut self, stopped: Lanes) {
+        self.met = self.met.without(stopped);
+        self.active = self.active.without(stopped);
+    }
+
     /// The pieces of the arrivals; without meaning where no active side is met.
     #[inline(always)]
     pub(crate) fn pieces(&self, scene: &Scene) -> &[u32; WIDTH] {

@@ -8,7 +8,8 @@ use std::ops::Range;
 
 use crate::random::rng::{Generators, Numbers, Sequence};
 use crate::scene::Scene;
-use crate::scene::births::{Birth, Born, Nursery};
+use crate::scene::births::{BirthPoint, Born, Nursery};
+use crate::scene::panes::thin;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::Isa;
 use crate::tally::Counts;
@@ -96,9 +97,12 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
 
     /// The place of the next one in the queue; `None` where all have set out.
     #[inline(always)]
-    fn pop(&mut self) -> Option<usize> {
+    fn pop<const C: usize>(&mut self, scene: &Scene) -> Option<usize>
+    where
+        B: Nursery<C>,
+    {
         if self.next == self.len {
-            self.fill();
+            self.fill(scene);
         }
         (self.next < self.len).then(|| {
             self.next += 1;
@@ -106,13 +110,17 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
         })
     }
 
-    fn fill(&mut self) {
+    fn fill<const C: usize>(&mut self, scene: &Scene)
+    where
+        B: Nursery<C>,
+    {
         (self.next, self.len) = (0, 0);
         for walk in self.starts.by_ref().take(WIDTH) {
             self.generators.set(self.len, &walk);
             self.len += 1;
         }
         self.generators.births(self.isa, &mut self.draws);
+        self.births.expect(scene, &self.draws);
     }
 }
 
@@ -156,10 +164,12 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             }
             // Draws of each arrival: survival, point (discrete walks), direction.
             self.generators.arrivals(self.isa, &mut draws);
+            let stopped = self.stop_at_panes(&rays, &hits, &mut draws[0]);
             arrivals.locate(self.isa, self.scene, self.space, self.len, &hits, &draws);
+            arrivals.take_out(stopped);
             self.estimator.expect(&arrivals.face[..self.len]);
-            self.estimator.lose(Lanes::first(self.len).without(arrivals.met), &rays);
-            let (decided, ended) = self.decide(&hits, &arrivals);
+            self.estimator.lose(Lanes::first(self.len).without(arrivals.met | stopped), &rays);
+            let (decided, ended) = self.decide(&hits, &arrivals, stopped);
             self.go_on(&hits, &arrivals, decided.survived, &draws);
             let pieces = arrivals.pieces(self.scene);
             self.estimator.locate(self.isa, self.scene, self.len, &hits, pieces);
@@ -176,7 +186,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         lane: usize,
         newborns: &mut Newborns<B, N, impl Iterator<Item = N::Place>>,
     ) -> bool {
-        let Some(newborn) = newborns.pop() else { return false };
+        let Some(newborn) = newborns.pop(self.scene) else { return false };
         self.counts.walks += 1;
         let draws = newborns.draws.each_ref().map(|row| row[newborn]);
         let (born, weights) = newborns.births.bear(self.scene, draws);
@@ -185,7 +195,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.fates[lane] = self.fate;
             self.fates[lane].set_out(weights);
         }
-        let Birth { surface, cell, facing, uv, face } = match born {
+        let BirthPoint { surface, cell, facing, uv, face } = match born {
             Born::OnPlane(birth) => birth,
             Born::AtLamp(lamp) => {
                 self.begin_at_lamp((lane, lamp), [draws[2], draws[3]]);
@@ -209,9 +219,18 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         self.departures.set_free(lane, &scene.parts.lamps.birth(lamp, point, direction));
     }
 
+    /// The walks that panes stop, each with a probability; those that go on share their random number with the survival behind.
+    #[inline(always)]
+    fn stop_at_panes(&self, rays: &Rays, hits: &Hits, survival: &mut [u64; WIDTH]) -> Lanes {
+        match self.scene.has_panes() {
+            true => stop_at_panes(self.scene, (rays, hits, self.len), survival),
+            false => Lanes::default(),
+        }
+    }
+
     /// What becomes of the walks where they have arrived, and which of them have ended.
     #[inline(always)]
-    fn decide(&mut self, hits: &Hits, arrivals: &Arrivals) -> (Decisions, Lanes) {
+    fn decide(&mut self, hits: &Hits, arrivals: &Arrivals, stopped: Lanes) -> (Decisions, Lanes) {
         let all = Lanes::first(self.len);
         let arrived = arrivals.active & all;
         let crossroads = Crossroads {
@@ -226,11 +245,11 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             true => crossroads.by_chance(),
             false => F::decide_all(&mut self.fates, &crossroads, &mut self.weights),
         };
-        self.counts.absorbed += decided.died.count();
+        self.counts.absorbed += decided.died.count() + stopped.count();
         let met = arrivals.met & all;
         let truncated = decided.arrived.without(decided.survived | decided.died);
         for (end, lanes) in [
-            (WalkEnd::Escaped, all.without(met)),
+            (WalkEnd::Escaped, all.without(met | stopped)),
             (WalkEnd::AbsorbedBack, met.without(arrived)),
             (WalkEnd::Truncated, truncated),
         ] {
@@ -288,6 +307,24 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
     }
 }
 
+/// [`Walker::stop_at_panes`]. It stands apart, so that scenes without panes do not pay for it.
+#[inline(never)]
+fn stop_at_panes(
+    scene: &Scene,
+    (rays, hits, len): (&Rays, &Hits, usize),
+    survival: &mut [u64; WIDTH],
+) -> Lanes {
+    let mut stopped = Lanes::default();
+    for (lane, bits) in survival.iter_mut().enumerate().take(len) {
+        let t = hits.get(lane).map_or(f64::INFINITY, |hit| hit.t);
+        match thin(*bits, scene.passed_panes(&rays.get(lane), t)) {
+            Some(rest) => *bits = rest,
+            None => stopped.insert(lane),
+        }
+    }
+    stopped
+}
+
 impl Counts {
     /// Counts the end of a walk, and the weights it took along in fixed point.
     #[inline(always)]
@@ -312,7 +349,7 @@ impl Counts {
 mod tests {
     use super::*;
     use crate::walk::plain;
-    use crate::{Birth, Emission, LampSpec, Scoreboard, Shape, Sides, SurfaceSpec};
+    use crate::{Birth, Emission, LampSpec, PaneSpec, Scoreboard, Shape, Sides, SurfaceSpec};
     use crate::{Direction, Estimator, Experiment, IndexChoice, InfiniteEnd, SceneSpec, Score, Tally, Walks};
     use glam::DVec3;
 
@@ -416,6 +453,25 @@ mod tests {
         spec
     }
 
+    /// The room with lamps, and with panes across it, two of them in one place.
+    fn room_with_panes() -> SceneSpec {
+        let mut spec = room_with_lamps();
+        let pane = |corner: DVec3, u: DVec3, v: DVec3, transmittance: f64| {
+            let shape = Shape::parallelogram(corner, u, v, [1, 1]);
+            PaneSpec { name: String::new(), shape, transmittance }
+        };
+        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+        spec.panes = vec![
+            pane(0.5 * z, x, y, 0.8),
+            pane(0.1 * x, y, z, 0.3),
+            pane(0.1 * x, z, y, 0.9),
+            pane(0.7 * x, 0.5 * (y + z), z, 0.05),
+        ];
+        let triangle = Shape::Triangle { a: 0.9 * z, b: 0.9 * z + x, c: 0.9 * z + y, rows: 1 };
+        spec.panes.push(PaneSpec { name: String::new(), shape: triangle, transmittance: 0.5 });
+        spec
+    }
+
     /// A closed cube in which walks are long.
     fn bright_cube() -> SceneSpec {
         let (o, e, axes) = (DVec3::ZERO, DVec3::ONE, DVec3::AXES);
@@ -462,6 +518,8 @@ mod tests {
             (divided_room(), IndexChoice::Tree),
             (room_with_lamps(), IndexChoice::Flat),
             (room_with_lamps(), IndexChoice::Tree),
+            (room_with_panes(), IndexChoice::Flat),
+            (room_with_panes(), IndexChoice::Tree),
             (bright_cube(), IndexChoice::Flat),
         ] {
             for space in [Space::Discrete, Space::Continuous] {
@@ -475,14 +533,15 @@ mod tests {
                     let mut board = Scoreboard::<u64, (), 1, 2>::new(scene.faces().len());
                     let mut counts = Counts::default();
                     for rng in Sequence::new(7).walks_from(5).take(4_000) {
-                        let mut scored = Vec::new();
+                        let (mut scored, mut under_way) = (Vec::new(), true);
                         let end = plain::walk(&scene, space, rng, |face, survives| {
                             counts.rays += 1;
+                            under_way = survives;
                             scored.extend(scores(survives).then_some(face));
                         });
                         counts.walks += 1;
-                        // A ray that meets no active side makes no arrival.
-                        counts.rays += u64::from(end != WalkEnd::Absorbed);
+                        // A ray that meets no active side, or is stopped by a pane, makes no arrival.
+                        counts.rays += u64::from(under_way);
                         counts.end(end, [1.0]);
                         board.add_path(&scored, |_| [1]);
                     }
@@ -500,7 +559,7 @@ mod tests {
     fn every_instruction_set_gives_the_same_bits() {
         let end = InfiniteEnd::Roulette { threshold: 0.01 };
         let scores: [fn(Estimator) -> Score; 2] = [Score::Of, Score::Linear];
-        for spec in [room(), grouped_room(), divided_room(), room_with_lamps()] {
+        for spec in [room(), grouped_room(), divided_room(), room_with_lamps(), room_with_panes()] {
             let on = |isa| Scene::build_for(&spec, IndexChoice::Flat, isa).unwrap();
             for estimator in [Estimator::Collision, Estimator::Absorption, Estimator::Infinite(end)] {
                 for space in [Space::Discrete, Space::Continuous] {

@@ -1,6 +1,6 @@
 //! Rays that leave surfaces: points from local coordinates, directions from random bits, many side by side.
 
-use crate::geometry::frame::{Frame, Frames};
+use crate::geometry::frame::{Frames, SurfaceFrame};
 use crate::random::sampling::cosine_directions;
 use crate::simd::batch::{Lanes, WIDTH};
 use crate::simd::isa::{Isa, on_isa};
@@ -91,7 +91,7 @@ impl Departures {
 #[inline(always)]
 fn leave<R: Real>(departures: &Departures, frames: &Frames, rays: &mut Rays) {
     for first in (0..rays.len.min(WIDTH)).step_by(R::N) {
-        let frame = Frame::<R>::each(frames, &departures.surface[first..]);
+        let frame = SurfaceFrame::<R>::each(frames, &departures.surface[first..]);
         let facing = R::load(&departures.facing[first..]);
         let direction = frame.direction(facing, cosine_directions::<R>(&departures.direction[first..]));
         let origin = frame.point(departures.uv.each_ref().map(|row| R::load(&row[first..])));

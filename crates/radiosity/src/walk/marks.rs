@@ -30,7 +30,7 @@ const _: () = assert!(SEARCHED < 1 << 8);
 
 /// An arrival of a walk that has arrived more often than is kept side by side.
 #[derive(Clone, Copy)]
-struct Late<T, const C: usize> {
+struct LateArrival<T, const C: usize> {
     face: u32,
     units: [T; C],
     scores: bool,
@@ -50,7 +50,7 @@ pub(crate) struct Marks<'a, T, const C: usize> {
     history: Vec<[u64; WIDTH]>,
     /// What each visit has scored; empty for hits, which score 1.
     units: Vec<[[T; C]; WIDTH]>,
-    late: Vec<Vec<Late<T, C>>>,
+    late: Vec<Vec<LateArrival<T, C>>>,
 }
 
 impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
@@ -90,7 +90,7 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
     fn arrive(&mut self, lane: usize, face: u32, units: [T; C], (scores, earlier): (bool, u32)) {
         let visit = self.visits.len[lane] as usize;
         if visit == SEARCHED {
-            return self.late[lane].push(Late { face, units, scores });
+            return self.late[lane].push(LateArrival { face, units, scores });
         }
         let blocks = self.board.blocks;
         if visit == self.visits.first.len() {
@@ -165,7 +165,7 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
         faces.sort_unstable();
         faces.dedup();
         let mut totals = vec![[0_u128; C]; faces.len() * materials];
-        for Late { face, units, scores } in late {
+        for LateArrival { face, units, scores } in late {
             if let Some(count) = counts.get_mut(self.material_of_face[face as usize] as usize) {
                 *count += 1;
             }
@@ -192,7 +192,7 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
 }
 
 /// The arrivals of a batch.
-struct Step<'a, 'b, T, const C: usize> {
+struct BatchArrivals<'a, 'b, T, const C: usize> {
     marks: &'a mut Marks<'b, T, C>,
     faces: &'a [u32; WIDTH],
     decided: &'a Decisions,
@@ -200,10 +200,10 @@ struct Step<'a, 'b, T, const C: usize> {
     earlier: [u32; WIDTH],
 }
 
-impl<T: Amount, const C: usize> Kernel for Step<'_, '_, T, C> {
+impl<T: Amount, const C: usize> Kernel for BatchArrivals<'_, '_, T, C> {
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Step { marks, faces, decided, weights, earlier } = self;
+        let BatchArrivals { marks, faces, decided, weights, earlier } = self;
         let (scoring, scale) = (marks.event.scoring(decided), marks.board.scale);
         decided.arrived.each(
             #[inline(always)]
@@ -231,7 +231,7 @@ impl<T: Amount, const C: usize> Scorer<C> for Marks<'_, T, C> {
             Event::Arrival | Event::Survival => self.visits.earlier(self.isa, faces).visits,
         };
         let isa = self.isa;
-        isa.run(Step { marks: self, faces, decided, weights, earlier });
+        isa.run(BatchArrivals { marks: self, faces, decided, weights, earlier });
         self.inner.score(faces, decided, weights);
     }
 

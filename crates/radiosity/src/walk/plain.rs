@@ -16,6 +16,7 @@ use super::Space;
 use super::batch::WalkEnd;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
+use crate::scene::panes::thin;
 use crate::trace::ray::Ray;
 
 /// One grey walk from the emitters; `arrived` is told each face that the walk arrives on, and whether it survives there.
@@ -24,14 +25,18 @@ pub fn walk(scene: &Scene, space: Space, mut rng: WalkRng, mut arrived: impl FnM
     let mut ray = scene.emit(&mut rng);
     loop {
         // Trace.
-        let Some(hit) = scene.closest_hit(&ray) else { return WalkEnd::Escaped };
+        let hit = scene.closest_hit(&ray);
+        // Panes on the way pass the walk with a probability; the survival that follows shares their random number.
+        let passed = scene.passed_panes(&ray, hit.map_or(f64::INFINITY, |hit| hit.t));
+        let Some(survival) = thin(rng.bits(), passed) else { return WalkEnd::Absorbed };
+        let Some(hit) = hit else { return WalkEnd::Escaped };
         let surface = &scene.surfaces()[hit.surface as usize];
         if !surface.is_active(hit.side) {
             return WalkEnd::AbsorbedBack;
         }
         // Arrive, and survive with probability R. Every arrival draws three numbers, used or not.
         let cell = surface.cell_at(hit.uv);
-        let (survives, fresh) = (surface.survives(rng.bits()), rng.bits());
+        let (survives, fresh) = (surface.survives(survival), rng.bits());
         let face = scene.face_at(hit.surface, cell, hit.side);
         arrived(face, survives);
         if !survives {

@@ -45,22 +45,22 @@ impl Spot for () {
 }
 
 /// ψ₁ and ψ₂ of a batch of walks.
-type Slopes = [[i32; WIDTH]; 2];
+type BatchSlopes = [[i32; WIDTH]; 2];
 
 impl Kept for [i64; 2] {
     const NONE: Self = [0; 2];
-    type Row = Slopes;
-    const NO_ROW: Slopes = [[0; WIDTH]; 2];
-    type Sums = Slopes;
-    const NO_SUMS: Slopes = Self::NO_ROW;
+    type Row = BatchSlopes;
+    const NO_ROW: BatchSlopes = [[0; WIDTH]; 2];
+    type Sums = BatchSlopes;
+    const NO_SUMS: BatchSlopes = Self::NO_ROW;
 
     #[inline(always)]
-    fn of(row: &Slopes, lane: usize) -> Self {
+    fn of(row: &BatchSlopes, lane: usize) -> Self {
         [row[0][lane].into(), row[1][lane].into()]
     }
 
     #[inline(always)]
-    fn put(self, row: &mut Slopes, lane: usize) {
+    fn put(self, row: &mut BatchSlopes, lane: usize) {
         (row[0][lane], row[1][lane]) = (self[0] as i32, self[1] as i32);
     }
 
@@ -70,7 +70,7 @@ impl Kept for [i64; 2] {
     }
 
     #[inline(always)]
-    fn add_if(same: u32, sums: &mut Slopes, row: &Slopes, lane: usize) {
+    fn add_if(same: u32, sums: &mut BatchSlopes, row: &BatchSlopes, lane: usize) {
         let mask = same.wrapping_neg() as i32;
         let [first, second] = sums;
         first[lane] += row[0][lane] & mask;
@@ -91,24 +91,38 @@ impl Spot for [i64; 2] {
     }
 
     #[inline(always)]
-    fn locate(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits, pieces: &[u32; WIDTH]) {
+    fn locate(
+        row: &mut BatchSlopes,
+        isa: Isa,
+        scene: &Scene,
+        len: usize,
+        hits: &Hits,
+        pieces: &[u32; WIDTH],
+    ) {
         locate_all(row, isa, scene, len, hits, pieces);
     }
 }
 
-fn locate_all(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits, pieces: &[u32; WIDTH]) {
+fn locate_all(
+    row: &mut BatchSlopes,
+    isa: Isa,
+    scene: &Scene,
+    len: usize,
+    hits: &Hits,
+    pieces: &[u32; WIDTH],
+) {
     let (slopes, landings) = (&mut *row, &scene.parts.landings);
     let again = match (scene.planes(), &scene.parts.places) {
         (Some(planes), _) => {
-            on_isa!(isa, locate_in_groups(slopes: &mut Slopes, planes: &Planes, len: usize, hits: &Hits, pieces: &[u32; WIDTH]));
+            on_isa!(isa, locate_in_groups(slopes: &mut BatchSlopes, planes: &Planes, len: usize, hits: &Hits, pieces: &[u32; WIDTH]));
             false
         }
         (None, None) => {
-            on_isa!(isa, locate(slopes: &mut Slopes, landings: &Landings, len: usize, hits: &Hits));
+            on_isa!(isa, locate(slopes: &mut BatchSlopes, landings: &Landings, len: usize, hits: &Hits));
             landings.has_rows()
         }
         (None, Some(places)) => {
-            on_isa!(isa, locate_in_pieces(slopes: &mut Slopes, places: &Places, len: usize, hits: &Hits, pieces: &[u32; WIDTH]));
+            on_isa!(isa, locate_in_pieces(slopes: &mut BatchSlopes, places: &Places, len: usize, hits: &Hits, pieces: &[u32; WIDTH]));
             places.has_triangles()
         }
     };
@@ -118,7 +132,7 @@ fn locate_all(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits
 }
 
 /// Locates hits once more where surfaces are triangles.
-fn locate_in_triangles(row: &mut Slopes, scene: &Scene, len: usize, hits: &Hits) {
+fn locate_in_triangles(row: &mut BatchSlopes, scene: &Scene, len: usize, hits: &Hits) {
     Lanes::first(len).each(|lane| {
         let number = hits.surface[lane];
         if number == Hits::NONE {
@@ -133,7 +147,7 @@ fn locate_in_triangles(row: &mut Slopes, scene: &Scene, len: usize, hits: &Hits)
 }
 
 #[inline(always)]
-fn locate<R: Real>(slopes: &mut Slopes, landings: &Landings, len: usize, hits: &Hits) {
+fn locate<R: Real>(slopes: &mut BatchSlopes, landings: &Landings, len: usize, hits: &Hits) {
     let mut steps = [[0; WIDTH]; 2];
     for first in (0..len.min(WIDTH)).step_by(R::N) {
         let landing = Landing::<R>::each(landings, &hits.surface[first..]);
@@ -147,7 +161,7 @@ fn locate<R: Real>(slopes: &mut Slopes, landings: &Landings, len: usize, hits: &
 /// The slopes of hits on pieces, which may be leaves.
 #[inline(always)]
 fn locate_in_pieces<R: Real>(
-    slopes: &mut Slopes,
+    slopes: &mut BatchSlopes,
     places: &Places,
     len: usize,
     hits: &Hits,
@@ -166,7 +180,7 @@ fn locate_in_pieces<R: Real>(
 /// The slopes of hits on pieces of groups.
 #[inline(always)]
 fn locate_in_groups<R: Real>(
-    slopes: &mut Slopes,
+    slopes: &mut BatchSlopes,
     planes: &Planes,
     len: usize,
     hits: &Hits,
@@ -183,7 +197,7 @@ fn locate_in_groups<R: Real>(
 }
 
 #[inline(always)]
-fn put_steps(slopes: &mut Slopes, steps: &[[u32; WIDTH]; 2]) {
+fn put_steps(slopes: &mut BatchSlopes, steps: &[[u32; WIDTH]; 2]) {
     for (slopes, steps) in slopes.iter_mut().zip(steps) {
         slopes.iter_mut().zip(steps).for_each(|(slope, &step)| *slope = of_step(step));
     }

@@ -5,8 +5,8 @@ use job::{Stand, Vantage, View};
 use parallel::on_all_cores;
 use radiosity::Scene;
 
-use super::Camera;
 use super::inside::inside;
+use super::{Camera, Sight};
 use crate::bounds::Bounds;
 
 /// Half the field of view: tan 20°, about that of a 50 mm lens.
@@ -52,6 +52,9 @@ const ROOM_SIZE: [u32; 2] = [800, 500];
 /// A view from outside is taken where it shows more than this part of the lit area that one from inside shows.
 const OUTSIDE: f64 = 0.5;
 
+/// Of a room for people it must show this many times that area, and not through backs: a wall is missing, as that of a stage.
+const OPEN: f64 = 1.5;
+
 /// The sine of the smallest angle between the direction of view and the one that is up.
 const PARALLEL: f64 = 1e-6;
 
@@ -84,20 +87,26 @@ impl Camera {
             _ => inside(scene, &frame, shape, &lit),
         };
         let Some(within) = within else { return Camera::best(scene, lit, size) };
-        if !within.is_for_people && view.from.is_none() {
-            let (outside, area) = Camera::among(scene, &lit, size, &[false]);
-            if area > OUTSIDE * within.area {
+        if view.from.is_none() {
+            let for_people = within.is_for_people;
+            let shows = |sight: &Sight| lit(sight.piece) && !(for_people && sight.is_behind);
+            let (outside, area) = Camera::among(scene, &shows, size, &[false]);
+            if area > (if for_people { OPEN } else { OUTSIDE }) * within.area {
                 return outside;
             }
         }
-        Camera::at(scene, &within.stand, of_room)
+        Camera::standing(scene, &frame, &within.stand, of_room)
     }
 
     /// A camera that stands where a job says.
     pub(super) fn at(scene: &Scene, stand: &Stand, size: [u32; 2]) -> Self {
+        Camera::standing(scene, &Frame::of(scene, &Bounds::of(scene)), stand, size)
+    }
+
+    /// [`Camera::at`] in a scene whose directions are known.
+    pub(super) fn standing(scene: &Scene, frame: &Frame, stand: &Stand, size: [u32; 2]) -> Self {
         let [eye, target] = [stand.eye, stand.look_at].map(|point| point - scene.origin());
         let forward = (target - eye).normalize();
-        let frame = Frame::of(scene, &Bounds::of(scene));
         // From above, what is in front of the scene is below in the picture.
         let level = forward.cross(frame.up).length() > PARALLEL;
         let vertical = stand.up.unwrap_or(if level { frame.up } else { -frame.front });
@@ -122,11 +131,16 @@ impl Camera {
 
     /// The camera outside that sees most of a scene. `lit` tells whether a piece has anything to show.
     pub(crate) fn best(scene: &Scene, lit: impl Fn(u32) -> bool + Sync, size: Size) -> Self {
-        Camera::among(scene, &lit, size, &[false, true]).0
+        Camera::among(scene, &|sight| lit(sight.piece), size, &[false, true]).0
     }
 
-    /// The camera outside that sees most, cut or not as is allowed, and the lit area that it sees [m²].
-    fn among(scene: &Scene, lit: &(impl Fn(u32) -> bool + Sync), size: Size, cuts: &[bool]) -> (Self, f64) {
+    /// The camera outside that sees most of what shows light, cut or not as is allowed, and the area of that in sight [m²].
+    fn among(
+        scene: &Scene,
+        shows: &(impl Fn(&Sight) -> bool + Sync),
+        size: Size,
+        cuts: &[bool],
+    ) -> (Self, f64) {
         let bounds = Bounds::of(scene);
         let frame = Frame::of(scene, &bounds);
         let heights = cuts.iter().flat_map(|&cut| ELEVATIONS.map(|elevation| (elevation, cut)));
@@ -135,7 +149,7 @@ impl Camera {
         let areas = on_all_cores(trials.len(), |i| {
             let (azimuth, elevation, cut) = trials[i];
             let trial = frame.camera(&bounds, azimuth, elevation, cut, Size::Longest(TRIAL_SIZE));
-            trial.visible_area(scene, |sight| lit(sight.piece))
+            trial.visible_area(scene, shows)
         });
         let mut best = (0.0, (0.0, 0.0, false));
         for (trial, area) in trials.into_iter().zip(areas) {

@@ -107,7 +107,7 @@ pub(super) fn inside(
         chosen(columns.concat(), frame.height(&bounds)).into_iter().flat_map(Look::around).collect();
     let size = [TRIAL_SIZE, (f64::from(TRIAL_SIZE) / aspect).ceil() as u32];
     let values = on_all_cores(looks.len(), |number| {
-        let camera = Camera::at(scene, &looks[number].stand(scene, frame), size);
+        let camera = Camera::standing(scene, frame, &looks[number].stand(scene, frame), size);
         value(&camera, scene, &looks[number].eye, lit)
     });
     let mut best: Option<(f64, Inside)> = None;

@@ -9,15 +9,15 @@ use radiosity::{
     Quantity, Sampler, Scene, SceneSpec, Sequence, Solve, Space, SurfaceSpec, Walks,
 };
 
-use super::{Cells, columns, write_parquet, write_vtu};
+use super::{ColumnCells, columns, write_parquet, write_vtu};
 use crate::precision::PrecisionSummary;
 use crate::scenes::{cube_spec, experiment, quad, shot};
 
 /// The cells of a patch that only some patches have: radiosity, std_error, irradiance, irradiance_error.
-type Known = [bool; 4];
+type PartialCells = [bool; 4];
 
 /// The cube of 54 patches with a black floor and a lamp; then single patches of each kind, with what is known of them.
-fn kinds() -> (SceneSpec, Vec<(&'static str, Known)>) {
+fn kinds() -> (SceneSpec, Vec<(&'static str, PartialCells)>) {
     let mut spec = cube_spec();
     spec.surfaces[0].reflectance = 0.0.into();
     let at = |z: f64, size: f64, flipped: bool| {
@@ -59,13 +59,15 @@ fn every_output_has_the_same_cells_of_every_kind_of_patch() {
     let estimates = Estimates::new(&experiment, &tally, 0.95);
     let table = columns(&estimates).unwrap();
     let number = |name: &str| -> &[Option<f64>] {
-        let Some(Cells::Number(cells)) = table.iter().find(|column| column.name == name).map(|c| &c.cells)
+        let Some(ColumnCells::Number(cells)) =
+            table.iter().find(|column| column.name == name).map(|c| &c.cells)
         else {
             panic!("no column {name}")
         };
         cells
     };
-    let Some(Cells::Words(flags)) = table.iter().find(|column| column.name == "flags").map(|c| &c.cells)
+    let Some(ColumnCells::Words(flags)) =
+        table.iter().find(|column| column.name == "flags").map(|c| &c.cells)
     else {
         panic!("no flags")
     };
@@ -104,7 +106,7 @@ fn every_output_has_the_same_cells_of_every_kind_of_patch() {
     let vtu = String::from_utf8(vtu).unwrap();
     let mut compared = 0;
     for column in &table {
-        let Cells::Number(cells) = &column.cells else { continue };
+        let ColumnCells::Number(cells) = &column.cells else { continue };
         let of_vtu = array(&vtu, &column.name);
         for (row, cell) in cells.iter().enumerate() {
             let (_, field) = rows[row].iter().find(|(name, _)| *name == column.name).unwrap();
@@ -154,10 +156,10 @@ fn unknown_is_empty_by_every_method() {
         let table = columns(&estimates).unwrap();
         let cells = |name: &str| &table.iter().find(|column| column.name == name).unwrap().cells;
         let number = |name: &str, row: usize| match cells(name) {
-            Cells::Number(numbers) => numbers[row],
+            ColumnCells::Number(numbers) => numbers[row],
             _ => panic!("{name} holds numbers"),
         };
-        let Cells::Words(flags) = cells("flags") else { panic!("flags are words") };
+        let ColumnCells::Words(flags) = cells("flags") else { panic!("flags are words") };
         let mut unsampled = 0;
         for (row, flags) in flags.iter().enumerate() {
             let known =

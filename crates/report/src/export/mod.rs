@@ -19,7 +19,7 @@ pub use glb::write_glb;
 pub use matrix_market::write as write_mtx;
 pub use matrix_rows::{MatrixRow, MatrixRows};
 pub use parquet::write_parquet;
-pub use table::{Cells, Column, columns, corners, read_table};
+pub use table::{Column, ColumnCells, columns, corners, read_table};
 pub use view_factors::{
     FoamList, write_energyplus, write_openfoam, write_udales, write_udales_sky, write_view3d,
 };

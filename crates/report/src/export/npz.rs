@@ -17,11 +17,11 @@ const BEYOND: [u8; 4] = [0xff; 4];
 /// An archive that is being written.
 pub(crate) struct Archive<W> {
     writer: W,
-    entries: Vec<Entry>,
+    entries: Vec<NpzArray>,
 }
 
 /// An array of an archive.
-struct Entry {
+struct NpzArray {
     name: String,
     crc: u32,
     size: u64,
@@ -61,7 +61,7 @@ impl<W: Write + Seek> Archive<W> {
         numbers: impl FnOnce(&mut Sink<'_, W>) -> io::Result<()>,
     ) -> io::Result<()> {
         let offset = self.writer.stream_position()?;
-        let mut entry = Entry { name: format!("{name}.npy"), crc: 0, size: 0, offset };
+        let mut entry = NpzArray { name: format!("{name}.npy"), crc: 0, size: 0, offset };
         self.writer.write_all(&entry.local())?;
         let mut sink = Sink { writer: &mut self.writer, crc: Crc::new(), size: 0 };
         sink.put(&header(kind, shape))?;
@@ -123,7 +123,7 @@ impl<W: Write + Seek> Archive<W> {
     }
 }
 
-impl Entry {
+impl NpzArray {
     /// No compression, the first moment of 1980, checksum, both sizes in 64 bits, length of name, length of the extension.
     fn common(&self, extension: u16) -> Vec<u8> {
         [

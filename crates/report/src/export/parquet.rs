@@ -14,7 +14,7 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 use radiosity::Estimates;
 
-use super::table::{Cells, Column, columns, corners};
+use super::table::{Column, ColumnCells, columns, corners};
 
 /// Writes the table with the corners of the patches.
 ///
@@ -40,9 +40,9 @@ fn write(writer: impl Write + Send, columns: &[Column]) -> Result<(), ParquetErr
 
 fn field(column: &Column) -> Result<Type, ParquetError> {
     let builder = match column.cells {
-        Cells::Whole(_) => Type::primitive_type_builder(&column.name, Physical::INT64),
-        Cells::Number(_) => Type::primitive_type_builder(&column.name, Physical::DOUBLE),
-        Cells::Words(_) => Type::primitive_type_builder(&column.name, Physical::BYTE_ARRAY)
+        ColumnCells::Whole(_) => Type::primitive_type_builder(&column.name, Physical::INT64),
+        ColumnCells::Number(_) => Type::primitive_type_builder(&column.name, Physical::DOUBLE),
+        ColumnCells::Words(_) => Type::primitive_type_builder(&column.name, Physical::BYTE_ARRAY)
             .with_logical_type(Some(LogicalType::String)),
     };
     builder.with_repetition(Repetition::OPTIONAL).build()
@@ -54,15 +54,15 @@ fn write_column<W: Write + Send>(
 ) -> Result<(), ParquetError> {
     let mut writer = rows.next_column()?.expect("a column of the schema");
     match &column.cells {
-        Cells::Whole(cells) => {
+        ColumnCells::Whole(cells) => {
             let (values, there) = present(cells);
             writer.typed::<Int64Type>().write_batch(&values, Some(&there), None)?;
         }
-        Cells::Number(cells) => {
+        ColumnCells::Number(cells) => {
             let (values, there) = present(cells);
             writer.typed::<DoubleType>().write_batch(&values, Some(&there), None)?;
         }
-        Cells::Words(cells) => {
+        ColumnCells::Words(cells) => {
             let words: Vec<ByteArray> = cells.iter().map(|word| word.as_str().into()).collect();
             writer.typed::<ByteArrayType>().write_batch(&words, Some(&vec![1; words.len()]), None)?;
         }
@@ -86,7 +86,10 @@ fn corner_columns(estimates: &Estimates) -> Vec<Column> {
         }
     }
     let name = |at: usize| format!("{}{}", ["x", "y", "z"][at % 3], at / 3);
-    (0..).zip(columns).map(|(at, cells)| Column { name: name(at), cells: Cells::Number(cells) }).collect()
+    (0..)
+        .zip(columns)
+        .map(|(at, cells)| Column { name: name(at), cells: ColumnCells::Number(cells) })
+        .collect()
 }
 
 #[cfg(test)]

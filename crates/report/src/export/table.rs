@@ -14,11 +14,11 @@ pub struct Column {
     /// The name in the header of the table.
     pub name: String,
     /// The cells of the column, in the order of rows.
-    pub cells: Cells,
+    pub cells: ColumnCells,
 }
 
 /// The cells of a column.
-pub enum Cells {
+pub enum ColumnCells {
     /// Whole numbers; a cell is missing if no walk gives an estimate.
     Whole(Vec<Option<i64>>),
     /// Numbers as the table has them; a cell is missing if no walk gives an estimate.
@@ -50,9 +50,9 @@ pub fn columns(estimates: &Estimates) -> io::Result<Vec<Column>> {
 pub fn read_table(csv: &[u8]) -> io::Result<Vec<Column>> {
     let mut reader = csv::Reader::from_reader(csv);
     let empty = |name: &str| match name {
-        name if WHOLE.contains(&name) => Cells::Whole(Vec::new()),
-        name if WORDS.contains(&name) => Cells::Words(Vec::new()),
-        _ => Cells::Number(Vec::new()),
+        name if WHOLE.contains(&name) => ColumnCells::Whole(Vec::new()),
+        name if WORDS.contains(&name) => ColumnCells::Words(Vec::new()),
+        _ => ColumnCells::Number(Vec::new()),
     };
     let mut columns: Vec<Column> =
         reader.headers()?.iter().map(|name| Column { name: name.into(), cells: empty(name) }).collect();
@@ -63,12 +63,12 @@ pub fn read_table(csv: &[u8]) -> io::Result<Vec<Column>> {
     Ok(columns)
 }
 
-impl Cells {
+impl ColumnCells {
     fn push(&mut self, cell: &str) -> io::Result<()> {
         match self {
-            Cells::Whole(cells) => cells.push(parse(cell)?),
-            Cells::Number(cells) => cells.push(parse(cell)?),
-            Cells::Words(cells) => cells.push(cell.into()),
+            ColumnCells::Whole(cells) => cells.push(parse(cell)?),
+            ColumnCells::Number(cells) => cells.push(parse(cell)?),
+            ColumnCells::Words(cells) => cells.push(cell.into()),
         }
         Ok(())
     }
@@ -80,13 +80,15 @@ fn parse<T: std::str::FromStr>(cell: &str) -> io::Result<Option<T>> {
     if cell.is_empty() { Ok(None) } else { cell.parse().map(Some).map_err(bad) }
 }
 
-impl Cells {
+impl ColumnCells {
     /// Makes a column of the given rows, in their order.
-    pub(super) fn of_rows(&self, rows: &[usize]) -> Cells {
+    pub(super) fn of_rows(&self, rows: &[usize]) -> ColumnCells {
         match self {
-            Cells::Whole(cells) => Cells::Whole(rows.iter().map(|&row| cells[row]).collect()),
-            Cells::Number(cells) => Cells::Number(rows.iter().map(|&row| cells[row]).collect()),
-            Cells::Words(cells) => Cells::Words(rows.iter().map(|&row| cells[row].clone()).collect()),
+            ColumnCells::Whole(cells) => ColumnCells::Whole(rows.iter().map(|&row| cells[row]).collect()),
+            ColumnCells::Number(cells) => ColumnCells::Number(rows.iter().map(|&row| cells[row]).collect()),
+            ColumnCells::Words(cells) => {
+                ColumnCells::Words(rows.iter().map(|&row| cells[row].clone()).collect())
+            }
         }
     }
 }

@@ -12,7 +12,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use radiosity::Estimates;
 
-use super::table::{Cells, Column, columns, corners};
+use super::table::{Column, ColumnCells, columns, corners};
 
 /// VTK's numbers of cell types.
 const TRIANGLE: i64 = 5;
@@ -54,14 +54,14 @@ pub fn write_vtu(mut writer: impl Write, estimates: &Estimates) -> io::Result<()
     writeln!(writer, "</Cells>\n<CellData Scalars=\"radiosity\">")?;
     for Column { name, cells } in columns(estimates)? {
         match cells.of_rows(&rows) {
-            Cells::Number(cells) => {
+            ColumnCells::Number(cells) => {
                 floats(&mut writer, &name, "", cells.into_iter().map(|cell| cell.unwrap_or(f64::NAN)))?;
             }
             // Faces without an estimate have no hits.
-            Cells::Whole(cells) => {
+            ColumnCells::Whole(cells) => {
                 integers(&mut writer, &name, cells.into_iter().map(|cell| cell.unwrap_or(0)))?
             }
-            Cells::Words(words) => integers(&mut writer, &name, numbers(&name, &words))?,
+            ColumnCells::Words(words) => integers(&mut writer, &name, numbers(&name, &words))?,
         }
     }
     writeln!(writer, "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")

@@ -3,7 +3,7 @@
 use radiosity::Estimates;
 
 use crate::chart::{Axis, Chart, Point, Series, Style};
-use crate::summary::Target;
+use crate::summary::TargetReport;
 
 /// Points of the curve of errors over the area.
 const PROFILE_POINTS: usize = 200;
@@ -20,7 +20,7 @@ pub struct Milestone {
 }
 
 /// The errors at the looks, and the law 1/√N from the last one.
-pub(super) fn convergence(milestones: &[Milestone], target: Option<&Target>) -> Option<Chart> {
+pub(super) fn convergence(milestones: &[Milestone], target: Option<&TargetReport>) -> Option<Chart> {
     let known = |error: fn(&Milestone) -> f64| -> Vec<Point> {
         let points = milestones.iter().map(|at| Point { x: at.paths, y: 100.0 * error(at), error: 0.0 });
         points.filter(|point| point.y.is_finite() && point.y > 0.0).collect()

@@ -37,7 +37,7 @@ const WIDTH_STEPS: f64 = 12.0;
 
 /// What the script needs to know of the compact numbers.
 #[derive(Serialize)]
-pub(super) struct Layout {
+pub(super) struct CompactLayout {
     /// Rows in the page, and faces or pieces of the scene.
     rows: usize,
     of: usize,
@@ -58,7 +58,7 @@ pub(super) struct Layout {
     ends: bool,
 }
 
-impl Layout {
+impl CompactLayout {
     /// What the page leaves out.
     pub(super) fn words(&self) -> String {
         let numbers =
@@ -76,7 +76,7 @@ impl Layout {
 }
 
 /// Rows of the page, the pieces in patch order.
-struct Row {
+struct CompactRows {
     face: usize,
     piece: u32,
     corners: [[u16; 3]; 4],
@@ -88,7 +88,7 @@ pub(super) fn holds_table(rows: usize) -> bool {
 }
 
 /// The layout, and the packed numbers.
-pub(super) fn compact(estimates: &Estimates, smooth: &Smooth) -> io::Result<(Layout, String)> {
+pub(super) fn compact(estimates: &Estimates, smooth: &Smooth) -> io::Result<(CompactLayout, String)> {
     let scene = estimates.scene();
     let (faces, channels) = (scene.faces(), scene.channels());
     let (rows, low, step) = rows(estimates);
@@ -177,7 +177,7 @@ pub(super) fn compact(estimates: &Estimates, smooth: &Smooth) -> io::Result<(Lay
         light.iter().try_for_each(|plane| sixteen(&mut *zlib, plane))?;
         zlib.write_all(&widths)
     })?;
-    let layout = Layout {
+    let layout = CompactLayout {
         rows: rows.len(),
         of: faces.piece_count(),
         vertices: vertices.len(),
@@ -196,7 +196,7 @@ pub(super) fn compact(estimates: &Estimates, smooth: &Smooth) -> io::Result<(Lay
 }
 
 /// The rows on the finest grid that leaves no more than a page holds, the place of its first point and its step [m].
-fn rows(estimates: &Estimates) -> (Vec<Row>, DVec3, f64) {
+fn rows(estimates: &Estimates) -> (Vec<CompactRows>, DVec3, f64) {
     let faces = estimates.scene().faces();
     let most = 2 * ROWS_UP_TO / (1 + estimates.scene().channels());
     let bounds = crate::bounds::Bounds::of(estimates.scene());
@@ -208,7 +208,7 @@ fn rows(estimates: &Estimates) -> (Vec<Row>, DVec3, f64) {
         let is_coarse = steps < GRID[0];
         let on_grid = |corner: DVec3| ((corner - low) / step).round().to_array().map(|x| x as u16);
         let mut met = HashSet::new();
-        let rows: Vec<Row> = faces
+        let rows: Vec<CompactRows> = faces
             .pieces_by_patch()
             .filter_map(|(face, piece)| {
                 let corners = faces.piece_corners(piece);
@@ -216,7 +216,7 @@ fn rows(estimates: &Estimates) -> (Vec<Row>, DVec3, f64) {
                     std::array::from_fn(|i| on_grid(corners[i.min(corners.len() - 1)]));
                 // A face without area, or where another of that outline is.
                 let is_lost = is_coarse && (has_no_area(&corners) || !met.insert(corners));
-                (!is_lost).then_some(Row { face, piece, corners })
+                (!is_lost).then_some(CompactRows { face, piece, corners })
             })
             .collect();
         if rows.len() <= most || steps <= GRID[1] {

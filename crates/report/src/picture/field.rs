@@ -1,6 +1,6 @@
 //! The irradiance of what is in sight, pixel by pixel.
 //!
-//! Shadow rays bring the light of lamps, and gathering rays what other surfaces reflect: B of the solution where they end. So
+//! Shadow rays bring the light of lamps, together with gathering rays that meet some, and gathering rays what other surfaces reflect: B of the solution where they end. So
 //! shadows, corners and edges have the sharpness of pixels and not of patches, and errors of patches average out over the
 //! hemisphere. What noise is left is taken by filters that stay on one surface: the one of gathered light within a part of the
 //! distance to what surrounds a point, over which that light hardly changes (G. Ward, F. Rubinstein & R. Clear, *A ray tracing solution
@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3};
 use parallel::on_all_cores;
 use radiosity::{Lookout, Ray, Scene};
 
-use super::lamps::{Aim, Lamps, Odds};
+use super::lamps::{Aim, Lamps, Odds, SHADOWS};
 use super::numbers::{Use, point, unit, z_order};
 use super::spot::{BAND, Spot};
 use crate::camera::Camera;
@@ -22,9 +22,6 @@ const MOST_SAMPLES: u32 = 24;
 
 /// Samples of a pixel at least: with fewer the picture shows the patches.
 const LEAST_SAMPLES: u32 = 2;
-
-/// Rays to lamps of each sample.
-const SHADOWS: u32 = 2;
 
 /// The rays of a run for each that its picture takes.
 const RUN_PER_PICTURE: u64 = 4;
@@ -46,8 +43,15 @@ const LAMP_STEPS: [usize; 4] = [1, 2, 4, 8];
 /// Gathered light is taken from the pixels around in any case, with one sample up to this many widths of a pixel.
 const NEAREST: f32 = 16.0;
 
-/// Light of lamps whose local means differ by this many of their standard errors is not mixed by much.
+/// Light of lamps whose local means differ by this many of their standard errors, and by this part of the light, is not mixed by much.
 const RANGE: f32 = 4.0;
+const LEAST_RANGE: f32 = 5e-3;
+
+/// Slopes of light are told over this many pixels on both sides.
+const SLOPE: usize = 4;
+
+/// What light of another pixel is multiplied by at most to make up for a slope.
+const MOST_GAIN: f32 = 2.0;
 
 /// The filter of a pass: a cubic B-spline.
 const KERNEL: [f32; 5] = [1.0 / 16.0, 0.25, 0.375, 0.25, 1.0 / 16.0];
@@ -82,6 +86,24 @@ struct Seen {
     width: f32,
 }
 
+impl Seen {
+    /// Whether two pixels show one surface.
+    fn goes_on(&self, other: &Seen) -> bool {
+        let is_same = self.surface == other.surface && self.normal == other.normal;
+        is_same || is_one_surface(other.place - self.place, self.normal, other.normal)
+    }
+}
+
+/// How far a pixel is from another.
+#[derive(Clone, Copy)]
+struct Off {
+    /// 0: in the same row; 1: in the same column.
+    axis: usize,
+    pixels: f32,
+    /// Between the places that they show [m].
+    way: Vec3,
+}
+
 /// Light of one kind in a pixel.
 #[derive(Clone, Copy, Default)]
 struct Noisy {
@@ -103,11 +125,11 @@ enum Errand {
     Shadow(Aim),
 }
 
-/// Samples of each pixel after a run of so many rays; `None` where they are too few.
+/// Samples of each pixel after a run of so many rays; `None` where the run was no longer than a glance.
 pub(super) fn samples(rays_of_run: u64, pixels: usize) -> Option<u32> {
     let samples = rays_of_run / RUN_PER_PICTURE / (u64::from(1 + SHADOWS) * pixels as u64).max(1);
-    let samples = samples.min(MOST_SAMPLES.into()) as u32;
-    (samples >= LEAST_SAMPLES).then_some(samples)
+    let samples = samples.clamp(LEAST_SAMPLES.into(), MOST_SAMPLES.into()) as u32;
+    (rays_of_run >= pixels as u64).then_some(samples)
 }
 
 impl Field {
@@ -127,11 +149,11 @@ impl Field {
         let traced: Vec<Sample> = bands.into_iter().flatten().collect();
         let mut pixels: Vec<Seen> = traced.iter().map(|sample| sample.seen).collect();
         let gathered = traced.iter().map(|sample| Noisy { light: sample.gathered, variance: 0.0 }).collect();
-        let by_lamps = traced.iter().map(|sample| sample.lamps).collect();
+        let by_lamps: Vec<Noisy> = traced.iter().map(|sample| sample.lamps).collect();
         drop(traced);
         even_reach(&mut pixels, size);
         let gathered = even_gathered(&pixels, gathered, size, samples);
-        let by_lamps = even_lamps(&pixels, by_lamps, size);
+        let by_lamps = even_lamps(&pixels, &by_lamps, size);
         let straight = pixels.iter().map(|pixel| pixel.direct);
         let noisy = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light);
         let irradiance = noisy.zip(straight).map(|(noisy, straight)| noisy + straight).collect();
@@ -181,18 +203,18 @@ fn is_one_surface(way: Vec3, normal: Vec3, other: Vec3) -> bool {
 /// Replaces the inverse reach of every pixel by the mean of those around, so that it is not noise.
 fn even_reach(pixels: &mut [Seen], size: [usize; 2]) {
     let near = pixels.iter().map(|pixel| Noisy { light: Vec3::splat(1.0 / pixel.reach), variance: 0.0 });
-    let near = filtered(pixels, &near.collect::<Vec<_>>(), size, 1, |_, _, _| 1.0);
+    let near = filtered(pixels, &near.collect::<Vec<_>>(), size, 1, |_, _, _| [1.0; 2]);
     pixels.iter_mut().zip(near).for_each(|(pixel, near)| pixel.reach = 1.0 / near.light.x);
 }
 
 /// A pass of a filter over the pixels around each that show the same surface, along rows and then along columns. `weight` is that of
-/// another pixel, given both and the way from one to the other [m].
+/// another pixel, and what its light is multiplied by, given both and how far one is from the other.
 fn filtered(
     pixels: &[Seen],
     light: &[Noisy],
     size: [usize; 2],
     step: usize,
-    weight: impl Fn(usize, usize, Vec3) -> f32 + Sync,
+    weight: impl Fn(usize, usize, Off) -> [f32; 2] + Sync,
 ) -> Vec<Noisy> {
     let along_rows = filtered_along(0, pixels, light, size, step, &weight);
     filtered_along(1, pixels, &along_rows, size, step, &weight)
@@ -205,7 +227,7 @@ fn filtered_along(
     light: &[Noisy],
     [width, height]: [usize; 2],
     step: usize,
-    weight: &(impl Fn(usize, usize, Vec3) -> f32 + Sync),
+    weight: &(impl Fn(usize, usize, Off) -> [f32; 2] + Sync),
 ) -> Vec<Noisy> {
     let (length, stride) = [(width, 1), (height, width)][axis];
     let pixel = |x: usize, y: usize| {
@@ -222,10 +244,11 @@ fn filtered_along(
             let other = own + k * step * stride - 2 * step * stride;
             let there = &pixels[other];
             let way = there.place - here.place;
-            let is_same = there.surface == here.surface && there.normal == here.normal;
-            if is_same || is_one_surface(way, here.normal, there.normal) {
-                let weight = (weight(own, other, way) * part).max(0.0);
-                sum += light[other].light * weight;
+            if here.goes_on(there) {
+                let off = Off { axis, pixels: step as f32 * (k as f32 - 2.0), way };
+                let [weight, gain] = weight(own, other, off);
+                let weight = (weight * part).max(0.0);
+                sum += light[other].light * (weight * gain);
                 weights += weight;
                 variance += weight * weight * light[other].variance;
             }
@@ -238,35 +261,89 @@ fn filtered_along(
 /// Gathered light, evened out within its reach.
 fn even_gathered(pixels: &[Seen], light: Vec<Noisy>, size: [usize; 2], samples: u32) -> Vec<Noisy> {
     let nearest = NEAREST / (samples as f32).sqrt();
-    let within = |own: usize, other: usize, way: Vec3| {
-        1.0 - way.length()
-            / (GATHERED_FROM * pixels[own].reach.min(pixels[other].reach)).max(nearest * pixels[own].width)
+    let within = |own: usize, other: usize, off: Off| {
+        let weight = 1.0
+            - off.way.length()
+                / (GATHERED_FROM * pixels[own].reach.min(pixels[other].reach))
+                    .max(nearest * pixels[own].width);
+        [weight, 1.0]
     };
     GATHERED_STEPS.iter().fold(light, |light, &step| filtered(pixels, &light, size, step, within))
 }
 
-/// Light of lamps, evened out within its noise. What is noise and what is a shadow is told by means over a few pixels.
-fn even_lamps(pixels: &[Seen], light: Vec<Noisy>, size: [usize; 2]) -> Vec<Noisy> {
-    let guide = filtered(pixels, &light, size, 1, |_, _, _| 1.0);
-    // The variance of a variance is large, too.
-    let spread: Vec<Noisy> =
-        guide.iter().map(|of| Noisy { light: Vec3::splat(of.variance), variance: 0.0 }).collect();
-    let spread =
-        [2, 4].iter().fold(spread, |spread, &step| filtered(pixels, &spread, size, step, |_, _, _| 1.0));
-    let scale: Vec<f32> = guide
-        .iter()
-        .zip(&spread)
-        .map(|(of, spread)| {
-            1.0 / (RANGE * RANGE * spread.light.x + (2e-3 * mean(of.light)).powi(2) + f32::MIN_POSITIVE)
-        })
-        .collect();
-    let guide: Vec<f32> = guide.iter().map(|of| mean(of.light)).collect();
-    let within = |own: usize, other: usize, _: Vec3| {
-        let difference = guide[own] - guide[other];
+/// Light of lamps, evened out within its noise, which is told from shadows by means over a few pixels; and once more by the outcome, whose
+/// slopes are known.
+fn even_lamps(pixels: &[Seen], light: &[Noisy], size: [usize; 2]) -> Vec<Noisy> {
+    let near = filtered(pixels, light, size, 1, |_, _, _| [1.0; 2]);
+    let guide = Guide::flat(pixels, &near, size);
+    let once = even_by(&guide, pixels, light, size);
+    even_by(&guide.sloping(pixels, &once, size), pixels, light, size)
+}
+
+/// Light, evened out where it differs from what a guide foretells by no more than noise.
+fn even_by(guide: &Guide, pixels: &[Seen], light: &[Noisy], size: [usize; 2]) -> Vec<Noisy> {
+    let within = |own: usize, other: usize, off: Off| guide.weight(own, other, off);
+    let first = filtered(pixels, light, size, LAMP_STEPS[0], within);
+    LAMP_STEPS[1..].iter().fold(first, |light, &step| filtered(pixels, &light, size, step, within))
+}
+
+/// What is foretold of light.
+struct Guide {
+    /// The mean of the channels.
+    light: Vec<f32>,
+    /// What that changes by from one pixel to the next, along rows and columns.
+    slopes: Vec<[f32; 2]>,
+    /// Over the square of a difference that is noise.
+    scale: Vec<f32>,
+}
+
+impl Guide {
+    /// Without slopes.
+    fn flat(pixels: &[Seen], light: &[Noisy], size: [usize; 2]) -> Self {
+        // The variance of a variance is large, too.
+        let spread: Vec<Noisy> =
+            light.iter().map(|of| Noisy { light: Vec3::splat(of.variance), variance: 0.0 }).collect();
+        let spread = [2, 4]
+            .iter()
+            .fold(spread, |spread, &step| filtered(pixels, &spread, size, step, |_, _, _| [1.0; 2]));
+        let scale = |(of, spread): (&Noisy, &Noisy)| {
+            1.0 / (RANGE * RANGE * spread.light.x
+                + (LEAST_RANGE * mean(of.light)).powi(2)
+                + f32::MIN_POSITIVE)
+        };
+        let scale = light.iter().zip(&spread).map(scale).collect();
+        let light: Vec<f32> = light.iter().map(|of| mean(of.light)).collect();
+        Guide { slopes: vec![[0.0; 2]; light.len()], light, scale }
+    }
+
+    /// A guide by light with less noise, whose slopes are known, for the same noise.
+    fn sloping(self, pixels: &[Seen], light: &[Noisy], [width, height]: [usize; 2]) -> Self {
+        let light: Vec<f32> = light.iter().map(|of| mean(of.light)).collect();
+        let slope = |own: usize, place: usize, length: usize, stride: usize| {
+            let reach = |most: usize, end: &dyn Fn(usize) -> usize| {
+                let reach = most.min(SLOPE);
+                if pixels[own].goes_on(&pixels[end(reach)]) { reach } else { 0 }
+            };
+            let back = reach(place, &|reach| own - reach * stride);
+            let ahead = reach(length - 1 - place, &|reach| own + reach * stride);
+            (light[own + ahead * stride] - light[own - back * stride]) / (back + ahead).max(1) as f32
+        };
+        let slopes = (0..width * height)
+            .map(|own| [slope(own, own % width, width, 1), slope(own, own / width, height, width)])
+            .collect();
+        Guide { light, slopes, ..self }
+    }
+
+    /// The weight of another pixel, so far from a pixel, and what its light is multiplied by to be that of the pixel.
+    fn weight(&self, own: usize, other: usize, off: Off) -> [f32; 2] {
+        let foretold = self.light[own] + self.slopes[own][off.axis] * off.pixels;
+        let difference = foretold - self.light[other];
         // Near exp(−x), the same on every platform.
-        (1.0 - difference * difference * scale[own] / 8.0).max(0.0).powi(8)
-    };
-    LAMP_STEPS.iter().fold(light, |light, &step| filtered(pixels, &light, size, step, within))
+        let weight = (1.0 - difference * difference * self.scale[own] / 8.0).max(0.0).powi(8);
+        let gain =
+            if foretold > 0.0 { (self.light[own] / foretold).clamp(1.0 / MOST_GAIN, MOST_GAIN) } else { 1.0 };
+        [weight, gain]
+    }
 }
 
 fn mean(light: Vec3) -> f32 {
@@ -298,35 +375,50 @@ impl Tracer<'_> {
         }
         let mut gathered = vec![(DVec3::ZERO, 0.0_f64); spots.len()];
         let mut by_lamps = vec![(DVec3::ZERO, 0.0_f64); spots.len()];
-        let scene = self.lights.scene;
+        let (scene, lamps, odds) = (self.lights.scene, &self.lights.lamps, &mut self.odds);
+        let mut of = usize::MAX;
         self.lookout.each_closest_hit(&rays, |ray, hit| {
             let Some(hit) = hit else { return };
             let (number, errand) = &errands[ray];
+            let (light, squares) = &mut by_lamps[*number];
+            let passed = scene.passed_panes(&rays[ray], hit.t);
+            let mut add = |brought: DVec3| {
+                let brought = passed * brought;
+                *light += brought;
+                *squares += (brought.element_sum() / 3.0).powi(2);
+            };
             match errand {
                 Errand::Gather => {
-                    let (light, near) = &mut gathered[*number];
+                    let (gathered, near) = &mut gathered[*number];
                     *near += 1.0 / hit.t.max(f64::MIN_POSITIVE);
                     let surface = &scene.surfaces()[hit.surface as usize];
-                    if surface.is_active(hit.side) {
-                        *light +=
-                            self.lights.reflected(surface.piece(surface.cell_at(hit.uv), hit.side), hit.uv);
+                    if !surface.is_active(hit.side) {
+                        return;
                     }
+                    let piece = surface.piece(surface.cell_at(hit.uv), hit.side);
+                    if !lamps.has(piece) {
+                        *gathered += passed * self.lights.reflected(piece, hit.uv);
+                        return;
+                    }
+                    if std::mem::replace(&mut of, *number) != *number {
+                        let from: &Seen = &seen[*number];
+                        odds.look_from(from.place.as_dvec3(), from.normal.as_dvec3());
+                    }
+                    add(lamps.met(scene, odds, piece, rays[ray].direction, hit.t).into());
                 }
                 Errand::Shadow(aim) if (aim.surface, aim.side) == (hit.surface, hit.side) => {
-                    let (light, squares) = &mut by_lamps[*number];
-                    let brought = DVec3::from(aim.irradiance);
-                    *light += brought;
-                    *squares += (brought.element_sum() / 3.0).powi(2);
+                    add(DVec3::from(aim.irradiance));
                 }
                 Errand::Shadow(_) => {}
             }
         });
         let count = f64::from(self.samples);
         let sample = |(seen, (gathered, near), (light, squares)): (Seen, (DVec3, f64), (DVec3, f64))| {
-            let shadows = count * f64::from(SHADOWS);
-            let light = light / shadows;
-            let variance =
-                (squares / shadows - (light.element_sum() / 3.0).powi(2)).max(0.0) / (shadows - 1.0);
+            let rays = count * f64::from(1 + SHADOWS);
+            let light = light / count;
+            let variance = (squares / (count * count) - (light.element_sum() / 3.0).powi(2) / rays).max(0.0)
+                * rays
+                / (rays - 1.0);
             Sample {
                 seen: Seen { reach: (count / near) as f32, ..seen },
                 lamps: Noisy { light: light.as_vec3(), variance: variance as f32 },
@@ -372,11 +464,8 @@ impl Tracer<'_> {
 }
 
 impl Lights<'_> {
-    /// B of a piece at a place, but for lamps, whose light shadow rays bring.
+    /// B of a piece at a place.
     fn reflected(&self, piece: u32, uv: [f64; 2]) -> DVec3 {
-        if self.lamps.has(piece) {
-            return DVec3::ZERO;
-        }
         self.smooth.at(piece, self.scene.faces().corner_weights(piece, uv)).into()
     }
 }

@@ -10,7 +10,7 @@ const MIDDLE: f64 = 0.3;
 
 /// The part of the pixels that is not too bright, and how light the brightest of them are at least and at most.
 const BRIGHT_SHARE: f64 = 0.95;
-pub(super) const BRIGHT: [f64; 2] = [0.65, 1.8];
+pub(super) const BRIGHT: [f64; 2] = [0.5, 1.8];
 
 /// Light up to here is shown as it is.
 pub(super) const SHOULDER: f64 = 0.5;

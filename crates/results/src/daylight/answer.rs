@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use parallel::on_threads;
 use report::words::{counted, percent};
 use report::{DaylightRow, DaylightSummary, LevelSummary, OutputFolder};
-use sky::{Encoding, Known, Level, Matrix, Metrics, Row, STANDARD_SKIES, Sky, TARGETS};
+use sky::{BoundedValue, Encoding, Level, Matrix, Metrics, STANDARD_SKIES, Sky, SkyPatchCounts, TARGETS};
 
-use super::count::{Counted, row};
-use super::question::Question;
+use super::count::{DaylightCounted, row};
+use super::question::DaylightQuestion;
 use crate::error::Error;
 
 const TABLE: &str = "annual.csv";
@@ -21,16 +21,16 @@ const SUMMARY: &str = "daylight.json";
 pub const FILES: [&str; 5] = [TABLE, COEFFICIENTS, HOURS, ERRORS, SUMMARY];
 
 /// The figures of every place.
-pub struct Answer<'a> {
-    question: &'a Question,
-    counted: Counted,
-    places: Vec<Place>,
+pub struct DaylightAnswer<'a> {
+    question: &'a DaylightQuestion,
+    counted: DaylightCounted,
+    places: Vec<SensorFigures>,
 }
 
 /// The figures of a cell of a sensor.
-struct Place {
+struct SensorFigures {
     /// The daylight factor under the traditional overcast sky [%].
-    factor: Known,
+    factor: BoundedValue,
     metrics: Metrics,
     /// By what part the yearly mean changes where the sun's reflected light comes from one patch in place of four.
     smear: f64,
@@ -38,15 +38,15 @@ struct Place {
     light: Vec<[f64; 2]>,
 }
 
-impl<'a> Answer<'a> {
+impl<'a> DaylightAnswer<'a> {
     /// The answer to a question by what was counted; it is worked out on some threads.
-    pub fn of(question: &'a Question, counted: Counted, threads: usize) -> Self {
+    pub fn of(question: &'a DaylightQuestion, counted: DaylightCounted, threads: usize) -> Self {
         let overcast = Sky::standard(STANDARD_SKIES, [0.0, 0.0, 1.0], 100.0).expect("there is such a sky");
         let mut vector = question.dome.vector(&overcast);
         vector[0] = question.ground / PI * 100.0;
         let of = |(): &mut (), cell: usize| place(question, cell, &row(&counted.tallies[cell]), &vector);
         let places = on_threads(threads, question.cells(), || (), of);
-        Answer { question, counted, places }
+        DaylightAnswer { question, counted, places }
     }
 
     /// Writes all files.
@@ -69,7 +69,7 @@ impl<'a> Answer<'a> {
     fn row(&self, cell: usize) -> DaylightRow<'_> {
         let sensors = self.question.coefficients.sensors();
         let at = sensors.cell(cell);
-        let Place { factor, metrics, .. } = &self.places[cell];
+        let SensorFigures { factor, metrics, .. } = &self.places[cell];
         DaylightRow {
             sensor: &sensors.specs()[at.sensor].name,
             cell: at.cell,
@@ -90,7 +90,7 @@ impl<'a> Answer<'a> {
     /// The level of each sensor by EN 17037: by the lower ends of intervals, and by the upper ones.
     fn levels(&self) -> Vec<LevelSummary> {
         let sensors = self.question.coefficients.sensors();
-        let level = |sensor: usize, end: fn(Known) -> f64| {
+        let level = |sensor: usize, end: fn(BoundedValue) -> f64| {
             let plane: Vec<[f64; TARGETS.len()]> =
                 sensors.cells_of(sensor).map(|cell| self.places[cell].metrics.daylight.map(end)).collect();
             Level::of(&plane).word()
@@ -104,7 +104,7 @@ impl<'a> Answer<'a> {
     }
 
     fn summary(&self) -> DaylightSummary {
-        let Question { job, weather, dome, wanted, tolerance, ground, .. } = self.question;
+        let DaylightQuestion { job, weather, dome, wanted, tolerance, ground, .. } = self.question;
         let sum = |of: fn(&radiosity::SkyTally) -> u64| self.counted.tallies.iter().map(of).sum::<u64>();
         DaylightSummary {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -144,7 +144,7 @@ impl<'a> Answer<'a> {
     /// A few lines for people.
     pub fn lines(&self) -> Vec<String> {
         let summary = self.summary();
-        let range = |of: &dyn Fn(&Place) -> f64| {
+        let range = |of: &dyn Fn(&SensorFigures) -> f64| {
             let values = self.places.iter().map(of);
             let (low, high) =
                 values.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
@@ -205,15 +205,15 @@ impl<'a> Answer<'a> {
 }
 
 /// The figures of a cell, of which the walks are counted.
-fn place(question: &Question, cell: usize, row: &Row, overcast: &[f64]) -> Place {
-    let Question { coefficients, year, mean, wanted, .. } = question;
+fn place(question: &DaylightQuestion, cell: usize, row: &SkyPatchCounts, overcast: &[f64]) -> SensorFigures {
+    let DaylightQuestion { coefficients, year, mean, wanted, .. } = question;
     let straight = |hour: &sky::Hour| match hour.beam > 0.0 {
         true => hour.beam * coefficients.sees(cell, hour.direction),
         false => 0.0,
     };
     let beam: Vec<f64> = year.hours.iter().map(straight).collect();
     let metrics = year.metrics(row, &beam, (&mean.0, &mean.1), wanted);
-    Place {
+    SensorFigures {
         factor: row.light(overcast, &[], wanted.confidence),
         smear: smear(question, row) / metrics.mean.value.max(f64::MIN_POSITIVE),
         metrics,
@@ -222,7 +222,7 @@ fn place(question: &Question, cell: usize, row: &Row, overcast: &[f64]) -> Place
 }
 
 /// By how much the yearly mean of reflected sun changes where it comes from the patch that holds the sun alone [lx].
-fn smear(question: &Question, row: &Row) -> f64 {
+fn smear(question: &DaylightQuestion, row: &SkyPatchCounts) -> f64 {
     let angles = question.dome.patches().solid_angles();
     let reflected =
         |patch: usize, radiance: f64| PI * radiance * row.reflected[patch] as f64 / row.walks as f64;

@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use parallel::on_threads;
 use radiosity::{Sequence, SkyTally};
-use sky::Row;
+use sky::SkyPatchCounts;
 
-use super::question::Question;
+use super::question::DaylightQuestion;
 
 /// Walks of each cell at the first look.
 pub(super) const FEWEST: u64 = 1 << 12;
@@ -22,7 +22,7 @@ const GROWTH: f64 = 16.0;
 const MARGIN: f64 = 1.1;
 
 /// What was counted, cell by cell.
-pub struct Counted {
+pub struct DaylightCounted {
     pub(super) tallies: Vec<SkyTally>,
     /// Whether the tolerance is met at every cell.
     pub reached: bool,
@@ -33,7 +33,11 @@ pub struct Counted {
 /// Walks on some threads until the yearly mean of each cell is known as well as is asked, or the budget is spent. Walks of a cell are
 /// powers of two, chosen by what it has counted: neither threads nor other cells play a part. `watch` hears what part of a look is done, and
 /// says whether to go on; `None` where it does not.
-pub fn count(question: &Question, threads: usize, watch: &(dyn Fn(f64) -> bool + Sync)) -> Option<Counted> {
+pub fn count(
+    question: &DaylightQuestion,
+    threads: usize,
+    watch: &(dyn Fn(f64) -> bool + Sync),
+) -> Option<DaylightCounted> {
     let began = Instant::now();
     let cells = question.cells();
     let most = 1 << (question.job.budget.paths / cells as u64).ilog2();
@@ -48,22 +52,26 @@ pub fn count(question: &Question, threads: usize, watch: &(dyn Fn(f64) -> bool +
         wanted = next;
     }
     let reached = tallies.iter().all(|tally| excess(question, tally) <= 1.0);
-    Some(Counted { tallies, reached, seconds: began.elapsed().as_secs_f64() })
+    Some(DaylightCounted { tallies, reached, seconds: began.elapsed().as_secs_f64() })
 }
 
 /// The counts of a cell, as figures take them.
-pub(super) fn row(tally: &SkyTally) -> Row {
-    Row { walks: tally.walks, straight: tally.straight.clone(), reflected: tally.reflected.clone() }
+pub(super) fn row(tally: &SkyTally) -> SkyPatchCounts {
+    SkyPatchCounts {
+        walks: tally.walks,
+        straight: tally.straight.clone(),
+        reflected: tally.reflected.clone(),
+    }
 }
 
 /// By what factor the relative half-width of the yearly mean is above what is asked.
-fn excess(question: &Question, tally: &SkyTally) -> f64 {
+fn excess(question: &DaylightQuestion, tally: &SkyTally) -> f64 {
     let known = row(tally).light(&question.mean.0, &question.mean.1, question.wanted.confidence);
     0.5 * (known.high - known.low) / known.value / question.tolerance
 }
 
 /// The walks that a cell needs: errors fall as the square root of their number.
-fn needed(question: &Question, tally: &SkyTally) -> u64 {
+fn needed(question: &DaylightQuestion, tally: &SkyTally) -> u64 {
     let excess = excess(question, tally);
     if excess <= 1.0 {
         return tally.walks;
@@ -75,7 +83,7 @@ fn needed(question: &Question, tally: &SkyTally) -> u64 {
 
 /// Walks what each cell has fewer than `wanted`.
 fn walk(
-    question: &Question,
+    question: &DaylightQuestion,
     tallies: &mut [SkyTally],
     wanted: &[u64],
     threads: usize,

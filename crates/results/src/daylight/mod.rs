@@ -7,6 +7,6 @@ mod answer;
 mod count;
 mod question;
 
-pub use answer::{Answer as DaylightAnswer, FILES as DAYLIGHT_FILES};
-pub use count::{Counted as DaylightCounted, count};
-pub use question::{Question as DaylightQuestion, Wished};
+pub use answer::{DaylightAnswer, FILES as DAYLIGHT_FILES};
+pub use count::{DaylightCounted, count};
+pub use question::{DaylightQuestion, Wished};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use job::Job;
 use radiosity::{Coefficients, SkyPatches};
-use sky::{Dome, Quantity, Wanted, Weather, Year};
+use sky::{Dome, SkyUnit, Wanted, Weather, Year};
 
 use super::count::FEWEST;
 use crate::error::Error;
@@ -27,7 +27,7 @@ pub struct Wished<'a> {
 }
 
 /// What is to be counted, and what the counts are held against.
-pub struct Question {
+pub struct DaylightQuestion {
     /// The job.
     pub job: Job,
     /// The weather.
@@ -42,7 +42,7 @@ pub struct Question {
     pub(super) ground: f64,
 }
 
-impl Question {
+impl DaylightQuestion {
     /// The question about the sensors of a job; reads the weather.
     ///
     /// # Errors
@@ -61,9 +61,9 @@ impl Question {
             return Err(Error::FewDaylightWalks { paths: job.budget.paths, cells, fewest: FEWEST });
         }
         let dome = Dome::new(sky);
-        let year = Year::new(&weather, &dome, Quantity::Illuminance, wished.ground);
+        let year = Year::new(&weather, &dome, SkyUnit::Illuminance, wished.ground);
         let wanted = Wanted { confidence: job.confidence, ..wished.wanted.clone() };
-        Ok(Question {
+        Ok(DaylightQuestion {
             mean: year.mean(&dome),
             tolerance: wished.tolerance,
             ground: wished.ground,

@@ -9,7 +9,7 @@ use report::{FactorsSummary, OutputFolder, SmoothingSummary, ToleranceSummary, i
 
 use super::counted::{COUNTS, Counted};
 use super::fault::FactorsFault;
-use super::question::Question;
+use super::question::FactorsQuestion;
 use super::subject::Subject;
 use crate::error::Error;
 
@@ -39,7 +39,7 @@ pub enum MatrixFile {
 }
 
 /// What the counts say.
-pub struct Answer {
+pub struct FactorsAnswer {
     subject: Subject,
     /// The names of the groups.
     names: Vec<String>,
@@ -49,18 +49,18 @@ pub struct Answer {
     tolerance: Option<ToleranceSummary>,
 }
 
-impl Answer {
+impl FactorsAnswer {
     /// The answer to a question by what was counted.
     ///
     /// # Errors
     /// Where the counts say nothing of heat.
-    pub fn of(question: &Question, counted: Counted) -> Result<Self, FactorsFault> {
+    pub fn of(question: &FactorsQuestion, counted: Counted) -> Result<Self, FactorsFault> {
         let tolerance = question.tolerance.as_ref().map(|tolerance| ToleranceSummary {
             relative_error: tolerance.relative,
             pairs: question.pairs.clone(),
             reached: tolerance.is_met(&counted.counts),
         });
-        Answer::new(question.subject(), counted, tolerance)
+        FactorsAnswer::new(question.subject(), counted, tolerance)
     }
 
     /// What was counted of a subject says, of which some accuracy was asked.
@@ -80,7 +80,7 @@ impl Answer {
             Balance { factors, emitting_areas: &weights, given, environment, level: subject.level }.solve()
         });
         let thermal = thermal.transpose().map_err(|fault| named(&fault, &names))?;
-        Ok(Answer { subject, names, smoothed, thermal, tolerance, counted })
+        Ok(FactorsAnswer { subject, names, smoothed, thermal, tolerance, counted })
     }
 
     fn factors(&self) -> Factors<'_> {
@@ -111,7 +111,7 @@ impl Answer {
     }
 
     fn summary(&self) -> FactorsSummary {
-        let Answer { subject, counted: Counted { seeds, counts, cost, .. }, .. } = self;
+        let FactorsAnswer { subject, counted: Counted { seeds, counts, cost, .. }, .. } = self;
         FactorsSummary {
             version: env!("CARGO_PKG_VERSION").into(),
             scene_hash: subject.scene_hash,

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use exchange::{Counts, Plan};
+use exchange::{ExchangeCounts, WalkPlan};
 use job::Budget;
 use radiosity::{ExchangeSpec, Experiment, Segment, Tally, exchange_counts};
 use report::OutputFolder;
 
 use super::counted::{COUNTS, Cost, Counted};
-use super::kept::Kept;
-use super::question::Question;
+use super::kept::KeptCounts;
+use super::question::FactorsQuestion;
 use crate::checkpoints::Identity;
 use crate::error::Error;
 use crate::settings::Settings;
@@ -43,7 +43,7 @@ pub struct Walked {
 /// # Errors
 /// Those of `walk`, and where counts cannot be read or written.
 pub fn count<E: From<Error>>(
-    question: &Question,
+    question: &FactorsQuestion,
     build: &str,
     (folder, resume): (&OutputFolder, bool),
     walk: &mut dyn FnMut(Round<'_>) -> Result<Option<Walked>, E>,
@@ -52,17 +52,17 @@ pub fn count<E: From<Error>>(
     let groups = question.groups.count();
     let budget = question.job.budget.paths;
     let seeds = vec![question.job.seed];
-    let (mut counts, mut cost) = (Counts::none(groups), Cost::default());
+    let (mut counts, mut cost) = (ExchangeCounts::none(groups), Cost::default());
     let path = folder.file(COUNTS);
     if resume && path.exists() {
-        let kept = Kept::of_question(&path, question).map_err(Error::from)?;
+        let kept = KeptCounts::of_question(&path, question).map_err(Error::from)?;
         counts.add(&kept.rows);
         cost = kept.cost;
     }
     loop {
         let plan = match counts.total() {
-            0 => Plan::pilot(groups, budget),
-            _ => Plan::next(&counts, budget, question.tolerance.as_ref()),
+            0 => WalkPlan::pilot(groups, budget),
+            _ => WalkPlan::next(&counts, budget, question.tolerance.as_ref()),
         };
         let Some(plan) = plan else { break };
         let spec = beyond(question, &plan, &counts);
@@ -78,14 +78,14 @@ pub fn count<E: From<Error>>(
             seconds: began.elapsed().as_secs_f64(),
             cpu_seconds: walked.cpu_seconds,
         });
-        Kept::new(question, &counts, cost).write(folder)?;
+        KeptCounts::new(question, &counts, cost).write(folder)?;
     }
     Ok(Counted { seeds, counts, cost, interrupted: false })
 }
 
 /// The walks that a plan has beyond what is counted.
-fn beyond(question: &Question, plan: &Plan, counts: &Counts) -> ExchangeSpec {
-    let Question { groups, kind, .. } = question;
+fn beyond(question: &FactorsQuestion, plan: &WalkPlan, counts: &ExchangeCounts) -> ExchangeSpec {
+    let FactorsQuestion { groups, kind, .. } = question;
     let segment = |(group, &walks): (usize, &u64)| {
         let first = counts.walks(group);
         Segment { group: group as u32, first, walks: walks - first }
@@ -101,12 +101,12 @@ fn beyond(question: &Question, plan: &Plan, counts: &Counts) -> ExchangeSpec {
 
 /// Walks as one job of the cluster.
 fn round<'a>(
-    question: &'a Question,
+    question: &'a FactorsQuestion,
     spec: ExchangeSpec,
     build: &str,
     watch: &'a dyn Fn(u64),
 ) -> Result<Round<'a>, Error> {
-    let Question { job, scene, .. } = question;
+    let FactorsQuestion { job, scene, .. } = question;
     let walks = spec.walks();
     let experiment = Experiment::new(scene.clone(), job.method.walks())?.with_exchange(spec.clone())?;
     let settings = Settings { exchange: Some(spec), ..Settings::of(job) };

@@ -1,6 +1,6 @@
 //! What was counted of exchange factors, and what the walks have cost.
 
-use exchange::Counts;
+use exchange::ExchangeCounts;
 use serde::{Deserialize, Serialize};
 
 /// The file of counts, which is written after every look.
@@ -10,7 +10,7 @@ pub(super) const COUNTS: &str = "factors.counts.json";
 pub struct Counted {
     /// The seeds of the walks.
     pub(super) seeds: Vec<u64>,
-    pub(super) counts: Counts,
+    pub(super) counts: ExchangeCounts,
     pub(super) cost: Cost,
     /// Whether a signal ended it.
     pub interrupted: bool,

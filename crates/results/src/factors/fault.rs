@@ -12,6 +12,11 @@ pub enum FactorsFault {
         "the scene is in colour, and factors with reflections are those of one reflectance a surface; choose --channel r, g or b, or leave out --reflections"
     )]
     NoChannel,
+    /// Light that is weakened on its way.
+    #[error(
+        "the scene has panes, and exchange factors are those of rays that end where they land; remove each [[pane]], or run the job"
+    )]
+    Panes,
     /// The table would be too large.
     #[error(
         "there are {groups} groups, more than {most} (every pair of them is a row of factors.csv); give --sparse, or choose coarser --groups: by-surface, by-material or a file"

@@ -3,20 +3,20 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use exchange::Counts;
+use exchange::ExchangeCounts;
 use report::OutputFolder;
 use serde::{Deserialize, Serialize};
 
-use super::answer::Answer;
+use super::answer::FactorsAnswer;
 use super::counted::{COUNTS, Cost, Counted};
 use super::fault::FactorsFault;
-use super::question::Question;
+use super::question::FactorsQuestion;
 use super::subject::Subject;
 use crate::error::Error;
 
 /// The contents of the file [`COUNTS`].
 #[derive(Clone, Serialize, Deserialize)]
-pub struct Kept {
+pub struct KeptCounts {
     /// Digest of all that the counts of given walks depend on, the seed included.
     question: String,
     /// The same without the seed: counts of other seeds may be added. Empty in counts of earlier versions.
@@ -32,10 +32,10 @@ pub struct Kept {
     pub(super) cost: Cost,
 }
 
-impl Kept {
+impl KeptCounts {
     /// The counts of a question.
-    pub(super) fn new(question: &Question, counts: &Counts, cost: Cost) -> Self {
-        Kept {
+    pub(super) fn new(question: &FactorsQuestion, counts: &ExchangeCounts, cost: Cost) -> Self {
+        KeptCounts {
             question: digest(question),
             kin: kin(question),
             seeds: vec![question.job.seed],
@@ -57,9 +57,9 @@ impl Kept {
     }
 
     /// What was kept of the same question.
-    pub(super) fn of_question(path: &Path, question: &Question) -> Result<Self, FactorsFault> {
+    pub(super) fn of_question(path: &Path, question: &FactorsQuestion) -> Result<Self, FactorsFault> {
         let unreadable = |reason| FactorsFault::UnreadableCounts { path: path.into(), reason };
-        let kept = Kept::read(path).map_err(unreadable)?;
+        let kept = KeptCounts::read(path).map_err(unreadable)?;
         if kept.seeds.len() > 1 {
             return Err(FactorsFault::MergedCounts { path: path.into() });
         }
@@ -91,15 +91,15 @@ impl Kept {
     ///
     /// # Errors
     /// Where they say nothing of heat.
-    pub fn answer(&self) -> Result<Answer, Error> {
+    pub fn answer(&self) -> Result<FactorsAnswer, Error> {
         let subject = self.subject.clone().expect("a merge has checked it");
-        let mut counts = Counts::none(self.rows.len());
+        let mut counts = ExchangeCounts::none(self.rows.len());
         counts.add(&self.rows);
         let counted = Counted { seeds: self.seeds.clone(), counts, cost: self.cost, interrupted: false };
-        Ok(Answer::new(subject, counted, None)?)
+        Ok(FactorsAnswer::new(subject, counted, None)?)
     }
 
-    fn add(&mut self, other: Kept) -> Result<(), String> {
+    fn add(&mut self, other: KeptCounts) -> Result<(), String> {
         if other.kin != self.kin {
             return Err("they are of another scene, other groups or another kind of factors; \
                         merge counts of one question"
@@ -128,7 +128,7 @@ pub fn is_counted(folder: &Path) -> bool {
 ///
 /// # Errors
 /// Where counts cannot be read, are of another question than those of the first, or hold walks of one before.
-pub fn merge(first: &Path, others: &[PathBuf]) -> Result<Kept, Error> {
+pub fn merge(first: &Path, others: &[PathBuf]) -> Result<KeptCounts, Error> {
     let mut merged = mergeable(first)?;
     for folder in others {
         let other = mergeable(folder)?;
@@ -138,10 +138,10 @@ pub fn merge(first: &Path, others: &[PathBuf]) -> Result<Kept, Error> {
     Ok(merged)
 }
 
-fn mergeable(folder: &Path) -> Result<Kept, FactorsFault> {
+fn mergeable(folder: &Path) -> Result<KeptCounts, FactorsFault> {
     let path = folder.join(COUNTS);
     let refused = |reason: String| FactorsFault::Unmergeable { path: path.clone(), reason };
-    let kept = Kept::read(&path)
+    let kept = KeptCounts::read(&path)
         .map_err(|reason| refused(format!("{reason}; give output folders of `radwalk factors`")))?;
     let Some(subject) = &kept.subject else {
         return Err(refused(
@@ -155,14 +155,14 @@ fn mergeable(folder: &Path) -> Result<Kept, FactorsFault> {
 }
 
 /// Digest of all that the counts of given walks depend on.
-fn digest(question: &Question) -> String {
-    let Question { job, scene, groups, kind, .. } = question;
+fn digest(question: &FactorsQuestion) -> String {
+    let FactorsQuestion { job, scene, groups, kind, .. } = question;
     hex(&(scene.hash(), job.seed, kind, job.method.space, &groups.of_face))
 }
 
 /// [`digest`] without the seed, and with the names of the groups.
-fn kin(question: &Question) -> String {
-    let Question { job, scene, groups, kind, .. } = question;
+fn kin(question: &FactorsQuestion) -> String {
+    let FactorsQuestion { job, scene, groups, kind, .. } = question;
     hex(&(scene.hash(), kind, job.method.space, &groups.of_face, &groups.names))
 }
 

@@ -1,7 +1,7 @@
 //! Exchange factors between groups of faces, and the heat between them: what `radwalk factors` counts, keeps and writes.
 //!
-//! A [`Question`] is made of a job and of what is [`Asked`]; [`count`] walks, look by look, by processes of the caller; an
-//! [`Answer`] is made of the question and what was [`Counted`].
+//! A [`FactorsQuestion`] is made of a job and of what is [`Asked`]; [`count`] walks, look by look, by processes of the caller; an
+//! [`FactorsAnswer`] is made of the question and what was [`Counted`].
 
 mod answer;
 mod count;
@@ -12,12 +12,12 @@ mod question;
 mod sparse;
 mod subject;
 
-pub use answer::{Answer, FILES, MatrixFile, matrices_in};
+pub use answer::{FILES, FactorsAnswer, MatrixFile, matrices_in};
 pub use count::{Round, Walked, count};
 pub use counted::Counted;
 pub use fault::FactorsFault;
-pub use kept::{Kept, is_counted, merge};
-pub use question::{Asked, Question};
+pub use kept::{KeptCounts, is_counted, merge};
+pub use question::{Asked, FactorsQuestion};
 pub use sparse::{
-    Hands, SparseAnswer, SparseAsked, SparseCounted, SparseFile, count_rows, sparse_files, unlit,
+    RowWatcher, SparseAnswer, SparseAsked, SparseCounted, SparseFile, count_rows, sparse_files, unlit,
 };

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use exchange::{Plan, Tolerance};
-use job::{Enclosure, Grouping, Groups, Job, MethodTable, load_enclosure};
+use exchange::{Tolerance, WalkPlan};
+use job::{Enclosure, FaceGroups, Grouping, Job, MethodTable, load_enclosure};
 use radiosity::{FactorKind, Scene};
 use report::{BACK, ESCAPE};
 
@@ -43,12 +43,12 @@ pub struct Asked<'a> {
 }
 
 /// What is to be counted.
-pub struct Question {
+pub struct FactorsQuestion {
     /// The job, whose scene emits everywhere, in one channel.
     pub job: Job,
     /// The scene of the job.
     pub scene: Scene,
-    pub(super) groups: Groups,
+    pub(super) groups: FaceGroups,
     pub(super) kind: FactorKind,
     pub(super) tolerance: Option<Tolerance>,
     /// The names of the pairs that the tolerance is asked of.
@@ -59,7 +59,7 @@ pub struct Question {
     pub(super) smooth: bool,
 }
 
-impl Question {
+impl FactorsQuestion {
     /// The question about a job's scene; reads the files that it names.
     ///
     /// # Errors
@@ -69,6 +69,9 @@ impl Question {
             true => FactorKind::Absorbed,
             false => FactorKind::FirstHit,
         };
+        if !job.scene.spec().panes.is_empty() {
+            return Err(FactorsFault::Panes.into());
+        }
         let channels = job.scene.spec().channels();
         if channels > 1 && kind == FactorKind::Absorbed && asked.channel.is_none() {
             return Err(FactorsFault::NoChannel.into());
@@ -83,7 +86,7 @@ impl Question {
         (job.sources, job.sensitivity) = (Vec::new(), Vec::new());
         let mut scene = job.build_scene()?;
         let groups = groups_of(asked, &job, &scene)?;
-        if asked.sparse.is_none() && Plan::pilot(groups.count(), job.budget.paths).is_none() {
+        if asked.sparse.is_none() && WalkPlan::pilot(groups.count(), job.budget.paths).is_none() {
             return Err(FactorsFault::FewWalks { paths: job.budget.paths, groups: groups.count() }.into());
         }
         let names = enclosed_names(asked, &groups, &scene);
@@ -98,17 +101,27 @@ impl Question {
             true => (1.0 - (1.0 - job.confidence) / factors).min(1.0_f64.next_down()),
             false => job.confidence,
         };
-        let chosen: Vec<Pair> =
+        let chosen: Vec<GroupPair> =
             asked.pairs.iter().map(|typed| pair(typed, &groups)).collect::<Result<_, _>>()?;
         let pairs = (!chosen.is_empty()).then(|| chosen.iter().map(|(_, names)| names.clone()).collect());
         let numbers = (!chosen.is_empty()).then(|| chosen.iter().map(|(numbers, _)| *numbers).collect());
         let tolerance = asked.tolerance.map(|relative| Tolerance { relative, pairs: numbers, level });
-        Ok(Question { job, scene, groups, kind, tolerance, pairs, enclosure, level, smooth: asked.smooth })
+        Ok(FactorsQuestion {
+            job,
+            scene,
+            groups,
+            kind,
+            tolerance,
+            pairs,
+            enclosure,
+            level,
+            smooth: asked.smooth,
+        })
     }
 
     /// A name for each group: where each patch is one, that of its surface, and the number of the patch where the surface has several.
     pub(super) fn names(&self) -> Vec<String> {
-        let Question { scene, groups, .. } = self;
+        let FactorsQuestion { scene, groups, .. } = self;
         if !is_by_patch(groups, scene) {
             return groups.names.clone();
         }
@@ -124,7 +137,7 @@ impl Question {
 
     /// What answers need of it.
     pub(super) fn subject(&self) -> Subject {
-        let Question { job, scene, groups, kind, enclosure, level, smooth, .. } = self;
+        let FactorsQuestion { job, scene, groups, kind, enclosure, level, smooth, .. } = self;
         let named = |name: &String| GroupOfFaces { name: name.clone(), ..GroupOfFaces::default() };
         let mut sums: Vec<GroupOfFaces> = groups.names.iter().map(named).collect();
         for (face, &group) in scene.faces().iter().zip(&groups.of_face) {
@@ -147,7 +160,7 @@ impl Question {
 }
 
 /// The names by which temperatures are given: where every patch is a group of sparse factors, those of surfaces.
-fn enclosed_names(asked: &Asked<'_>, groups: &Groups, scene: &Scene) -> Vec<String> {
+fn enclosed_names(asked: &Asked<'_>, groups: &FaceGroups, scene: &Scene) -> Vec<String> {
     match asked.sparse.is_some() && is_by_patch(groups, scene) {
         true => scene.faces().iter().map(|face| scene.surface_name(face.surface).to_owned()).collect(),
         false => groups.names.clone(),
@@ -155,11 +168,11 @@ fn enclosed_names(asked: &Asked<'_>, groups: &Groups, scene: &Scene) -> Vec<Stri
 }
 
 /// Whether each face is a group of its own.
-fn is_by_patch(groups: &Groups, scene: &Scene) -> bool {
+fn is_by_patch(groups: &FaceGroups, scene: &Scene) -> bool {
     groups.count() == scene.faces().len()
 }
 
-fn groups_of(asked: &Asked<'_>, job: &Job, scene: &Scene) -> Result<Groups, Error> {
+fn groups_of(asked: &Asked<'_>, job: &Job, scene: &Scene) -> Result<FaceGroups, Error> {
     if scene.faces().are_grouped() {
         return Err(FactorsFault::GroupedPatches.into());
     }
@@ -179,7 +192,7 @@ fn groups_of(asked: &Asked<'_>, job: &Job, scene: &Scene) -> Result<Groups, Erro
     if grouping == Grouping::ByPatch && faces > most {
         return Err(FactorsFault::TooManyGroups { groups: faces, most }.into());
     }
-    let groups = Groups::of(&grouping, &job.scene, scene)?;
+    let groups = FaceGroups::of(&grouping, &job.scene, scene)?;
     if groups.count() > most {
         return Err(FactorsFault::TooManyGroups { groups: groups.count(), most }.into());
     }
@@ -192,7 +205,7 @@ fn groups_of(asked: &Asked<'_>, job: &Job, scene: &Scene) -> Result<Groups, Erro
 /// The reflectances of surfaces whose groups are given an emissivity.
 fn reflectances(
     enclosure: &Enclosure,
-    groups: &Groups,
+    groups: &FaceGroups,
     scene: &Scene,
 ) -> Result<Vec<Option<f64>>, FactorsFault> {
     let mut group_of_surface: Vec<Option<u32>> = vec![None; scene.surfaces().len()];
@@ -215,9 +228,9 @@ fn reflectances(
 }
 
 /// A pair of groups: numbers and names. The second may be backs or what escapes.
-type Pair = ((usize, usize), [String; 2]);
+type GroupPair = ((usize, usize), [String; 2]);
 
-fn pair(typed: &str, groups: &Groups) -> Result<Pair, FactorsFault> {
+fn pair(typed: &str, groups: &FaceGroups) -> Result<GroupPair, FactorsFault> {
     let from = |name: &str| groups.names.iter().position(|group| group == name);
     let to = |name: &str| {
         let others = [BACK, ESCAPE].iter().position(|other| *other == name);

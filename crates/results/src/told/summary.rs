@@ -4,7 +4,7 @@ use job::{OutputFile, Unhit, Word};
 use report::words::{counted, duration, percent, quantity};
 use report::{
     AccuracySummary, ChoiceSummary, PartitionSummary, PlaneSummary, SensitivitySummary, SensorSummary,
-    SensorsSummary, SourceSummary, Summary, Target, TotalSummary, Verdict, WorstPatch,
+    SensorsSummary, SourceSummary, Summary, TargetReport, TotalSummary, Verdict, WorstPatch,
 };
 
 use crate::outputs::RunOutput;
@@ -138,7 +138,7 @@ fn walks_needed(accuracy: &AccuracySummary, target: f64) -> f64 {
 }
 
 /// Whether the target is reached, and what it still takes.
-fn of_target(target: &Target, summary: &Summary, settings: &Settings) -> Vec<String> {
+fn of_target(target: &TargetReport, summary: &Summary, settings: &Settings) -> Vec<String> {
     let verdict = if target.reached { "reached" } else { "not reached" };
     let mut lines = vec![format!("target {verdict}: {}{}", target.achieved_words(), summary.system())];
     lines.extend(target.paths_needed.map(|paths| {

@@ -60,7 +60,7 @@ fn parts_say_what_the_whole_says() {
     let (mut accepted, mut refused) = (0, 0);
     for number in 0..4_000 {
         let text = if number == 0 { SCENE.into() } else { changed(number) };
-        let source = Source::of_scene(Path::new("s.toml"), &text);
+        let source = SourceText::of_scene(Path::new("s.toml"), &text);
         let whole = read_whole(&source, &options);
         match (read_parts(&source, &options), &whole) {
             (Ok(Some(parts)), Ok(whole)) => {

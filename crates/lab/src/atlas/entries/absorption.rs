@@ -5,10 +5,10 @@ use radiosity::{EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart};
 
 use crate::arithmetic::ratio;
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::series::Curve;
+use crate::series::SweepCurve;
 use crate::told::run;
 use crate::walking::{Failure, experiment, receivers, squared_error};
 use report::words::{measured, number};
@@ -29,19 +29,19 @@ pub(crate) fn scene(reflectance: f64) -> SceneSpec {
 const KINDS: [EstimatorKind; 2] = [EstimatorKind::Absorption, EstimatorKind::Collision];
 
 /// The sweep over reflectances, with equal rays.
-struct Sweep {
+struct AbsorptionSweep {
     rays: f64,
     brightest: f64,
     /// The mean squared relative errors of either kind of score.
-    curves: [Curve; 2],
+    curves: [SweepCurve; 2],
     claims: Vec<Claim>,
 }
 
-impl Sweep {
+impl AbsorptionSweep {
     fn drive(lab: &Lab) -> Result<Self, Failure> {
         let reflectances = lab.pick(vec![0.5, 0.99], vec![0.5, 0.9, 0.99, 0.999]);
         let (runs, rays) = lab.pick((40, 40_000.0), (200, 400_000.0));
-        let (mut curves, mut claims, mut brightest) = ([const { Curve::new() }; 2], Vec::new(), 0.0);
+        let (mut curves, mut claims, mut brightest) = ([const { SweepCurve::new() }; 2], Vec::new(), 0.0);
         for reflectance in reflectances {
             let spec = scene(reflectance);
             let exact = Exact::of_scene(&spec)?;
@@ -60,7 +60,7 @@ impl Sweep {
             }
             brightest = reflectance;
         }
-        Ok(Sweep { rays, brightest, curves, claims })
+        Ok(AbsorptionSweep { rays, brightest, curves, claims })
     }
 
     fn chart(self) -> Chart {
@@ -76,8 +76,8 @@ impl Sweep {
     }
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = Sweep::drive(lab)?;
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
+    let sweep = AbsorptionSweep::drive(lab)?;
     let (brightest, mut claims) = (sweep.brightest, sweep.claims.clone());
     let dim = experiment(&scene(brightest), Method::shooting(EstimatorKind::Absorption))?;
     let told = run(&dim, 1, 4000, None).told();
@@ -85,7 +85,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let [worse, better] = [0, 1].map(|kind: usize| sweep.curves[kind].last());
     let what = "squared error of collision at the brightest, below half that of absorption";
     claims.push(Claim::below(what, better, 0.5 * worse.value).instead());
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "Absorption scores Φ_T/(1 − R_i) at the end of a walk: variance b[R_iΦ_T/(A_i(1 − R_i)) − b] \
                     (S97 table 3). A walk takes 1/(1 − R) rays and tells of one patch. Collision scores all of them; \
                     its recurrent potential ξ grows as 1/(1 − R) too, but is shared by all patches: with n patches \

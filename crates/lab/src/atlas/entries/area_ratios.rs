@@ -6,10 +6,10 @@ use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use crate::arithmetic::{ratio, root};
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::series::Curve;
+use crate::series::SweepCurve;
 use crate::told::run;
 use crate::walking::{Failure, coverage, experiment, squared_error};
 use report::words::{measured, number};
@@ -31,22 +31,22 @@ fn scene(part: f64) -> SceneSpec {
 }
 
 /// The sweep over sizes of the small patch.
-struct Sweep {
+struct AreaRatiosSweep {
     walks: u64,
     parts: Vec<f64>,
-    shot: Curve,
+    shot: SweepCurve,
     gathered: Vec<(f64, Measured)>,
     /// The coverage of the intervals of shooting.
     covers: Vec<(f64, Measured)>,
     claims: Vec<Claim>,
 }
 
-impl Sweep {
+impl AreaRatiosSweep {
     fn drive(lab: &Lab) -> Result<Self, Failure> {
         let parts = lab.pick(vec![1e-2, 1e-4, 1e-8], vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
         let (runs, walks) = lab.pick((200, 20_000), (400, 50_000));
         let (shot, gathered, covers, claims) = Default::default();
-        let mut sweep = Sweep { walks, parts, shot, gathered, covers, claims };
+        let mut sweep = AreaRatiosSweep { walks, parts, shot, gathered, covers, claims };
         for part in sweep.parts.clone() {
             sweep.at(lab, part, runs)?;
         }
@@ -94,8 +94,8 @@ impl Sweep {
     }
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = Sweep::drive(lab)?;
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
+    let sweep = AreaRatiosSweep::drive(lab)?;
     let (walks, mut claims) = (sweep.walks, sweep.claims.clone());
     let smallest_of_all = experiment(&scene(1e-8), Method::shooting(EstimatorKind::Collision))?;
     let told = run(&smallest_of_all, 1, walks, None).told();
@@ -106,7 +106,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let what = "relative error of gathering at the smallest, twice that at the largest";
     claims.push(Claim::below(what, smallest, 2.0 * largest.value).instead());
     let smallest_shot = sweep.shot.last();
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "Sh91's linear time assumes area ratios that are bounded; S97's bound N ≥ V⁻¹A_min⁻¹… has the \
                     smallest area in it. Shooting hits a patch φ_i/Φ_T times a walk, in proportion to A_i, so that \
                     the relative error grows as A_i^(−1/2); once no walk hits, B̂ = E and the error is 1."

@@ -6,10 +6,10 @@ use report::{Axis, Chart};
 use stats::Measured;
 
 use crate::arithmetic::{ratio, root};
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::series::Curve;
+use crate::series::SweepCurve;
 use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error, variance_over};
 use report::words::{measured, number};
@@ -36,17 +36,17 @@ fn birth() -> Birth {
 }
 
 /// The sweep over reflectances of the emitter.
-struct Sweep {
+struct BlackEmittersSweep {
     darkest: f64,
     /// The variances of b for one walk over b², by either kind of score.
-    curves: [Curve; 2],
+    curves: [SweepCurve; 2],
     claims: Vec<Claim>,
 }
 
-impl Sweep {
+impl BlackEmittersSweep {
     fn drive(lab: &Lab) -> Result<Self, Failure> {
         let walks = lab.pick(200_000, 5_000_000);
-        let (mut curves, mut claims, mut darkest) = ([const { Curve::new() }; 2], Vec::new(), 0.0);
+        let (mut curves, mut claims, mut darkest) = ([const { SweepCurve::new() }; 2], Vec::new(), 0.0);
         for reflectance in lab.pick(vec![0.3, 0.03], vec![0.3, 0.1, 0.03, 0.01, 0.003]) {
             let spec = scene(reflectance);
             let exact = Exact::of_scene(&spec)?;
@@ -65,7 +65,7 @@ impl Sweep {
             }
             darkest = reflectance;
         }
-        Ok(Sweep { darkest, curves, claims })
+        Ok(BlackEmittersSweep { darkest, curves, claims })
     }
 
     fn chart(self) -> Chart {
@@ -95,8 +95,8 @@ fn told(claims: &mut Vec<Claim>) -> Result<Vec<String>, Failure> {
     Ok(told)
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = Sweep::drive(lab)?;
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
+    let sweep = BlackEmittersSweep::drive(lab)?;
     let mut claims = sweep.claims.clone();
     let told = told(&mut claims)?;
     let at_zero = experiment(&scene(0.0), Method::gathering(birth(), EstimatorKind::Collision))?;
@@ -106,7 +106,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let expected = sweep.curves[1].last_predicted() / few as f64;
     let what = "R = 0: squared error of collision over that at the end of the sweep";
     claims.push(Claim::equal(what, ratio(remedy, expected), 1.0).instead());
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "Gathering by survival scores E_s/R_s where a walk survives on a source: variance \
                     (R_i/p_i)Σ_s(E_s + 2b_s)b_is/R_s − b_i² (S97 table 3), which grows as 1/R_s. At R_s = 0 no walk \
                     survives there and the light is lost: the estimate would be 0 with an error of 0."

@@ -6,7 +6,7 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use report::{Axis, Chart, Series};
 use stats::Measured;
 
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
 use crate::walking::Failure;
@@ -63,7 +63,7 @@ fn chart(marks: Vec<(f64, Measured)>, ours: Measured) -> Chart {
     }
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let steps = lab.pick(2000, 20_000);
     let distances = lab.pick(vec![64, 100], vec![40, 52, 64, 76, 88, 100, 112, 120]);
     let marks: Vec<(f64, Measured)> =
@@ -77,7 +77,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         Claim::below("independent ones have less than a third of the worst of the sweep", ours, third),
         Claim::sure("2^100 draws apart intervals are more than twice too narrow", narrow),
     ];
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "The mean of m independent uniform numbers has the variance 1/(12m). Sequences of one linear \
                     congruential generator modulo 2¹²⁸ that are 2^k draws apart share the low bits of their \
                     states, all but 128 − k, and a weak output function (PCG64's XSL-RR) does not hide it: neighbours \

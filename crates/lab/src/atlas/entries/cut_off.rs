@@ -6,10 +6,10 @@ use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use super::absorption;
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::series::Curve;
+use crate::series::SweepCurve;
 use crate::told::run;
 use crate::walking::{Failure, estimate, experiment, receivers, solve};
 use report::words::{measured, number};
@@ -70,26 +70,26 @@ fn missing(
 }
 
 /// The sweep over the hits before a walk is cut.
-struct Sweep {
+struct CutOffSweep {
     /// The numbers of hits, the runs, and the walks of each.
     lengths: Vec<u32>,
     runs: u64,
     walks: u64,
     /// The parts of the light that are lost if a walk is cut after some hits, and if it is cut below the weight that it
     /// then has.
-    cut: Curve,
+    cut: SweepCurve,
     short: Vec<(f64, Measured)>,
     /// The parts that the program's bounds allow to be lost.
     bounds: Vec<(f64, f64)>,
     claims: Vec<Claim>,
 }
 
-impl Sweep {
+impl CutOffSweep {
     fn drive(lab: &Lab, exact: &Exact, patches: &[usize]) -> Result<Self, Failure> {
         let lengths = lab.pick(vec![2, 8], vec![1, 2, 4, 8, 12, 16, 24, 32]);
         let (runs, walks) = lab.pick((20, 10_000), (100, 30_000));
         let (cut, short, bounds, claims) = Default::default();
-        let mut sweep = Sweep { lengths, runs, walks, cut, short, bounds, claims };
+        let mut sweep = CutOffSweep { lengths, runs, walks, cut, short, bounds, claims };
         for length in sweep.lengths.clone() {
             let (at, predicted) = (f64::from(length), lost(exact, patches, length));
             let (part, bound) = missing(lab, runs, walks, InfiniteEnd::Length { length }, exact)?;
@@ -124,10 +124,10 @@ impl Sweep {
     }
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let exact = Exact::of_scene(&scene())?;
     let patches = receivers(&experiment(&scene(), Method::shooting(EstimatorKind::Collision))?);
-    let sweep = Sweep::drive(lab, &exact, &patches)?;
+    let sweep = CutOffSweep::drive(lab, &exact, &patches)?;
     let mut claims = sweep.claims.clone();
     let biased = experiment(&scene(), method(InfiniteEnd::Length { length: 2 }))?;
     let biased_run = run(&biased, 1, sweep.walks, None);
@@ -138,7 +138,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::sure("the patch is flagged `bias`", flags.split('|').any(|flag| flag == "bias")));
     let (roulette, _) = missing(lab, sweep.runs, sweep.walks, InfiniteEnd::default(), &exact)?;
     claims.push(Claim::equal("light lost under roulette", roulette, 0.0).instead());
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: format!(
             "A walk that is cut after L hits keeps the first L terms of Neumann's series: what is lost is the rest, \
              R^L and a little, bounded by the power that was not distributed. In the 54-patch cube, R = \

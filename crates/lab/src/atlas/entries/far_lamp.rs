@@ -6,10 +6,10 @@ use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use crate::arithmetic::{ratio, root};
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::series::Curve;
+use crate::series::SweepCurve;
 use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 use report::words::{measured, number};
@@ -27,19 +27,19 @@ fn lamp(distance: f64, scale: f64) -> Result<(Exact, Experiment), Failure> {
 }
 
 /// The sweep over distances of the lamp.
-struct Sweep {
+struct FarLampSweep {
     runs: u64,
     walks: u64,
     distances: Vec<f64>,
-    curve: Curve,
+    curve: SweepCurve,
     claims: Vec<Claim>,
 }
 
-impl Sweep {
+impl FarLampSweep {
     fn drive(lab: &Lab) -> Result<Self, Failure> {
         let distances = lab.pick(vec![1.0, 10.0, 1000.0], vec![1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0]);
         let (runs, walks) = lab.pick((100, 50_000), (100, 500_000));
-        let (mut curve, mut claims) = (Curve::new(), Vec::new());
+        let (mut curve, mut claims) = (SweepCurve::new(), Vec::new());
         for &distance in &distances {
             let (exact, experiment) = lamp(distance, 1.0)?;
             let truth = &exact.solution().radiosity;
@@ -52,7 +52,7 @@ impl Sweep {
                 claims.push(Claim::equal(&what, ratio(squared, predicted), 1.0));
             }
         }
-        Ok(Sweep { runs, walks, distances, curve, claims })
+        Ok(FarLampSweep { runs, walks, distances, curve, claims })
     }
 
     fn chart(self, remedy: Measured) -> Chart {
@@ -71,15 +71,15 @@ impl Sweep {
 }
 
 /// A lamp at 10 m that is as large in the sky as one at 1000 m: the factor in its light, and the error of its walks.
-fn nearer(lab: &Lab, sweep: &Sweep, truth: &[f64]) -> Result<(f64, Measured), Failure> {
+fn nearer(lab: &Lab, sweep: &FarLampSweep, truth: &[f64]) -> Result<(f64, Measured), Failure> {
     let (near, experiment) = lamp(1000.0, 0.01)?;
     let near_truth = &near.solution().radiosity;
     let off = near_truth[MIDDLE] / truth[MIDDLE] - 1.0;
     Ok((off, root(squared_error(lab, sweep.runs, &experiment, sweep.walks, &[MIDDLE], near_truth))))
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = Sweep::drive(lab)?;
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
+    let sweep = FarLampSweep::drive(lab)?;
     let (walks, mut claims) = (sweep.walks, sweep.claims.clone());
     let (exact, experiment) = lamp(1000.0, 1.0)?;
     let told = run(&experiment, 1, walks, None).told();
@@ -89,7 +89,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let what = format!("the near lamp lights the floor as the far one does, to {}", number(off.abs()));
     claims.push(Claim::sure(what, off.abs() < 0.01).instead());
     claims.push(Claim::below("its error, half of the far one's", remedy, 0.5 * far_error.value).instead());
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "Of the walks of a lamp at the distance d a part F ∝ 1/d² arrives; the rest leaves the scene. The \
                     relative error is 1/√(N·F_i), ∝ d. Gathering fares no better, since F is as small seen from the \
                     floor, times its area over that of the lamp."

@@ -6,7 +6,7 @@ use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use crate::arithmetic::proportion;
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
 use crate::told::run;
@@ -17,7 +17,7 @@ pub(crate) const ENTRY: Entry =
     Entry { name: "few-walks", title: "One walk, and patches without a hit", study };
 
 /// The sweep over numbers of walks.
-struct Sweep {
+struct FewWalksSweep {
     walks: Vec<u64>,
     /// The parts of the patches that the usual intervals and radwalk's cover, and that no walk has hit.
     naive: Vec<(f64, Measured)>,
@@ -26,13 +26,13 @@ struct Sweep {
     claims: Vec<Claim>,
 }
 
-impl Sweep {
+impl FewWalksSweep {
     fn drive(lab: &Lab, experiment: &Experiment, patches: &[usize]) -> Result<Self, Failure> {
         let truth = Exact::of_scene(&scenes::cube(3))?.solution().radiosity.clone();
         let all = lab.pick(vec![1, 10, 100], vec![1, 2, 4, 10, 30, 100, 300, 1000, 3000]);
         let runs = lab.pick(400, 4000);
         let (naive, ours, unhit, claims) = Default::default();
-        let mut sweep = Sweep { walks: all.clone(), naive, ours, unhit, claims };
+        let mut sweep = FewWalksSweep { walks: all.clone(), naive, ours, unhit, claims };
         for walks in all {
             let found = lab.each_seed(runs, |seed| {
                 let solution = solve(experiment, seed, walks);
@@ -73,10 +73,10 @@ impl Sweep {
     }
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let experiment = experiment(&scenes::cube(3), Method::shooting(EstimatorKind::Collision))?;
     let patches = receivers(&experiment);
-    let sweep = Sweep::drive(lab, &experiment, &patches)?;
+    let sweep = FewWalksSweep::drive(lab, &experiment, &patches)?;
     let mut claims = sweep.claims.clone();
     let one = solve(&experiment, 1, 1);
     let silent = patches.iter().all(|&i| estimate(&one, i).std_error.is_none());
@@ -90,7 +90,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let after = run(&experiment, 1, 200_000, None).told();
     claims.push(Claim::sure("after 200,000 walks no check fails", after.is_empty()).instead());
     let last = sweep.walks.len() - 1;
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "After one walk nothing is known of the variance. A patch that no walk has hit has B̂ = E and a \
                     sample variance of 0: ± 1.96 standard errors is a point there. Without a hit in n walks, scores \
                     of bounded E[x²]/E[x] still give an upper bound (Cauchy & Schwarz), with one or two a Poisson \

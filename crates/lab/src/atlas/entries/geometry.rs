@@ -6,8 +6,8 @@ use radiosity::{Estimate, EstimatorKind, Method, SceneSpec, Sides, Solution};
 use report::{Axis, Chart, Series};
 use stats::Measured;
 
-use crate::atlas::entry::{Entry, Finding};
-use crate::claim::{Claim, Judge};
+use crate::atlas::entry::{Entry, StudyFinding};
+use crate::claim::{Claim, ClaimJudge};
 use crate::lab::Lab;
 use crate::told::run;
 use crate::walking::{CONFIDENCE, Failure, estimate, experiment, walk};
@@ -37,7 +37,7 @@ pub(crate) const FAR_ORIGIN: Entry = Entry {
     title: "Coordinates offset by 10⁶ m and more",
     study: |lab| {
         let sweep = lab.pick(vec![1e6, 1e14], vec![1.0, 1e3, 1e6, 1e9, 1e10, 1e12, 1e13, 1e14, 1e15, 1e16]);
-        Sweep {
+        GeometrySweep {
             sweep,
             safe: |offset| offset <= 1e9,
             scene: |offset| {
@@ -62,7 +62,7 @@ pub(crate) const SCALES: Entry = Entry {
     title: "Scales of 10⁻⁶ m, 10⁶ m, and far beyond",
     study: |lab| {
         let all = vec![1e-150, 1e-30, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 1e30, 1e150, 1e160];
-        Sweep {
+        GeometrySweep {
             sweep: lab.pick(vec![1e-6, 1e6, 1e160], all),
             safe: |scale| (1e-30..=1e30).contains(&scale),
             scene: |scale| furnace(|corner| corner * BOX * scale),
@@ -82,7 +82,7 @@ pub(crate) const SLIVERS: Entry = Entry {
     title: "Slivers: boxes and triangles of aspect 10²…10¹³",
     study: |lab| {
         let all = vec![1e1, 1e2, 1e4, 1e6, 1e8, 1e10, 1e11, 1e12, 1e13];
-        Sweep {
+        GeometrySweep {
             sweep: lab.pick(vec![1e4, 1e8, 1e13], all),
             safe: |aspect| aspect <= 1e8,
             scene: |aspect| furnace(|corner| corner * DVec3::new(1.0, 1.0 / aspect, 0.5)),
@@ -104,7 +104,7 @@ pub(crate) const WEDGES: Entry = Entry {
     title: "Acute wedges: two walls that meet at 10⁻¹…10⁻¹³ rad",
     study: |lab| {
         let all = vec![1.0, 1e-1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-11, 1e-12, 1e-13];
-        Sweep {
+        GeometrySweep {
             sweep: lab.pick(vec![1e-2, 1e-6, 1e-13], all),
             safe: |angle| angle >= 1e-8,
             scene: |angle| scenes::wedge(angle, 0.5),
@@ -122,7 +122,7 @@ pub(crate) const WEDGES: Entry = Entry {
 };
 
 /// A sweep over shapes of one furnace.
-struct Sweep {
+struct GeometrySweep {
     sweep: Vec<f64>,
     /// The points of the sweep where nothing may go wrong.
     safe: fn(f64) -> bool,
@@ -137,7 +137,7 @@ struct Sweep {
 }
 
 /// The outcome of one shape.
-enum Answer {
+enum ShapeOutcome {
     /// The scene was refused.
     Refused(String),
     /// The mean B of the patch that is furthest off in standard errors (`None` if nothing arrives), the number of
@@ -158,14 +158,14 @@ struct Answers {
 }
 
 impl Answers {
-    fn add(&mut self, at: f64, is_safe: bool, answer: Answer, runs: u64) {
+    fn add(&mut self, at: f64, is_safe: bool, answer: ShapeOutcome, runs: u64) {
         match answer {
-            Answer::Refused(why) => {
+            ShapeOutcome::Refused(why) => {
                 self.claims.push(Claim::sure(format!("{at:e} is refused"), !is_safe));
                 self.told.push(format!("at {at:e}: {why}"));
                 self.refused += 1;
             }
-            Answer::Walked { radiosity, among, escaped, told } => {
+            ShapeOutcome::Walked { radiosity, among, escaped, told } => {
                 self.losses.push((at, escaped));
                 self.radiosities.extend(radiosity.map(|radiosity| (at, radiosity)));
                 let unknown = Measured { value: f64::NAN, standard_error: f64::NAN };
@@ -178,7 +178,7 @@ impl Answers {
                 } else {
                     let said = told.iter().any(|line| line.contains("left the scene"));
                     let what = format!("{at:e}: B is right, or the program says that it may not be");
-                    self.claims.push(Claim::sure(what, said || Judge::EACH.passes(&right)));
+                    self.claims.push(Claim::sure(what, said || ClaimJudge::EACH.passes(&right)));
                     let told = told.iter().filter(|_| escaped > 0.0);
                     self.told.extend(told.map(|line| format!("at {at:e}: {line}")));
                 }
@@ -193,8 +193,8 @@ impl Answers {
     }
 }
 
-impl Sweep {
-    fn study(self, lab: &Lab) -> Result<Finding, Failure> {
+impl GeometrySweep {
+    fn study(self, lab: &Lab) -> Result<StudyFinding, Failure> {
         let (runs, walks) = lab.pick((20, 10_000), (100, 100_000));
         let mut answers = Answers::default();
         for &at in &self.sweep {
@@ -209,7 +209,7 @@ impl Sweep {
         if told.is_empty() {
             told.push("nothing: every check passes, and the answer is right".into());
         }
-        Ok(Finding {
+        Ok(StudyFinding {
             predicted: self.predicted.into(),
             seen: format!(
                 "From {} to {} B = {} on the patch that is furthest off, and none of {} walks escapes. Of the rest \
@@ -233,8 +233,8 @@ impl Sweep {
     /// The claims about the furnace that the remedy gives, and its B.
     fn remedied(&self, lab: &Lab, runs: u64, walks: u64) -> Result<([Claim; 2], Measured), Failure> {
         match answer(lab, &(self.remedy)(), runs, walks) {
-            Answer::Refused(why) => Err(why.into()),
-            Answer::Walked { radiosity, among, escaped, .. } => {
+            ShapeOutcome::Refused(why) => Err(why.into()),
+            ShapeOutcome::Walked { radiosity, among, escaped, .. } => {
                 let closed = Claim::sure("no walk escapes", escaped == 0.0).instead();
                 let radiosity = radiosity.ok_or("nothing arrives anywhere")?;
                 let what = "B of the patch that is furthest off";
@@ -258,10 +258,10 @@ impl Sweep {
     }
 }
 
-fn answer(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Answer {
+fn answer(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> ShapeOutcome {
     let experiment = match experiment(spec, Method::shooting(EstimatorKind::Collision)) {
         Ok(experiment) => experiment,
-        Err(why) => return Answer::Refused(why.to_string()),
+        Err(why) => return ShapeOutcome::Refused(why.to_string()),
     };
     let patches = experiment.scene().faces().len();
     let found = lab.each_seed(runs, |seed| {
@@ -278,5 +278,5 @@ fn answer(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Answer {
     let doubt = |b: &Measured| b.z(1.0).abs();
     let radiosity = (0..patches).filter(often).map(of_patch).max_by(|a, b| doubt(a).total_cmp(&doubt(b)));
     let escaped = found.iter().map(|&(_, escaped)| escaped).sum::<f64>() / runs as f64;
-    Answer::Walked { radiosity, among: patches, escaped, told: run(&experiment, 1, walks, None).told() }
+    ShapeOutcome::Walked { radiosity, among: patches, escaped, told: run(&experiment, 1, walks, None).told() }
 }

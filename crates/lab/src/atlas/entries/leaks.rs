@@ -6,10 +6,10 @@ use report::{Axis, Chart, Check};
 use stats::Measured;
 
 use crate::arithmetic::ratio;
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::series::Curve;
+use crate::series::SweepCurve;
 use crate::told::run;
 use crate::walking::{CONFIDENCE, Failure, estimate, experiment, walk};
 use report::words::{measured, number};
@@ -60,7 +60,7 @@ fn gap_in_the_ceiling(gap: f64) -> SceneSpec {
 struct Gaps {
     /// The number of runs, and the walks of each.
     size: (u64, u64),
-    curve: Curve,
+    curve: SweepCurve,
     claims: Vec<Claim>,
 }
 
@@ -68,7 +68,7 @@ impl Gaps {
     fn drive(lab: &Lab) -> Result<Self, Failure> {
         let gaps = lab.pick(vec![1e-3, 1.0], vec![1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0]);
         let size = lab.pick((20, 50_000), (100, 300_000));
-        let mut sweep = Gaps { size, curve: Curve::new(), claims: Vec::new() };
+        let mut sweep = Gaps { size, curve: SweepCurve::new(), claims: Vec::new() };
         for gap in gaps {
             let spec = gap_in_the_ceiling(gap);
             let exact = Exact::of_scene(&spec)?;
@@ -105,7 +105,7 @@ fn said_of_a_gap(gap: f64, walks: u64) -> Result<Vec<String>, Failure> {
     Ok(about.map(line).collect())
 }
 
-fn open(lab: &Lab) -> Result<Finding, Failure> {
+fn open(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = Gaps::drive(lab)?;
     let ((runs, walks), mut claims) = (sweep.size, sweep.claims.clone());
     let closed = part(lab, &gap_in_the_ceiling(0.0), sweep.size, |counts| counts.escaped)?;
@@ -114,7 +114,7 @@ fn open(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::told(&told, "if it is meant to be closed, it has a gap"));
     claims.push(Claim::told(&told, "passed"));
     let (narrowest, escaped) = sweep.curve.marks()[0];
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "Walks that leave carry their power away: what escapes is Φ_T − Σ(1 − R_i)φ_i, by the exact \
                     solution. A wide opening is part of a scene; a crack between walls that were meant to meet is a \
                     mistake that darkens everything by about as much as it lets out, and no interval knows."
@@ -158,14 +158,14 @@ const PATCH: usize = 13;
 struct Turned {
     /// The number of runs, and the walks of each.
     size: (u64, u64),
-    curve: Curve,
+    curve: SweepCurve,
     claims: Vec<Claim>,
 }
 
 impl Turned {
     fn drive(lab: &Lab) -> Result<Self, Failure> {
         let size = lab.pick((20, 50_000), (100, 500_000));
-        let mut sweep = Turned { size, curve: Curve::new(), claims: Vec::new() };
+        let mut sweep = Turned { size, curve: SweepCurve::new(), claims: Vec::new() };
         for walls in lab.pick(vec![1, 3], vec![0, 1, 2, 3, 4]) {
             let black = Exact::of_scene(&blackened(walls))?;
             let first = 54 - 9 * walls;
@@ -203,7 +203,7 @@ fn radiosity(lab: &Lab, experiment: &Experiment, (runs, walks): (u64, u64)) -> M
     }))
 }
 
-fn backs(lab: &Lab) -> Result<Finding, Failure> {
+fn backs(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = Turned::drive(lab)?;
     let (size, mut claims) = (sweep.size, sweep.claims.clone());
     // The patch is darker by the light that backs do not return.
@@ -220,7 +220,7 @@ fn backs(lab: &Lab) -> Result<Finding, Failure> {
     let right = ratio(radiosity(lab, &two_sided, size), meant);
     let what = "with `sides = 2`: B of patch 13 over what was meant";
     claims.push(Claim::equal(what, right, 1.0).instead());
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "A ray that meets the back of a one-sided surface is absorbed there: a wall that is turned round is \
                     black to those inside, and takes Σφ_i of the scene whose reflectance there is 0."
             .into(),

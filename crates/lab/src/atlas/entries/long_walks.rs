@@ -9,10 +9,10 @@ use stats::Measured;
 
 use super::absorption;
 use crate::arithmetic::{ratio, root};
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::series::Curve;
+use crate::series::SweepCurve;
 use crate::told::run;
 use crate::walking::{Failure, experiment, receivers, squared_error};
 use report::words::{measured, number};
@@ -21,7 +21,7 @@ pub(crate) const ONE_ROOM: Entry = Entry {
     name: "long-walks",
     title: "R → 1: the scores of a long walk depend on each other",
     study: |lab| {
-        Room {
+        LongWalkRoom {
             scene: absorption::scene,
             what: "In the 54-patch cube",
             theory: "The recurrent potential ξ_i, what returns to a patch of a unit of power that it sends out, tends \
@@ -39,7 +39,7 @@ pub(crate) const TWO_ROOMS: Entry = Entry {
     name: "two-rooms",
     title: "R → 1 in two rooms that exchange 1 %",
     study: |lab| {
-        Room {
+        LongWalkRoom {
             scene: |reflectance| scenes::two_rooms(0.1, reflectance),
             what: "In two rooms with a hole of 1 % between them",
             theory: "As long as walks die before they find the hole (R = 0.9), the room without a lamp is a matter of \
@@ -52,7 +52,7 @@ pub(crate) const TWO_ROOMS: Entry = Entry {
     },
 };
 
-struct Room {
+struct LongWalkRoom {
     scene: fn(f64) -> SceneSpec,
     what: &'static str,
     theory: &'static str,
@@ -60,22 +60,22 @@ struct Room {
 }
 
 /// The sweep over reflectances, from equal rays.
-struct Sweep {
+struct LongWalksSweep {
     rays: u64,
     reflectances: Vec<f64>,
-    walked: Curve,
+    walked: SweepCurve,
     chained: Vec<(f64, Measured)>,
     claims: Vec<Claim>,
 }
 
-impl Sweep {
+impl LongWalksSweep {
     fn drive(lab: &Lab, scene: fn(f64) -> SceneSpec) -> Result<Self, Failure> {
         let reflectances = lab.pick(vec![0.9, 0.999], vec![0.9, 0.99, 0.999, 0.9999]);
         let (runs, rays) = lab.pick((60, 1_u64 << 14), (200, 1 << 17));
         let exact = Exact::of_scene(&scene(0.5))?;
         let exchange = Arc::new(exact.exchange().clone());
         let (walked, chained, claims) = Default::default();
-        let mut sweep = Sweep { rays, reflectances, walked, chained, claims };
+        let mut sweep = LongWalksSweep { rays, reflectances, walked, chained, claims };
         for reflectance in sweep.reflectances.clone() {
             let spec = scene(reflectance);
             let all = vec![reflectance; exact.face_count()];
@@ -109,9 +109,9 @@ impl Sweep {
     }
 }
 
-impl Room {
-    fn study(self, lab: &Lab) -> Result<Finding, Failure> {
-        let sweep = Sweep::drive(lab, self.scene)?;
+impl LongWalkRoom {
+    fn study(self, lab: &Lab) -> Result<StudyFinding, Failure> {
+        let sweep = LongWalksSweep::drive(lab, self.scene)?;
         let (rays, mut claims) = (sweep.rays, sweep.claims.clone());
         let last = sweep.reflectances.len() - 1;
         let (first, brightest) = (sweep.reflectances[0], sweep.reflectances[last]);
@@ -121,7 +121,7 @@ impl Room {
         let bright = experiment(&(self.scene)(0.999), Method::shooting(EstimatorKind::Collision))?;
         let told = run(&bright, 1, 20, None).told();
         claims.push(Claim::told(&told, "a walk may take 1000 rays"));
-        Ok(Finding {
+        Ok(StudyFinding {
             predicted: self.theory.into(),
             seen: format!(
                 "{} the rms relative error of {rays} rays is {} by walks at R = {first}, {} at R = {brightest}.",

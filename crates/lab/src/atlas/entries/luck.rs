@@ -2,7 +2,7 @@
 //! count twice.
 
 use exact::Exact;
-use protocol::{Book, Checkpoint, Contributor, Delivery, Effort, Part};
+use protocol::{Book, Checkpoint, Contributor, Delivery, Effort, WalkRange};
 use radiosity::{Estimate, EstimatorKind, Experiment, Method, Solution};
 use rand_pcg::Pcg64Dxsm;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -10,7 +10,7 @@ use report::{Axis, Chart, Series};
 use stats::{DoubleSampling, Measured, Moments, foresight, mean_interval, normal_cdf};
 
 use crate::arithmetic::proportion;
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
 use crate::walking::{CONFIDENCE, Failure, covered, estimate, experiment, receivers, solve, walk};
@@ -108,7 +108,7 @@ fn wishes(seed: u64) -> Vec<f64> {
     holds
 }
 
-fn moment(lab: &Lab) -> Result<Finding, Failure> {
+fn moment(lab: &Lab) -> Result<StudyFinding, Failure> {
     let found = lab.each_seed(lab.pick(4000, 40_000), wishes);
     let marks: Vec<_> = ARMITAGE
         .iter()
@@ -128,7 +128,7 @@ fn moment(lab: &Lab) -> Result<Finding, Failure> {
     let (first, double) = (of(|f| f.0), of(|f| f.1));
     claims.push(Claim::at_least("a target of 0.6: coverage by double sampling", double, 0.95).instead());
     let last = marks[marks.len() - 1];
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "A user who looks again and again, and stops as soon as an interval excludes the true B, succeeds \
                     in the end: of 20 looks some 95 % interval misses with the probability 0.248 (Armitage, McPherson \
                     & Rowe 1969). Stopping at a relative error is milder: a count that happens to be high meets it \
@@ -239,10 +239,10 @@ impl Brightest {
     }
 }
 
-fn seed(lab: &Lab) -> Result<Finding, Failure> {
+fn seed(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = Brightest::drive(lab)?;
     let (most, last) = (sweep.most, sweep.marks[sweep.marks.len() - 1].1);
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: format!(
             "The interval of the brightest of n runs holds the truth only if no run is too bright: 0.975ⁿ − 0.025ⁿ, {:.3} \
              for n = {most}. The same with any other choice by what runs say.",
@@ -265,7 +265,8 @@ fn seed(lab: &Lab) -> Result<Finding, Failure> {
 
 /// The checkpoint that `radwalk merge` reads, with walks `first` … of a job.
 fn checkpoint(experiment: &Experiment, first: u64, walks: u64) -> Checkpoint {
-    let part = Part { job_hash: [1; 32], seed: 1, first, deliveries: Delivery::lease(walks, 0, 0).into() };
+    let part =
+        WalkRange { job_hash: [1; 32], seed: 1, first, deliveries: Delivery::lease(walks, 0, 0).into() };
     let book = Book {
         parts: vec![part],
         out_of_order: vec![],
@@ -279,7 +280,7 @@ fn checkpoint(experiment: &Experiment, first: u64, walks: u64) -> Checkpoint {
     Checkpoint { scene_hash: experiment.scene().hash(), tally: walk(experiment, 1, walks).into(), book }
 }
 
-fn twice(lab: &Lab) -> Result<Finding, Failure> {
+fn twice(lab: &Lab) -> Result<StudyFinding, Failure> {
     let (experiment, truth) = cube()?;
     let patches = receivers(&experiment);
     let sweep = lab.pick(vec![1_u32, 4], vec![1, 2, 4, 8, 16]);
@@ -306,7 +307,7 @@ fn twice(lab: &Lab) -> Result<Finding, Failure> {
     let honest = proportion(&honest);
     claims.push(Claim::equal("four ranges of walks: coverage", honest, 0.95).instead());
     let last = marks[marks.len() - 1];
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted:
             "Walks that count k times make intervals √k too narrow: they cover 2Φ(1.96/√k) − 1 of the truths."
                 .into(),

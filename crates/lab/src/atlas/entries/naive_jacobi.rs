@@ -9,10 +9,10 @@ use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use crate::arithmetic::{proportion, ratio};
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::series::Curve;
+use crate::series::SweepCurve;
 use crate::told::run;
 use crate::walking::{Failure, coverage, experiment, receivers};
 use report::words::{measured, number};
@@ -31,23 +31,23 @@ const RAYS: usize = 400;
 /// The quantile of two-sided intervals of 95 %.
 const Z: f64 = 1.96;
 
-type Matrix = Vec<Vec<f64>>;
+type IterationMatrix = Vec<Vec<f64>>;
 
 /// The iterations P' = Φ + R·(the power of P that arrives), by their expectation and their noise (BS eqs. 20–22).
-struct Iteration {
+struct JacobiIteration {
     /// The transport matrix T_lj = R_l F_jl.
-    transport: Matrix,
+    transport: IterationMatrix,
     /// The covariance of one iteration that begins at the solution: rays land on l with the probability φ_l/P_T.
-    noise: Matrix,
+    noise: IterationMatrix,
     /// The powers P at the solution [W].
     power: Vec<f64>,
     emitted: Vec<f64>,
     reflectance: Vec<f64>,
     /// For each patch, the patches that its rays reach, with cumulative probabilities.
-    reach: Matrix,
+    reach: IterationMatrix,
 }
 
-impl Iteration {
+impl JacobiIteration {
     fn new(exact: &Exact) -> Self {
         let n = exact.face_count();
         let form = |j: usize, l: usize| exact.exchange().form_factor(j, l);
@@ -70,7 +70,7 @@ impl Iteration {
                 })
                 .collect()
         };
-        Iteration {
+        JacobiIteration {
             transport: (0..n).map(|l| (0..n).map(|j| reflectance[l] * form(j, l)).collect()).collect(),
             noise: (0..n).map(|l| (0..n).map(|m| covariance(l, m)).collect()).collect(),
             emitted: areas.iter().zip(exact.emittance()).map(|(a, e)| a * e).collect(),
@@ -83,7 +83,7 @@ impl Iteration {
     /// The variances of the mean over some iterations, and the expectations of the variances that their spread claims.
     fn predicted(&self, iterations: usize) -> (Vec<f64>, Vec<f64>) {
         let n = self.power.len();
-        let identity: Matrix =
+        let identity: IterationMatrix =
             (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
         // After k iterations the error is Σ_m T^m ε, where ε is the noise of the iteration m steps before.
         let (mut carried, mut sum) = (identity, vec![vec![0.0; n]; n]);
@@ -142,13 +142,13 @@ impl Iteration {
     }
 }
 
-fn add(sum: &mut Matrix, term: &Matrix) {
+fn add(sum: &mut IterationMatrix, term: &IterationMatrix) {
     for (row, other) in sum.iter_mut().zip(term) {
         row.iter_mut().zip(other).for_each(|(x, y)| *x += y);
     }
 }
 
-fn product(a: &Matrix, b: &Matrix) -> Matrix {
+fn product(a: &IterationMatrix, b: &IterationMatrix) -> IterationMatrix {
     let row = |a: &Vec<f64>| {
         let mut sums = vec![0.0; b.len()];
         for (x, row) in a.iter().zip(b) {
@@ -160,7 +160,7 @@ fn product(a: &Matrix, b: &Matrix) -> Matrix {
 }
 
 /// The diagonal of M C Mᵀ.
-fn quadratic(m: &Matrix, c: &Matrix) -> Vec<f64> {
+fn quadratic(m: &IterationMatrix, c: &IterationMatrix) -> Vec<f64> {
     let mc = product(m, c);
     mc.iter().zip(m).map(|(row, m)| row.iter().zip(m).map(|(x, y)| x * y).sum()).collect()
 }
@@ -174,20 +174,20 @@ fn coverage_of(ratio: f64) -> f64 {
 const PATCH: usize = 20;
 
 /// The sweep over iterations of one chain.
-struct Sweep {
+struct NaiveJacobiSweep {
     iterations: Vec<usize>,
     /// The coverage of the naive intervals.
-    coverage: Curve,
+    coverage: SweepCurve,
     /// The true variance over the one that the spread claims, at the end of the sweep.
     excess: f64,
     claims: Vec<Claim>,
 }
 
-impl Sweep {
-    fn drive(lab: &Lab, iteration: &Iteration) -> Self {
+impl NaiveJacobiSweep {
+    fn drive(lab: &Lab, iteration: &JacobiIteration) -> Self {
         let all = lab.pick(vec![10, 40], vec![5, 10, 20, 40, 80, 160, 320]);
         let runs = lab.pick(200, 1000);
-        let (mut coverage, mut claims, mut excess) = (Curve::new(), Vec::new(), 0.0);
+        let (mut coverage, mut claims, mut excess) = (SweepCurve::new(), Vec::new(), 0.0);
         for &iterations in &all {
             let (variance, naive) = iteration.predicted(iterations);
             let found = lab.each_seed(runs, |seed| {
@@ -207,7 +207,7 @@ impl Sweep {
             coverage.push(iterations as f64, coverage_of(excess), covers);
         }
         claims.push(Claim::below("coverage at the end of the sweep", coverage.last(), 0.9));
-        Sweep { iterations: all, coverage, excess, claims }
+        NaiveJacobiSweep { iterations: all, coverage, excess, claims }
     }
 
     /// The first and the last number of iterations.
@@ -232,10 +232,10 @@ impl Sweep {
     }
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let spec = scenes::two_rooms(0.1, REFLECTANCE);
     let exact = Exact::of_scene(&spec)?;
-    let sweep = Sweep::drive(lab, &Iteration::new(&exact));
+    let sweep = NaiveJacobiSweep::drive(lab, &JacobiIteration::new(&exact));
     let mut claims = sweep.claims.clone();
     let eight = experiment(&spec, Method::chains(1 << 12))?;
     let patches = receivers(&eight);
@@ -247,7 +247,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         of_spread.map(|check| format!("check `vov`, passes: {}", check.message)).collect();
     claims.push(Claim::told(&told, "Student's"));
     let [first, last] = sweep.ends();
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: format!(
             "An iteration carries the error of the one before, times R: in two rooms that exchange 1 %, R = \
              {REFLECTANCE}, errors live for dozens of iterations, and the mean of n iterations varies by far more \

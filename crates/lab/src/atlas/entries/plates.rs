@@ -5,10 +5,10 @@ use radiosity::{EstimatorKind, Method};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Entry, Finding};
-use crate::claim::{Claim, Judge};
+use crate::atlas::entry::{Entry, StudyFinding};
+use crate::claim::{Claim, ClaimJudge};
 use crate::lab::Lab;
-use crate::series::Curve;
+use crate::series::SweepCurve;
 use crate::told::run;
 use crate::walking::{Failure, estimate, experiment, solve};
 use report::words::{measured, number};
@@ -25,9 +25,9 @@ const INFINITE: f64 = REFLECTANCE / (1.0 - REFLECTANCE * REFLECTANCE);
 const DARK: usize = 1;
 
 /// The sweep over gaps between the plates.
-struct Sweep {
+struct PlatesSweep {
     walks: u64,
-    curve: Curve,
+    curve: SweepCurve,
     /// The least gap at which B is right [m].
     least: f64,
     /// The program's words where B is wrong.
@@ -35,13 +35,13 @@ struct Sweep {
     claims: Vec<Claim>,
 }
 
-impl Sweep {
+impl PlatesSweep {
     fn drive(lab: &Lab) -> Result<Self, Failure> {
         let all = vec![1.0, 0.1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 1e-14, 1e-15, 1e-16];
         let gaps = lab.pick(vec![1.0, 1e-3, 1e-10, 1e-15], all);
         let (runs, walks) = lab.pick((20, 20_000), (100, 200_000));
         let mut sweep =
-            Sweep { walks, curve: Curve::new(), least: 1.0, told: Vec::new(), claims: Vec::new() };
+            PlatesSweep { walks, curve: SweepCurve::new(), least: 1.0, told: Vec::new(), claims: Vec::new() };
         for gap in gaps {
             sweep.at(lab, gap, runs)?;
         }
@@ -60,7 +60,7 @@ impl Sweep {
         let found = Measured::of(&found);
         self.curve.push(gap, truth, found);
         let right = Claim::equal(format!("{gap:e} m: B of the second plate"), found, truth);
-        if Judge::EACH.passes(&right) {
+        if ClaimJudge::EACH.passes(&right) {
             self.claims.push(right);
             self.least = gap;
             return Ok(());
@@ -85,8 +85,8 @@ impl Sweep {
     }
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = Sweep::drive(lab)?;
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
+    let sweep = PlatesSweep::drive(lab)?;
     let (walks, least) = (sweep.walks, sweep.least);
     let (mut claims, mut told) = (sweep.claims.clone(), sweep.told.clone());
     let mut twice = scenes::plates(1.0, REFLECTANCE);
@@ -104,7 +104,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         )
         .instead(),
     );
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: format!(
             "As the gap h closes, F → 1 − O(h ln 1/h) and B₂ → R₂E₁/(1 − R₁R₂) = {}. Planes within the slack (2⁻⁴⁶ of the \
              largest coordinate, 1.4·10⁻¹⁴ m here) are one plane, whose surfaces are layers in a fixed order with the \

@@ -7,11 +7,11 @@ use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use crate::arithmetic::proportion;
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::series::Curve;
-use crate::told::{Run, run};
+use crate::series::SweepCurve;
+use crate::told::{ToldRun, run};
 use crate::walking::{Failure, covered, estimate, experiment, receivers, solve};
 use report::words::{measured, number};
 
@@ -75,20 +75,20 @@ impl Rooms {
 }
 
 /// The sweep over expected hits of a patch.
-struct Sweep {
+struct SlitSweep {
     hits: Vec<f64>,
     /// The coverage of the usual intervals: of Poisson counts in theory, and as measured.
-    normal: Curve,
+    normal: SweepCurve,
     /// The coverage of radwalk's intervals.
     ours: Vec<(f64, Measured)>,
     claims: Vec<Claim>,
 }
 
-impl Sweep {
+impl SlitSweep {
     fn drive(lab: &Lab, rooms: &Rooms) -> Self {
         let hits = lab.pick(vec![0.3, 3.0], vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0]);
         let runs = lab.pick(100, 300);
-        let mut sweep = Sweep { hits, normal: Curve::new(), ours: Vec::new(), claims: Vec::new() };
+        let mut sweep = SlitSweep { hits, normal: SweepCurve::new(), ours: Vec::new(), claims: Vec::new() };
         for &hits in &sweep.hits {
             let walks = (hits / rooms.mean_rate()) as u64;
             let found = lab.each_seed(runs, |seed| {
@@ -146,15 +146,15 @@ fn stopped(lab: &Lab, rooms: &Rooms) -> [Measured; 3] {
     [0, 1, 2].map(|k: usize| proportion(&stopped.iter().map(|run| run[k]).collect::<Vec<_>>()))
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let rooms = Rooms::new()?;
-    let sweep = Sweep::drive(lab, &rooms);
+    let sweep = SlitSweep::drive(lab, &rooms);
     let mut claims = sweep.claims.clone();
     let (few, told) = silence(lab, &rooms, 3.0 / rooms.mean_rate(), &mut claims);
     let [remedy, reached, taken] = stopped(lab, &rooms);
     claims.push(Claim::at_least("coverage where a target ends the run", remedy, 0.95).instead());
     claims.push(Claim::equal("runs that reach the target", reached, 1.0).instead());
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "Light in the second room is a matter of the few walks that find the hole, 1 % of the wall: hits of \
                     a patch there are about a Poisson count k. Before the first of them B̂ = E, with an error of 0; \
                     after a few the usual k ± 1.96√k covers far less than 95 %. The line is that of Poisson counts."
@@ -183,7 +183,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
 
 /// Whether some check fails in every run in which the usual interval misses; and the words of one run.
 fn silence(lab: &Lab, rooms: &Rooms, walks: f64, claims: &mut Vec<Claim>) -> (f64, Vec<String>) {
-    let word = |run: &Run| run.fails("unhit") || run.fails("rare") || run.fails("vov");
+    let word = |run: &ToldRun| run.fails("unhit") || run.fails("rare") || run.fails("vov");
     let heard = lab.each_seed(lab.pick(30, 200), |seed| {
         let run = run(&rooms.experiment, seed, walks as u64, None);
         let misses = |&i: &usize| !normal_holds(&estimate(&run.solution, i), rooms.truth[i]);

@@ -6,7 +6,7 @@ use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use crate::arithmetic::ratio;
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
 use crate::told::run;
@@ -29,7 +29,7 @@ fn scene(dark: f64) -> SceneSpec {
 /// The patch in the middle of the dark face.
 const PATCH: usize = 22;
 
-struct Point {
+struct SurvivalPoint {
     dark: f64,
     /// The predicted variance of b over b² for one walk: survival, collision.
     predicted: [f64; 2],
@@ -37,7 +37,7 @@ struct Point {
     ratio: [Measured; 2],
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = lab.pick(vec![0.3, 0.03], vec![0.3, 0.1, 0.03, 0.01, 0.003, 0.001]);
     let walks = lab.pick(400_000, 20_000_000);
     let points = sweep.iter().map(|&dark| point(dark, walks)).collect::<Result<Vec<_>, Failure>>()?;
@@ -65,7 +65,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             Series::measured(&format!("{}, seen", kinds[kind]), found),
         ]
     });
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "Survival shooting scores Φ_T/R_i where a walk survives: its variance for one walk is \
                     b[(R_iΦ_T/A_i)(1/R_i + 2ξ_i) − b] (S97 table 3), which over b² grows as 1/R_i; that of collision, \
                     b[(R_iΦ_T/A_i)(1 + 2R_iξ_i) − b], does not. At R_i = 0 no walk survives: b = 0 is known, but not \
@@ -96,7 +96,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     })
 }
 
-fn point(dark: f64, walks: u64) -> Result<Point, Failure> {
+fn point(dark: f64, walks: u64) -> Result<SurvivalPoint, Failure> {
     let spec = scene(dark);
     let exact = Exact::of_scene(&spec)?;
     let of = |kind: EstimatorKind| -> Result<(f64, Measured), Failure> {
@@ -107,7 +107,7 @@ fn point(dark: f64, walks: u64) -> Result<Point, Failure> {
     };
     let survival = of(EstimatorKind::Survival)?;
     let collision = of(EstimatorKind::Collision)?;
-    Ok(Point { dark, predicted: [survival.0, collision.0], ratio: [survival.1, collision.1] })
+    Ok(SurvivalPoint { dark, predicted: [survival.0, collision.0], ratio: [survival.1, collision.1] })
 }
 
 /// The irradiance of the dark patch if it reflects nothing [W/m²], by collision walks and by the exact solution.
@@ -121,7 +121,7 @@ fn irradiance_of_black(walks: u64) -> Result<(Measured, f64), Failure> {
     Ok((Measured { value, standard_error }, exact.solution().incoming[PATCH] / exact.areas()[PATCH]))
 }
 
-fn of_point(point: &Point) -> Vec<Claim> {
+fn of_point(point: &SurvivalPoint) -> Vec<Claim> {
     let claim = |(kind, ratio): (&str, Measured)| {
         Claim::equal(format!("R = {}: variance of {kind} over theory", point.dark), ratio, 1.0)
     };

@@ -6,10 +6,10 @@ use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use crate::arithmetic::{ratio, root};
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::series::Curve;
+use crate::series::SweepCurve;
 use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 use report::words::measured;
@@ -28,18 +28,19 @@ fn scene(part: f64) -> SceneSpec {
 }
 
 /// The sweep over areas of the emitter.
-struct Sweep {
+struct TinyEmitterSweep {
     walks: u64,
-    gathered: Curve,
+    gathered: SweepCurve,
     shot: Vec<(f64, Measured)>,
     claims: Vec<Claim>,
 }
 
-impl Sweep {
+impl TinyEmitterSweep {
     fn drive(lab: &Lab) -> Result<Self, Failure> {
         let parts = lab.pick(vec![1e-2, 1e-4, 1e-8], vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
         let (runs, walks) = lab.pick((200, 20_000), (400, 50_000));
-        let mut sweep = Sweep { walks, gathered: Curve::new(), shot: Vec::new(), claims: Vec::new() };
+        let mut sweep =
+            TinyEmitterSweep { walks, gathered: SweepCurve::new(), shot: Vec::new(), claims: Vec::new() };
         for part in parts {
             let spec = scene(part);
             let exact = Exact::of_scene(&spec)?;
@@ -72,8 +73,8 @@ impl Sweep {
     }
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = Sweep::drive(lab)?;
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
+    let sweep = TinyEmitterSweep::drive(lab)?;
     let (walks, mut claims) = (sweep.walks, sweep.claims.clone());
     let tiniest = experiment(&scene(1e-8), Method::gathering(Birth::Area, EstimatorKind::Collision))?;
     let told = run(&tiniest, 1, walks, None).told();
@@ -82,7 +83,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let [first, last] = [sweep.shot[0].1, sweep.shot[sweep.shot.len() - 1].1];
     let what = "error of shooting at the tiniest, twice that at the largest";
     claims.push(Claim::below(what, last, 2.0 * first.value).instead());
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "A gathering walk meets an emitter in proportion to its area, and scores its exitance, which for \
                     given power is the larger: variance (R_i/p_i)Σ_s(E_s + 2b_s)b_is − b_i² (S97 table 3) ∝ 1/A_s. \
                     Shooting starts at the emitter: its variance does not know how large that is."

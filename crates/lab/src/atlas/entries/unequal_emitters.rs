@@ -6,10 +6,10 @@ use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use crate::arithmetic::{ratio, root};
-use crate::atlas::entry::{Entry, Finding};
+use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::series::Curve;
+use crate::series::SweepCurve;
 use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 use report::words::measured;
@@ -21,18 +21,19 @@ pub(crate) const ENTRY: Entry =
 const DIM: usize = 7;
 
 /// The sweep over powers of the dim lamp.
-struct Sweep {
+struct UnequalEmittersSweep {
     walks: u64,
-    shot: Curve,
+    shot: SweepCurve,
     gathered: Vec<(f64, Measured)>,
     claims: Vec<Claim>,
 }
 
-impl Sweep {
+impl UnequalEmittersSweep {
     fn drive(lab: &Lab) -> Result<Self, Failure> {
         let powers = lab.pick(vec![1.0, 1e-2, 1e-12], vec![1.0, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-12]);
         let (runs, walks) = lab.pick((100, 20_000), (200, 100_000));
-        let mut sweep = Sweep { walks, shot: Curve::new(), gathered: Vec::new(), claims: Vec::new() };
+        let mut sweep =
+            UnequalEmittersSweep { walks, shot: SweepCurve::new(), gathered: Vec::new(), claims: Vec::new() };
         for dim in powers {
             let spec = scenes::unequal_rooms(dim);
             let exact = Exact::of_scene(&spec)?;
@@ -70,8 +71,8 @@ impl Sweep {
     }
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = Sweep::drive(lab)?;
+fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
+    let sweep = UnequalEmittersSweep::drive(lab)?;
     let (walks, mut claims) = (sweep.walks, sweep.claims.clone());
     let spec = scenes::unequal_rooms(1e-12);
     let told = run(&experiment(&spec, Method::shooting(EstimatorKind::Collision))?, 1, walks, None).told();
@@ -80,7 +81,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let what = "error of gathering at the dimmest, twice that of equals";
     claims.push(Claim::below(what, last, 2.0 * first.value).instead());
     let dimmest = sweep.dimmest();
-    Ok(Finding {
+    Ok(StudyFinding {
         predicted: "Shooting chooses emitters by power: of two rooms whose lamps have the powers 1 and ε, the dim one \
                     gets εN of N walks, and errs by 1/√(εN) (b[(R_iΦ_T/A_i)(1 + 2R_iξ_i) − b], S97 table 3, with \
                     the power Φ_T of both)."

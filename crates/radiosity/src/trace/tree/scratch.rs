@@ -2,9 +2,9 @@
 
 use std::hint::select_unpredictable;
 
-use super::layout::{Item, Tree};
+use super::layout::{Item, Line, Tree};
 use crate::simd::batch::WIDTH;
-use crate::simd::sixteen::{GROUP, LANES, Lanes, Quad, Row, lane_of, value_of};
+use crate::simd::sixteen::{GROUP, GROUPS, LANES, Lanes, Quad, Row, lane_of, value_of};
 use crate::trace::ray::{Hits, Rays};
 
 /// Rays under way at once. More hide more latency, until they do not fit the first-level cache.
@@ -115,6 +115,10 @@ pub(crate) struct Scratch {
     pub(super) flights: [Flight; ACTIVE],
     pub(super) stacks: Stacks,
     pub(super) queues: Queues,
+    /// Those of the rays that are at a node, in the order of their queue.
+    pub(super) entries: [Entry; ACTIVE],
+    /// Those of the rays that are at a leaf, in the order of their queue.
+    pub(super) glances: [Glances; ACTIVE / GROUPS],
     pub(super) candidates: [Candidates; ACTIVE],
     /// The candidates that are left at the end.
     pub(super) finalists: Finalists,
@@ -136,6 +140,8 @@ impl Default for Scratch {
             flights: [Flight::default(); ACTIVE],
             stacks: Stacks::default(),
             queues: Queues::default(),
+            entries: [Entry::NONE; ACTIVE],
+            glances: [Glances::NONE; ACTIVE / GROUPS],
             candidates: [Candidates::default(); ACTIVE],
             finalists: Finalists::default(),
         }
@@ -239,6 +245,39 @@ pub(super) struct Step {
     pub(super) slot: u16,
     pub(super) ray: u16,
     pub(super) item: Item,
+}
+
+/// Which boxes of a node a ray enters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    /// The parameter at which it enters each.
+    pub(super) enter: Line,
+    /// Bit i: box i is entered.
+    pub(super) bits: u32,
+    /// The key of the nearest of them.
+    pub(super) nearest: u32,
+}
+
+impl Entry {
+    const NONE: Self = Entry { enter: Line([0.0; LANES]), bits: 0, nearest: 0 };
+}
+
+/// What four rays might meet in their leaves: a group for each, of a lane for each facet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Glances {
+    /// The parameter that the nearest hit of the ray cannot exceed, in each lane.
+    pub(super) best: Line,
+    /// The least parameter at which a facet might be met.
+    pub(super) enter: Line,
+    /// The bits of surface numbers.
+    pub(super) surface: Line,
+    /// Bit i: the facet of lane i might be met.
+    pub(super) bits: u32,
+}
+
+impl Glances {
+    const NONE: Self =
+        Glances { best: Line([0.0; LANES]), enter: Line([0.0; LANES]), surface: Line([0.0; LANES]), bits: 0 };
 }
 
 /// Facets that a ray might meet, with the least parameter at which.

@@ -13,7 +13,7 @@ use std::hint::select_unpredictable;
 use super::layout::{CHILDREN, Item, LEAF_LINES, Leaf, NODE_LINES, Node, Tree, node_at};
 use super::oracle::{Oracle, Unknown};
 use super::scratch::{
-    ACTIVE, CANDIDATES, Flight, Gate, Queues, ROUNDING, Scratch, Step, quad, quad_mut, row, row_mut,
+    ACTIVE, CANDIDATES, Entry, Flight, Gate, Queues, ROUNDING, Scratch, Step, quad, quad_mut, row, row_mut,
 };
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::{Kernel, Simd};
@@ -126,12 +126,7 @@ impl<O: Oracle> Call<'_, O> {
             self.start(slot, slot, scratch);
         }
         while scratch.queues.lens != [0; Item::KINDS] {
-            for i in 0..std::mem::take(&mut scratch.queues.lens[Item::NODE]) {
-                let step = scratch.queues.steps[Item::NODE][i % ACTIVE];
-                self.oracle.see(step);
-                let item = self.visit_node::<L>(step, scratch);
-                self.queue(Step { item, ..step }, &mut scratch.queues);
-            }
+            self.visit_nodes::<L>(scratch);
             self.visit_leaves::<L>(scratch);
             for i in 0..std::mem::take(&mut scratch.queues.lens[Item::POP]) {
                 let step = scratch.queues.steps[Item::POP][i % ACTIVE];
@@ -202,9 +197,26 @@ impl<O: Oracle> Call<'_, O> {
         self.queue(Step { item, ..step }, &mut scratch.queues);
     }
 
-    /// Enters the boxes of a node: the nearest that the ray meets is next, the others go on the stack.
+    /// Takes a step with the rays that are at a node. What a step waits for is a long chain: in two loops of shorter chains the processor
+    /// has more rays in sight at a time.
     #[inline(always)]
-    fn visit_node<L: Lanes>(&self, step: Step, scratch: &mut Scratch) -> Item {
+    fn visit_nodes<L: Lanes>(&self, scratch: &mut Scratch) {
+        let len = std::mem::take(&mut scratch.queues.lens[Item::NODE]);
+        for i in 0..len {
+            let step = scratch.queues.steps[Item::NODE][i % ACTIVE];
+            self.oracle.see(step);
+            self.enter_boxes::<L>(step, i % ACTIVE, scratch);
+        }
+        for i in 0..len {
+            let step = scratch.queues.steps[Item::NODE][i % ACTIVE];
+            let item = self.go_down::<L>(step, i % ACTIVE, scratch);
+            self.queue(Step { item, ..step }, &mut scratch.queues);
+        }
+    }
+
+    /// Finds which boxes of a node a ray enters.
+    #[inline(always)]
+    fn enter_boxes<L: Lanes>(&self, step: Step, i: usize, scratch: &mut Scratch) {
         let slot = step.slot as usize % ACTIVE;
         let gate = &scratch.gates[slot];
         let node = node_at(&self.tree.lines, step.item.line());
@@ -213,11 +225,20 @@ impl<O: Oracle> Call<'_, O> {
         let [x, y, z]: [L; 3] = [gate.leaves(node, 0), gate.leaves(node, 1), gate.leaves(node, 2)];
         let leave = x.min(y).min(z.min(L::splat(scratch.flights[slot].best())));
         let mask = enter.le(leave);
-        let bits = L::bits(mask);
-        let nearest = lane_of(enter.least_key_in(mask));
-        let children = &node[CHILDREN].0;
+        let entry = &mut scratch.entries[i];
+        enter.store(&mut entry.enter.0);
+        (entry.bits, entry.nearest) = (L::bits(mask), enter.least_key_in(mask));
+    }
+
+    /// Of the boxes that a ray enters, the nearest is next, and the others go on the stack.
+    #[inline(always)]
+    fn go_down<L: Lanes>(&self, step: Step, i: usize, scratch: &mut Scratch) -> Item {
+        let Entry { enter, bits, nearest } = &scratch.entries[i];
+        let (bits, nearest) = (*bits, lane_of(*nearest));
+        let children = &node_at(&self.tree.lines, step.item.line())[CHILDREN].0;
         let child = Item(children[nearest].to_bits());
-        scratch.stacks.push(slot, bits & !(1 << nearest), enter, L::load(children));
+        let others = bits & !(1 << nearest);
+        scratch.stacks.push(step.slot as usize % ACTIVE, others, L::load(&enter.0), L::load(children));
         select_unpredictable(bits == 0, Item::new(Item::POP, 0), child)
     }
 
@@ -228,14 +249,15 @@ impl<O: Oracle> Call<'_, O> {
         let len = std::mem::take(&mut scratch.queues.lens[Item::LEAF]);
         let rest = if scratch.queues.lens == [0; Item::KINDS] { 0 } else { len % GROUPS };
         for first in (0..len - rest).step_by(GROUPS) {
-            let count = (len - first).min(GROUPS);
-            let steps = [0, 1, 2, 3]
-                .map(|k: usize| scratch.queues.steps[Item::LEAF][(first + k.min(count - 1)) % ACTIVE]);
-            self.visit_four::<L>(&steps, count, scratch);
-            for step in &steps[..count] {
-                self.oracle.see(*step);
-                self.pop::<L>(*step, scratch);
-            }
+            let last = len - 1;
+            let steps = [0, 1, 2, 3].map(|k| scratch.queues.steps[Item::LEAF][last.min(first + k) % ACTIVE]);
+            self.look_at_four::<L>(&steps, first / GROUPS % (ACTIVE / GROUPS), scratch);
+        }
+        for i in 0..len - rest {
+            let step = scratch.queues.steps[Item::LEAF][i % ACTIVE];
+            self.oracle.see(step);
+            self.note_candidates::<L>(step, i % ACTIVE, scratch);
+            self.pop::<L>(step, scratch);
         }
         // They move up; no ray was queued here that had not been taken out.
         for i in len - rest..len {
@@ -244,7 +266,7 @@ impl<O: Oracle> Call<'_, O> {
         }
     }
 
-    /// Notes which facets of its leaf each of four rays might meet, and no later than when it surely meets one.
+    /// Finds which facets of its leaf each of four rays might meet, and no later than when it surely meets one.
     ///
     /// Let e = [`ROUNDING`], O the origin, d the direction (|d| ≤ 1 + 10⁻⁹), all lengths in tree coordinates, where
     /// points of facets lie within √3 of the middle, and s the slack.
@@ -261,7 +283,7 @@ impl<O: Oracle> Call<'_, O> {
     /// u + v. The errors of the f64 arithmetic are 2⁻²⁹ of these. A facet that is met with |a| ≤ 16 e is
     /// taken without looking. None of those is *surely* met: there E > 1.8 |t| + 3.
     #[inline(always)]
-    fn visit_four<L: Lanes>(&self, steps: &[Step; GROUPS], count: usize, scratch: &mut Scratch) {
+    fn look_at_four<L: Lanes>(&self, steps: &[Step; GROUPS], four: usize, scratch: &mut Scratch) {
         let slots = steps.map(|step| step.slot as usize % ACTIVE);
         let leaves = Leaves(steps.map(|step| Leaf::at(&self.tree.lines, step.item.line())));
         let flights = &scratch.flights;
@@ -294,24 +316,27 @@ impl<O: Oracle> Call<'_, O> {
         let surely_inside = L::and(margin.le(least), greatest.le(one.sub(margin)));
         let surely = L::and(L::and(surely_inside, zero.le(earliest)), other);
 
-        let mut bests = [0.0; LANES];
-        latest.least_of_groups(surely).min(best).store(&mut bests);
-        let (mut enters, mut numbers) = ([0.0; LANES], [0.0; LANES]);
+        let glances = &mut scratch.glances[four];
+        latest.least_of_groups(surely).min(best).store(&mut glances.best.0);
         // A grazing one has no number for t.
-        earliest.zero_where(grazing).store(&mut enters);
-        surfaces.store(&mut numbers);
-        let bits = L::bits(maybe);
-        for (k, step) in steps[..count].iter().enumerate() {
-            let slot = slots[k];
-            scratch.flights[slot].way[Flight::BEST] = bests[GROUP * k];
-            let candidates = &mut scratch.candidates[slot];
-            let (bits, len) = (bits >> (GROUP * k) & ((1 << GROUP) - 1), candidates.len);
-            L::compress_group(quad(&enters, k), bits, quad_mut(&mut candidates.t, len));
-            L::compress_group(quad(&numbers, k), bits, quad_mut(&mut candidates.surface, len));
-            candidates.len = len + bits.count_ones() as usize;
-            if candidates.len > LANES {
-                self.settle(*step, scratch);
-            }
+        earliest.zero_where(grazing).store(&mut glances.enter.0);
+        surfaces.store(&mut glances.surface.0);
+        glances.bits = L::bits(maybe);
+    }
+
+    /// Notes what [`Call::look_at_four`] has found for ray i of the queue.
+    #[inline(always)]
+    fn note_candidates<L: Lanes>(&self, step: Step, i: usize, scratch: &mut Scratch) {
+        let (slot, k) = (step.slot as usize % ACTIVE, i % GROUPS);
+        let glances = &scratch.glances[i / GROUPS];
+        scratch.flights[slot].way[Flight::BEST] = glances.best.0[GROUP * k];
+        let candidates = &mut scratch.candidates[slot];
+        let (bits, len) = (glances.bits >> (GROUP * k) & ((1 << GROUP) - 1), candidates.len);
+        L::compress_group(quad(&glances.enter.0, k), bits, quad_mut(&mut candidates.t, len));
+        L::compress_group(quad(&glances.surface.0, k), bits, quad_mut(&mut candidates.surface, len));
+        candidates.len = len + bits.count_ones() as usize;
+        if candidates.len > LANES {
+            self.settle(step, scratch);
         }
     }
 
@@ -334,7 +359,7 @@ impl<O: Oracle> Call<'_, O> {
     }
 
     /// Keeps the candidates that are near enough, hardly ever more than one. There are no more than a row of them:
-    /// else [`Call::visit_four`] has met them.
+    /// else [`Call::note_candidates`] has met them.
     #[inline(always)]
     fn finish<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
         let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
@@ -343,7 +368,7 @@ impl<O: Oracle> Call<'_, O> {
         let bits = L::bits(L::and(near, L::first(candidates.len)));
         let one = candidates.surface[bits.trailing_zeros() as usize % CANDIDATES].to_bits();
         finalists.one[ray] = select_unpredictable(bits == 0, Hits::NONE, one);
-        self.facets.table().expect(&[one]);
+        self.facets.expect(one);
         let (others, len) = (bits & bits.wrapping_sub(1), finalists.len);
         L::load(row(&candidates.surface, 0)).compress(others, row_mut(&mut finalists.surfaces, len));
         L::splat(f32::from_bits(ray as u32)).compress(others, row_mut(&mut finalists.rays, len));

@@ -55,14 +55,14 @@ impl Amount for u64 {
 /// What the materials of a block have scored on a face, channel by channel.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub(super) struct Cell<T, const C: usize> {
+pub(super) struct MaterialScores<T, const C: usize> {
     sums: [[T; BLOCK]; C],
     squares: [[T; BLOCK]; C],
 }
 
-impl<T: Amount, const C: usize> Cell<T, C> {
+impl<T: Amount, const C: usize> MaterialScores<T, C> {
     pub(super) fn empty() -> Self {
-        Cell { sums: [[T::default(); BLOCK]; C], squares: [[T::default(); BLOCK]; C] }
+        MaterialScores { sums: [[T::default(); BLOCK]; C], squares: [[T::default(); BLOCK]; C] }
     }
 
     /// Raises what a walk has scored here.
@@ -123,7 +123,7 @@ pub(crate) struct Marked<T, const C: usize> {
     pub(super) scale: f64,
     /// Squares are those of units over 2^shift.
     pub(super) shift: u32,
-    pub(super) cells: Vec<Cell<T, C>>,
+    pub(super) cells: Vec<MaterialScores<T, C>>,
     /// No number of a cell is larger than this.
     largest: u64,
     /// Rows of a tally, face by face for each material: what cells had no room for. Empty until there is such a thing.
@@ -139,7 +139,7 @@ impl<T: Amount, const C: usize> Marked<T, C> {
         let scale = if T::WEIGHTED { fixed_units(moments) } else { 1.0 };
         // Units of squares are 2⁻⁴⁰, whatever those of scores are.
         let shift = (scale.log2() as u32).saturating_sub(20);
-        let cells = vec![Cell::empty(); faces * blocks];
+        let cells = vec![MaterialScores::empty(); faces * blocks];
         let rows = Vec::new();
         Marked {
             faces,
@@ -159,7 +159,7 @@ impl<T: Amount, const C: usize> Marked<T, C> {
     /// Asks for the cells of faces ahead of time.
     #[inline(always)]
     pub(super) fn expect(&self, faces: &[u32]) {
-        let lines = size_of::<Cell<T, C>>() / 64 * self.blocks.min(FEW_BLOCKS);
+        let lines = size_of::<MaterialScores<T, C>>() / 64 * self.blocks.min(FEW_BLOCKS);
         for &face in faces {
             prefetch(self.cells.as_ptr().wrapping_add(face as usize * self.blocks), lines);
         }
@@ -210,7 +210,8 @@ impl<T: Amount, const C: usize> Marked<T, C> {
     #[cold]
     fn empty_cells(&mut self) {
         for number in 0..self.cells.len() {
-            let Cell { sums, squares } = std::mem::replace(&mut self.cells[number], Cell::empty());
+            let MaterialScores { sums, squares } =
+                std::mem::replace(&mut self.cells[number], MaterialScores::empty());
             let (face, first) = (number / self.blocks, number % self.blocks * BLOCK);
             for (c, m) in (0..C).flat_map(|c| (0..BLOCK).map(move |m| (c, m))) {
                 let sum: u64 = sums[c][m].into();

@@ -11,12 +11,12 @@ use report::{
 };
 
 use super::super::answer::{GROUPS, MATRIX, NUMPY, SUMMARY, THERMAL, named};
-use super::super::question::Question;
+use super::super::question::FactorsQuestion;
 use super::super::subject::Subject;
 use super::SparseAsked;
 use super::count::SparseCounted;
 use super::journal::ROWS;
-use super::matrix::{RowsFile, RowsMatrix, View};
+use super::matrix::{EntryFilter, RowsFile, RowsMatrix};
 use crate::error::Error;
 
 /// A file that sparse factors are written to.
@@ -68,7 +68,7 @@ pub fn sparse_files() -> Vec<&'static str> {
 
 /// Sums over all rows.
 #[derive(Clone, Debug, Default)]
-struct Sums {
+struct RowTotals {
     /// Walks of each row.
     walks: Vec<u64>,
     rays: u64,
@@ -91,7 +91,7 @@ pub struct SparseAnswer {
     names: Vec<String>,
     counted: SparseCounted,
     file: RowsFile,
-    sums: Sums,
+    sums: RowTotals,
     thermal: Option<Thermal>,
 }
 
@@ -101,7 +101,7 @@ impl SparseAnswer {
     /// # Errors
     /// Where the rows cannot be read, or say nothing of heat.
     pub fn of(
-        question: &Question,
+        question: &FactorsQuestion,
         asked: &SparseAsked,
         counted: SparseCounted,
         folder: &OutputFolder,
@@ -113,13 +113,13 @@ impl SparseAnswer {
             columns: heading.columns + usize::from(asked.least > 0.0),
             least: asked.least,
         };
-        let sums = Sums::of(&file, &subject)?;
+        let sums = RowTotals::of(&file, &subject)?;
         let thermal = balance(&file, &subject)?;
         let names = question.names();
         Ok(SparseAnswer { subject, zone: question.job.name.clone(), names, counted, file, sums, thermal })
     }
 
-    fn matrix(&self, view: View) -> RowsMatrix<'_> {
+    fn matrix(&self, view: EntryFilter) -> RowsMatrix<'_> {
         RowsMatrix { file: &self.file, entries: self.sums.entries, view }
     }
 
@@ -141,7 +141,7 @@ impl SparseAnswer {
     }
 
     fn write_file(&self, folder: &OutputFolder, file: SparseFile) -> Result<(), Error> {
-        let (factors, names) = (self.matrix(View::Factor), file.names());
+        let (factors, names) = (self.matrix(EntryFilter::Factor), file.names());
         match file {
             SparseFile::Mtx => {
                 let words = "Exchange factors of radwalk: rows are the groups of groups.csv, in its order";
@@ -176,7 +176,8 @@ impl SparseAnswer {
     fn write_npz(&self, folder: &OutputFolder, name: &str, factors: &RowsMatrix<'_>) -> Result<(), Error> {
         let intervals = || RefCell::new(Intervals::new(self.subject.level));
         let [count, low, high] =
-            [View::Count, View::Low(intervals()), View::High(intervals())].map(|view| self.matrix(view));
+            [EntryFilter::Count, EntryFilter::Low(intervals()), EntryFilter::High(intervals())]
+                .map(|view| self.matrix(view));
         let more = [
             CsrNumbers { name: "count", kind: CsrKind::U32, numbers: &count },
             CsrNumbers { name: "ci_low", kind: CsrKind::LowF32, numbers: &low },
@@ -287,9 +288,9 @@ impl SparseAnswer {
     }
 }
 
-impl Sums {
+impl RowTotals {
     fn of(file: &RowsFile, subject: &Subject) -> Result<Self, Error> {
-        let (mut sums, weights) = (Sums::default(), subject.weights());
+        let (mut sums, weights) = (RowTotals::default(), subject.weights());
         let groups = file.groups as u32;
         file.each(&mut |i, kept, dropped| {
             let row = &kept.row;

@@ -12,7 +12,7 @@ use exchange::{Intervals, SparseRow};
 use radiosity::{ExchangeRows, RowBoard, Sequence, SkyPatches};
 use report::OutputFolder;
 
-use super::super::question::Question;
+use super::super::question::FactorsQuestion;
 use super::SparseAsked;
 use super::journal::{Heading, Journal, KeptRow, join};
 use crate::error::Error;
@@ -33,7 +33,7 @@ const FLUSH: Duration = Duration::from_secs(2);
 const FIRST_LOOK: u64 = 1 << 10;
 
 /// Who counts, and whether it goes on.
-pub struct Hands<'a> {
+pub struct RowWatcher<'a> {
     /// The number of threads.
     pub threads: usize,
     /// Is told what part of the rows is done; where it says no, the count ends.
@@ -55,10 +55,10 @@ pub struct SparseCounted {
 /// # Errors
 /// Where the rows cannot be counted, read or written.
 pub fn count_rows(
-    question: &Question,
+    question: &FactorsQuestion,
     asked: &SparseAsked,
     (folder, resume, parts): (&OutputFolder, bool, &[PathBuf]),
-    hands: Hands<'_>,
+    hands: RowWatcher<'_>,
 ) -> Result<SparseCounted, Error> {
     let began = Instant::now();
     let rows = exchange_rows(question, asked)?;
@@ -82,8 +82,8 @@ pub fn count_rows(
     Ok(SparseCounted { heading, seconds: began.elapsed().as_secs_f64(), interrupted })
 }
 
-fn exchange_rows(question: &Question, asked: &SparseAsked) -> Result<ExchangeRows, Error> {
-    let Question { job, scene, groups, kind, .. } = question;
+fn exchange_rows(question: &FactorsQuestion, asked: &SparseAsked) -> Result<ExchangeRows, Error> {
+    let FactorsQuestion { job, scene, groups, kind, .. } = question;
     let sky = asked.sky.map(|patches| SkyPatches::new(patches).expect("the sizes of skies are checked"));
     let of_faces = (groups.of_face.clone(), groups.count() as u32);
     Ok(ExchangeRows::new(scene.clone(), (*kind, job.method.space), of_faces, sky)?)
@@ -104,7 +104,7 @@ struct Count<'a> {
 }
 
 impl Count<'_> {
-    fn run(&self, journal: &mut Journal, hands: Hands<'_>) -> Result<(), Error> {
+    fn run(&self, journal: &mut Journal, hands: RowWatcher<'_>) -> Result<(), Error> {
         let (sender, receiver) = sync_channel(WAITING);
         thread::scope(|scope| {
             for _ in 0..hands.threads.max(1) {

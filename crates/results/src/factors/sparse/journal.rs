@@ -14,7 +14,7 @@ use report::OutputFolder;
 use serde::{Deserialize, Serialize};
 
 use super::super::fault::FactorsFault;
-use super::super::question::Question;
+use super::super::question::FactorsQuestion;
 use super::SparseAsked;
 use crate::error::Error;
 
@@ -42,8 +42,8 @@ pub(super) struct Heading {
 }
 
 impl Heading {
-    pub(super) fn of(question: &Question, asked: &SparseAsked, columns: usize) -> Self {
-        let Question { job, scene, groups, kind, tolerance, level, .. } = question;
+    pub(super) fn of(question: &FactorsQuestion, asked: &SparseAsked, columns: usize) -> Self {
+        let FactorsQuestion { job, scene, groups, kind, tolerance, level, .. } = question;
         let tolerance = tolerance.as_ref().map(|tolerance| tolerance.relative);
         let SparseAsked { rays, sky, .. } = *asked;
         let all = (scene.hash(), job.seed, kind, job.method.space, &groups.of_face);
@@ -128,7 +128,7 @@ impl Journal {
 
     /// The number of the first row that a file has not, and its length without what follows the rows before.
     fn whole_rows(path: &Path, heading: &Heading) -> Result<(usize, u64), Error> {
-        let mut reader = Reader::open(path)?;
+        let mut reader = RowsReader::open(path)?;
         if reader.heading != *heading {
             return Err(FactorsFault::OtherCounts { path: path.into() }.into());
         }
@@ -165,14 +165,14 @@ impl Journal {
 }
 
 /// A file of rows that is read.
-pub(super) struct Reader {
+pub(super) struct RowsReader {
     file: BufReader<File>,
     pub(super) heading: Heading,
     next: usize,
     content: Vec<u8>,
 }
 
-impl Reader {
+impl RowsReader {
     pub(super) fn open(path: &Path) -> Result<Self, Error> {
         let failed = |source| Error::Rows { path: path.into(), source };
         let mut file = BufReader::with_capacity(1 << 18, File::open(path).map_err(failed)?);
@@ -183,7 +183,7 @@ impl Reader {
             path: path.into(),
             reason: "it has no rows of this version".into(),
         })?;
-        Ok(Reader { file, next: heading.rows.start, heading, content: Vec::new() })
+        Ok(RowsReader { file, next: heading.rows.start, heading, content: Vec::new() })
     }
 
     /// The next row; `None` behind the last.
@@ -217,7 +217,7 @@ impl Reader {
 pub(super) fn join(folders: &[PathBuf], folder: &OutputFolder, whole: &Heading) -> Result<(), Error> {
     let mut parts = Vec::with_capacity(folders.len());
     for folder in folders {
-        parts.push((Reader::open(&folder.join(ROWS))?, folder));
+        parts.push((RowsReader::open(&folder.join(ROWS))?, folder));
     }
     parts.sort_by_key(|(part, _)| part.heading.rows.start);
     let mut journal = Journal::open(folder, whole, false)?;

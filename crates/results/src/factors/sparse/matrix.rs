@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use exchange::{Dropped, Intervals, SparseRow};
 use report::{MatrixRow, MatrixRows};
 
-use super::journal::{KeptRow, Reader};
+use super::journal::{KeptRow, RowsReader};
 use crate::error::Error;
 
 /// The rows of a file, below whose threshold factors are dropped.
@@ -29,7 +29,7 @@ impl RowsFile {
         &self,
         visit: &mut dyn FnMut(usize, &KeptRow, Dropped) -> io::Result<()>,
     ) -> Result<(), Error> {
-        let mut reader = Reader::open(&self.path)?;
+        let mut reader = RowsReader::open(&self.path)?;
         let failed = |source| Error::Rows { path: self.path.clone(), source };
         let mut number = reader.heading.rows.start;
         while let Some(mut kept) = reader.next().map_err(failed)? {
@@ -49,7 +49,7 @@ impl RowsFile {
 }
 
 /// What of the entries a matrix holds.
-pub(super) enum View {
+pub(super) enum EntryFilter {
     /// n/N.
     Factor,
     /// n.
@@ -64,7 +64,7 @@ pub(super) enum View {
 pub(super) struct RowsMatrix<'a> {
     pub(super) file: &'a RowsFile,
     pub(super) entries: u64,
-    pub(super) view: View,
+    pub(super) view: EntryFilter,
 }
 
 impl RowsMatrix<'_> {
@@ -74,10 +74,16 @@ impl RowsMatrix<'_> {
             row.entries().iter().map(|&(column, count)| (column, of(count))).collect()
         };
         match &self.view {
-            View::Factor => row.entries().iter().map(|&(column, _)| column).zip(row.factors()).collect(),
-            View::Count => each(&|count| f64::from(count)),
-            View::Low(intervals) => each(&|count| intervals.borrow_mut().of(count, walks).interval.low),
-            View::High(intervals) => each(&|count| intervals.borrow_mut().of(count, walks).interval.high),
+            EntryFilter::Factor => {
+                row.entries().iter().map(|&(column, _)| column).zip(row.factors()).collect()
+            }
+            EntryFilter::Count => each(&|count| f64::from(count)),
+            EntryFilter::Low(intervals) => {
+                each(&|count| intervals.borrow_mut().of(count, walks).interval.low)
+            }
+            EntryFilter::High(intervals) => {
+                each(&|count| intervals.borrow_mut().of(count, walks).interval.high)
+            }
         }
     }
 }

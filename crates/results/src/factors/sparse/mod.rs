@@ -8,7 +8,7 @@ mod matrix;
 use std::path::Path;
 
 pub use answer::{SparseAnswer, SparseFile, sparse_files};
-pub use count::{Hands, SparseCounted, count_rows};
+pub use count::{RowWatcher, SparseCounted, count_rows};
 
 /// The change of a job by which a mesh in its place is given no lamps where it has no light: it has a sky, and sparse factors leave skies out.
 pub fn unlit(job: &Path) -> Option<String> {

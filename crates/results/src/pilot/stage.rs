@@ -1,0 +1,221 @@
+//! A stage of a pilot: walks in groups of as many each, taken by threads of this process or as a job of the cluster.
+
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use job::{Beside, Budget, Cut, Job, MethodTable, WalkKind};
+use judge::MOMENTS;
+use judge::partition::PilotTallies;
+use radiosity::{Counts, Experiment, MergeError, Scene, Sequence, Space, Tally};
+
+use crate::checkpoints::Identity;
+use crate::error::Error;
+use crate::settings::Settings;
+
+/// Walks that a thread takes at once.
+const PART: u64 = 1 << 18;
+
+/// A stage of fewer walks takes less time than workers take to join.
+const FEW_WALKS: u64 = 1 << 18;
+
+/// The walks of one look of a pilot, on cells of its own. Group g has walks g·n … (g + 1)·n − 1 of the sequence.
+pub struct Stage<'a> {
+    pub(super) job: &'a Job,
+    pub(super) experiment: Experiment,
+    /// The cut of each surface, and the patch of each cell.
+    cells: (Vec<Cut>, Vec<u32>),
+    method: MethodTable,
+    seed: u64,
+    groups: u64,
+    walks_of_group: u64,
+}
+
+/// What a stage is about.
+pub(super) struct Task {
+    /// The cut of each surface, and the patch of each cell.
+    pub(super) cells: (Vec<Cut>, Vec<u32>),
+    /// Whether linear functions are fitted.
+    pub(super) linear: bool,
+    pub(super) seed: u64,
+    pub(super) groups: u64,
+    /// Walks of all groups together, at least.
+    pub(super) walks: u64,
+}
+
+impl<'a> Stage<'a> {
+    /// The stage of a task in its scene.
+    pub(super) fn new(job: &'a Job, scene: Scene, task: Task) -> Result<Self, Error> {
+        let Task { cells, linear, seed, groups, walks } = task;
+        let method = method(job, linear);
+        let experiment = Experiment::new(scene, method.walks())?;
+        let walks_of_group = walks.div_ceil(groups);
+        Ok(Stage { job, experiment, cells, method, seed, groups, walks_of_group })
+    }
+
+    /// The experiment whose walks they are.
+    pub fn experiment(&self) -> &Experiment {
+        &self.experiment
+    }
+
+    /// The walks of all groups.
+    pub fn walks(&self) -> u64 {
+        self.groups * self.walks_of_group
+    }
+
+    /// What they may cost.
+    pub fn budget(&self) -> Budget {
+        Budget { first_path: 0, paths: self.walks(), wall_seconds: None, ..self.job.budget }
+    }
+
+    /// The numbers of walks at which groups end.
+    pub fn looks(&self) -> Vec<u64> {
+        (1..=self.groups).map(|group| group * self.walks_of_group).collect()
+    }
+
+    /// Whether so few walks are best taken by this process.
+    pub fn is_short(&self) -> bool {
+        self.walks() < FEW_WALKS
+    }
+
+    /// The job of these walks, as it travels.
+    ///
+    /// # Errors
+    /// Where the scene is too large to be sent.
+    pub fn identity(&self, build: &str) -> Result<Identity, Error> {
+        let (cuts, groups) = &self.cells;
+        let spec = self.job.scene.spec_cut((cuts, groups))?;
+        Identity::of_walks((&spec, &self.settings()), &self.experiment, 0, build)
+    }
+
+    /// The digest of these walks, for what is kept of them.
+    pub(super) fn hash(&self) -> [u8; 32] {
+        self.settings().job_hash(self.experiment.scene().hash(), self.seed)
+    }
+
+    fn settings(&self) -> Settings {
+        let asked = Settings::of(self.job);
+        Settings {
+            method: self.method.clone(),
+            seed: self.seed,
+            paths: self.walks(),
+            sensors: Vec::new(),
+            sources: Vec::new(),
+            sensitivity: Vec::new(),
+            target: None,
+            total_target: None,
+            sensor_target: None,
+            ..asked
+        }
+    }
+
+    /// Walks them on some threads of this process.
+    ///
+    /// # Errors
+    /// Where a sum overflows.
+    pub fn walk_here(&self, threads: usize) -> Result<Walked, Error> {
+        let (experiment, sequence) = (&self.experiment, Sequence::new(self.seed));
+        let each = self.walks_of_group;
+        let part = |group: u64, from: u64| {
+            (group as usize, group * each + from..group * each + each.min(from + PART))
+        };
+        let parts: Vec<(usize, Range<u64>)> = (0..self.groups)
+            .flat_map(|group| (0..each).step_by(PART as usize).map(move |from| part(group, from)))
+            .collect();
+        let empty = experiment.tally::<MOMENTS>();
+        let group = Tally::new(empty.patches(), empty.layout().without_squares());
+        let groups: Vec<_> = (0..self.groups).map(|_| Mutex::new(group.clone())).collect();
+        let all = Mutex::new(empty);
+        let boards = || (experiment.board::<MOMENTS>(), experiment.tally::<MOMENTS>());
+        let walked = parallel::on_threads(threads, parts.len(), boards, |(board, tally), i| {
+            let (group, range) = &parts[i];
+            experiment.walk(&sequence, range.clone(), board);
+            board.add_to(tally)?;
+            groups[*group].lock().unwrap_or_else(PoisonError::into_inner).add_without_squares(tally)?;
+            all.lock().unwrap_or_else(PoisonError::into_inner).merge(tally)?;
+            tally.clear();
+            Ok::<_, MergeError>(())
+        });
+        walked.into_iter().collect::<Result<(), _>>().map_err(|_| Error::Overflow)?;
+        let inner = |tally: Mutex<Tally>| tally.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Ok(Walked { groups: groups.into_iter().map(inner).collect(), all: inner(all).into() })
+    }
+}
+
+/// The method of a job's pilot.
+fn method(job: &Job, linear: bool) -> MethodTable {
+    MethodTable {
+        walk: match job.method.walk {
+            WalkKind::Gathering => WalkKind::Gathering,
+            WalkKind::Shooting | WalkKind::Jacobi | WalkKind::Auto => WalkKind::Shooting,
+        },
+        estimator: job.method.estimator,
+        infinite: job.method.infinite,
+        space: Space::Continuous,
+        beside: if linear { Beside::Slopes } else { Beside::Nothing },
+        ..MethodTable::default()
+    }
+}
+
+/// What the walks of a stage have come to.
+pub struct Walked {
+    /// The sums of each group, without squares.
+    pub(super) groups: Vec<Tally>,
+    /// All groups together.
+    pub(super) all: Arc<Tally>,
+}
+
+impl Walked {
+    /// What the groups say together, of which all have ended.
+    pub fn new(groups: Groups, all: Arc<Tally>) -> Self {
+        Walked { groups: groups.ended, all }
+    }
+
+    pub(super) fn tallies(&self) -> PilotTallies<'_> {
+        PilotTallies { groups: &self.groups, all: &self.all }
+    }
+}
+
+/// The groups of a stage that have ended, while its walks go on.
+pub struct Groups {
+    pub(super) ended: Vec<Tally>,
+    /// The sums of all of them.
+    sum: Tally,
+}
+
+impl Groups {
+    /// No group of a stage.
+    pub fn none(stage: &Stage) -> Self {
+        let layout = stage.experiment.layout::<MOMENTS>().without_squares();
+        Groups { ended: Vec::new(), sum: Tally::new(stage.experiment.rows(), layout) }
+    }
+
+    /// Groups that have ended.
+    pub(super) fn of(stage: &Stage, ended: Vec<Tally>) -> Option<Self> {
+        let mut groups = Groups::none(stage);
+        ended.iter().try_for_each(|group| groups.sum.merge(group)).ok()?;
+        groups.ended = ended;
+        Some(groups)
+    }
+
+    /// Takes the tally of all walks up to the end of the next group.
+    ///
+    /// # Panics
+    /// Where these are not walks of the stage.
+    pub fn end_next(&mut self, prefix: &Tally) {
+        let mut sum = Tally::new(prefix.patches(), prefix.layout().without_squares());
+        sum.add_without_squares(prefix).expect("a tally of the stage, which fits where it was");
+        self.ended.push(beyond(&sum, &self.sum).expect("more walks than before"));
+        self.sum = sum;
+    }
+}
+
+/// The walks that a tally has beyond a part of them.
+fn beyond(whole: &Tally, part: &Tally) -> Option<Tally> {
+    let (mut counts, before) = (whole.counts.to_array(), part.counts.to_array());
+    for (count, before) in counts.iter_mut().zip(before) {
+        *count = count.checked_sub(before)?;
+    }
+    let sums = whole.sums().iter().zip(part.sums());
+    let sums = sums.map(|(whole, part)| whole.checked_sub(*part)).collect::<Option<_>>()?;
+    Tally::from_parts(Counts::from_array(counts)?, whole.patches(), whole.layout(), sums).ok()
+}

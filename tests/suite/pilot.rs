@@ -1,0 +1,70 @@
+//! Tests of pilots that workers walk: who walks, and how often all is killed, has no part in what is chosen.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+use crate::support::{answer, children, finish, path, radwalk, run_job, signal, wait_for};
+use tempfile::tempdir;
+
+const SCENE: &str = "configs/scenes/lamps.toml";
+
+/// A tenth of these paths is enough for workers to join.
+const JOB: [&str; 4] = ["--set", "scene.patches=auto", "--paths", "3000000"];
+
+fn spawn(out: &Path, args: &[&str]) -> Child {
+    let mut command = radwalk();
+    command.args(["run", SCENE, "--out"]).arg(out).args(args);
+    command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+#[test]
+fn workers_have_no_part_in_what_a_pilot_chooses() {
+    let folder = tempdir().unwrap();
+    let [one, two, sixteen] = ["1", "2", "16"].map(|workers| {
+        let out = path(&folder, workers);
+        run_job(SCENE, &out, &[&JOB[..], &["--workers", workers]].concat());
+        (answer(&out), std::fs::read(out.join("partition.toml")).unwrap())
+    });
+    assert!(one == two && one == sixteen);
+    let out = path(&folder, "killed");
+    let child = spawn(&out, &[&JOB[..], &["--workers", "2"]].concat());
+    // The first worker that is seen is one of the pilot.
+    let victim = wait_for("a worker", || children(child.id()).first().copied());
+    signal("KILL", victim);
+    let (code, ..) = finish(child);
+    assert_eq!(code, 0);
+    assert!((answer(&out), std::fs::read(out.join("partition.toml")).unwrap()) == one);
+    assert!(!out.join("pilot.bin").exists(), "a pilot that is over is not kept");
+}
+
+/// The walks that a pilot goes on after, by what a run says.
+fn goes_on_after(told: &str) -> Option<u64> {
+    let (_, rest) = told.split_once("the pilot goes on after ")?;
+    rest.split_whitespace().next()?.parse().ok()
+}
+
+#[test]
+fn a_pilot_that_is_killed_again_and_again_makes_progress() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let set = ["scene.patches=auto", "budget.paths=3000000"];
+    let job = job::load(&PathBuf::from(SCENE), &set.map(String::from)).unwrap();
+    let args = ["--set", set[0], "--set", set[1], "--workers", "2", "--resume"];
+    let mut walked = Vec::new();
+    for killed in 0..80 {
+        let mut child = spawn(&out, &args);
+        // On a busy machine little gets done between two kills: they become rarer.
+        std::thread::sleep(Duration::from_secs(1).mul_f64((f64::from(killed) / 16.0).exp2()));
+        child.kill().unwrap();
+        let (_, _, told) = finish(child);
+        walked.extend(goes_on_after(&told));
+        if out.join("tally.bin").exists() {
+            break;
+        }
+        assert!(killed < 79, "it gets nowhere: {walked:?}");
+    }
+    assert!(walked.len() > 1 && walked.is_sorted(), "{walked:?}");
+    let chosen = results::choose(&job, 2).unwrap().unwrap().partition;
+    assert_eq!(results::kept_partition(&out).unwrap(), chosen);
+}
