@@ -581,13 +581,13 @@ fn alarms(runs: &[&HonestyRun]) -> BTreeMap<String, f64> {
 
 /// Runs that ask for a total error a little below what shorter ones tell.
 fn total_reached(
-    site: &Site,
+    site: &HonestyScene,
     method: &Method,
     paths: u64,
     fine: &Fine,
-    told: Option<Pair>,
+    told: Option<ToldAndTrue>,
 ) -> Result<Option<TotalReached>, Failure> {
-    let Some(Pair { told, .. }) = told else { return Ok(None) };
+    let Some(ToldAndTrue { told, .. }) = told else { return Ok(None) };
     let target = TOTAL_TARGET * told;
     let more = [format!("target.total_error={target}")];
     let done = for_seeds(TOTAL_SEEDS, |seed| {

@@ -7,15 +7,10 @@ use std::path::Path;
 use stats::Measured;
 
 use super::Failure;
-<<<<<<< HEAD
 use super::measure::{
-    CLASSES, Distance, FRACTION, NARROWED, Pair, Row, TARGET_SEEDS, TOTAL_SEEDS, TotalReached,
+    CLASSES, Distance, FRACTION, MethodRow, NARROWED, TARGET_SEEDS, TOTAL_SEEDS, ToldAndTrue, TotalReached,
 };
-use super::scenes::Site;
-=======
-use super::measure::{CLASSES, Distance, FRACTION, MethodRow, NARROWED, TARGET_SEEDS, ToldAndTrue};
 use super::scenes::HonestyScene;
->>>>>>> main
 
 /// The band of coverages [%] of 95 % intervals: below, chance apart, an interval is not true; above, from this class on, it is wider than it
 /// need be.
@@ -57,23 +52,7 @@ impl BandPosition {
 }
 
 /// Why rows are outside of their bands: scene (or any), method and figure, each from its beginning, the side, and the reason.
-<<<<<<< HEAD
-const WHY: [(&str, &str, &str, Place, &str); 13] = [
-    ("", "infinite, cut off", "standard errors", Place::Below, CUT_OFF_BIAS),
-    ("", "infinite, cut off", "", Place::Above, CUT_OFF),
-    ("corridor", "chains", "coverage", Place::Below, FEW_LINKS),
-    ("", "chains", "", Place::Above, ONE_MORE),
-    ("bright", "", "coverage", Place::Above, LONG_WALKS),
-    ("", "", "half-widths, 1 scores", Place::Above, FEW_SCORES),
-    ("", "", "half-widths, 4 scores", Place::Above, FEW_SCORES),
-    ("", "", "coverage", Place::Above, SAFE),
-    ("", "", "median", Place::Above, UNHIT),
-    ("CornellBox-Original.obj", "", "check backs", Place::Below, GAPS),
-    ("simpleRoom.obj", "", "check backs", Place::Below, GAPS),
-    ("office2.mgf", "", "check backs", Place::Below, ONE_SIDED),
-    ("", "", "9 tenths", Place::Above, UNHIT),
-=======
-const WHY: [(&str, &str, &str, BandPosition, &str); 12] = [
+const WHY: [(&str, &str, &str, BandPosition, &str); 13] = [
     ("", "infinite, cut off", "standard errors", BandPosition::Below, CUT_OFF_BIAS),
     ("", "infinite, cut off", "", BandPosition::Above, CUT_OFF),
     ("corridor", "chains", "coverage", BandPosition::Below, FEW_LINKS),
@@ -85,8 +64,8 @@ const WHY: [(&str, &str, &str, BandPosition, &str); 12] = [
     ("", "", "median", BandPosition::Above, UNHIT),
     ("CornellBox-Original.obj", "", "check backs", BandPosition::Below, GAPS),
     ("simpleRoom.obj", "", "check backs", BandPosition::Below, GAPS),
+    ("office2.mgf", "", "check backs", BandPosition::Below, ONE_SIDED),
     ("", "", "9 tenths", BandPosition::Above, UNHIT),
->>>>>>> main
 ];
 const CUT_OFF: &str = "The bound on what is cut off is added to the upper end, and the truth is nearer than the bound: the interval is wider than it need be, and covers more, as the check `bias` says";
 const CUT_OFF_BIAS: &str = "A standard error knows nothing of a bias. What is cut off here is as large as the noise; the interval has the bound on it, and the check `bias` fails";
@@ -432,8 +411,7 @@ impl HonestyPage {
         Ok(())
     }
 
-<<<<<<< HEAD
-    fn totals_reached(&mut self, rows: &[&Row]) -> Result<(), Failure> {
+    fn totals_reached(&mut self, rows: &[&MethodRow]) -> Result<(), Failure> {
         writeln!(
             self.text,
             "## Total errors that are reached\n\n\
@@ -447,7 +425,7 @@ impl HonestyPage {
             let percent = |x: f64| if x.is_finite() { format!("{:.2} %", 100.0 * x) } else { "–".into() };
             let ratio = truth / target;
             // More than the target is told to be less: the program claims more than it knows.
-            let place = if ratio > REACHED[1] { Place::Below } else { Place::Inside };
+            let place = if ratio > REACHED[1] { BandPosition::Below } else { BandPosition::Inside };
             let cell = self.cell(row, "total reached", number(ratio), place);
             writeln!(
                 self.text,
@@ -464,10 +442,7 @@ impl HonestyPage {
         Ok(())
     }
 
-    fn totals(&mut self, rows: &[&Row]) -> Result<(), Failure> {
-=======
     fn totals(&mut self, rows: &[&MethodRow]) -> Result<(), Failure> {
->>>>>>> main
         writeln!(
             self.text,
             "## Total errors\n\n\
