@@ -66,19 +66,19 @@ fn chosen_groups_are_kept_given_on_and_merged() {
     let mesh = mesh.to_str().unwrap();
     let args = [&AUTO[..], &["--set", "import.up=z"]].concat();
     let [one, five, again] = ["one", "five", "again"].map(|name| path(&folder, name));
-    let told = run_job(mesh, &one, &[&args[..], &["--paths", "40000", "--workers", "1"]].concat());
-    run_job(mesh, &five, &[&args[..], &["--paths", "40000", "--workers", "5"]].concat());
+    let told = run_job(mesh, &one, &[&args[..], &["--paths", "10000", "--workers", "1"]].concat());
+    run_job(mesh, &five, &[&args[..], &["--paths", "10000", "--workers", "5"]].concat());
     assert!(answer(&one) == answer(&five));
     let partition = &told["partition"];
     assert_eq!(partition["grouped"], true);
     assert!((4..600).contains(&partition["patches"].as_u64().unwrap()), "{partition}");
-    run_job(mesh, &five, &[&args[..], &["--paths", "80000", "--resume"]].concat());
+    run_job(mesh, &five, &[&args[..], &["--paths", "20000", "--resume"]].concat());
     let given = format!("scene.patches={}", text(&one.join("partition.toml")));
     let given = ["--set", &given, "--set", "import.up=z"];
-    run_job(mesh, &again, &[&given[..], &["--paths", "80000"]].concat());
+    run_job(mesh, &again, &[&given[..], &["--paths", "20000"]].concat());
     assert!(answer(&five) == answer(&again));
     let other = path(&folder, "other");
-    run_job(mesh, &other, &[&given[..], &["--paths", "80000", "--seed", "9"]].concat());
+    run_job(mesh, &other, &[&given[..], &["--paths", "20000", "--seed", "9"]].concat());
     let merged = ["ab", "ba"].map(|name| path(&folder, name));
     for (out, [a, b]) in merged.iter().zip([[&again, &other], [&other, &again]]) {
         let args = [text(a), text(b), "--out".into(), text(out)];
