@@ -53,14 +53,14 @@ fn a_chosen_partition_is_kept_and_given_on() {
 fn chosen_groups_are_kept_given_on_and_merged() {
     let folder = tempdir().unwrap();
     let mesh = path(&folder, "sheet.obj");
-    let corner = |i: u32, j: u32| format!("v {} {} 1\n", f64::from(i) / 30.0, f64::from(j) / 30.0);
-    let corners: String = (0..31).flat_map(|i| (0..31).map(move |j| corner(i, j))).collect();
+    let corner = |i: u32, j: u32| format!("v {} {} 1\n", f64::from(i) / 52.0, f64::from(j) / 52.0);
+    let corners: String = (0..53).flat_map(|i| (0..53).map(move |j| corner(i, j))).collect();
     let square = |i: u32, j: u32| {
-        let a = 31 * i + j + 1;
-        format!("f {a} {} {}\nf {a} {} {}\n", a + 32, a + 31, a + 1, a + 32)
+        let a = 53 * i + j + 1;
+        format!("f {a} {} {}\nf {a} {} {}\n", a + 54, a + 53, a + 1, a + 54)
     };
-    let faces: String = (0..30).flat_map(|i| (0..30).map(move |j| square(i, j))).collect();
-    let lamp = "v 0 0 0\nv 0.5 0 0\nv 0.5 0.5 0\nv 0 0.5 0\no lamp\nusemtl lamp\nf 962 963 964 965\n";
+    let faces: String = (0..52).flat_map(|i| (0..52).map(move |j| square(i, j))).collect();
+    let lamp = "v 0 0 0\nv 0.5 0 0\nv 0.5 0.5 0\nv 0 0.5 0\no lamp\nusemtl lamp\nf 2810 2811 2812 2813\n";
     fs::write(&mesh, format!("mtllib m.mtl\n{corners}o sheet\nusemtl white\n{faces}{lamp}")).unwrap();
     fs::write(path(&folder, "m.mtl"), "newmtl white\nKd 0.5 0.5 0.5\nnewmtl lamp\nKe 1 1 1\n").unwrap();
     let mesh = mesh.to_str().unwrap();
