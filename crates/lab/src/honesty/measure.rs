@@ -582,7 +582,7 @@ fn alarms(runs: &[&HonestyRun]) -> BTreeMap<String, f64> {
 /// Runs that ask for a total error a little below what shorter ones tell.
 fn total_reached(
     site: &HonestyScene,
-    method: &Method,
+    method: &HonestyMethod,
     paths: u64,
     fine: &Fine,
     told: Option<ToldAndTrue>,
