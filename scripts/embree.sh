@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Whole walks of radwalk on one core against Embree 3 that traces the same rays, on one core and without walking:
-# a table of rates and ratios for four scenes, or for mesh files, in grey. Needs Debian or Ubuntu; root or sudo for the first
+# a table of rates and ratios, with AVX-512 and with AVX2, for four scenes and for mesh files, in grey. Needs Debian or Ubuntu; root or sudo for the first
 # call, which installs Embree's headers and a C++ compiler. Usage: scripts/embree.sh [ROUNDS [MESH…]], five rounds if not said.
 set -euo pipefail
 meshes=()

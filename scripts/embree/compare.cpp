@@ -1,6 +1,6 @@
-// Traces dumped rays with Embree on one thread. Driven by crates/scenes/examples/embree.rs, which writes the
-// file named by the only argument (little-endian: triangles u32, rays u32, nearest t f32; nine f32 a triangle;
-// origin, direction, our t as seven f32 a ray, our t < 0 where we hit nothing).
+// Traces dumped rays with Embree on one thread. Driven by crates/lab/src/kernel/embree.rs, which writes the
+// file named by the first argument (little-endian: triangles u32, rays u32, nearest t f32; nine f32 a triangle;
+// origin, direction, our t as seven f32 a ray, our t < 0 where we hit nothing). The second configures Embree: "isa=avx2".
 //
 // Each line on standard input, "medium fast 1" or "high robust 8" …, is answered by one line: rays per second, rays that hit
 // farther from our t than the tolerance, rays of ours that hit and that Embree loses.
@@ -184,12 +184,12 @@ Answer trace(const std::string& width, RTCScene scene, const Dump& dump) {
 }  // namespace
 
 int main(int count, char** arguments) {
-    if (count != 2) fail("usage: compare DUMP");
+    if (count != 3) fail("usage: compare DUMP CONFIGURATION");
     // As Embree's manual asks for.
     _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
     _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
     const Dump dump = read(arguments[1]);
-    RTCDevice device = rtcNewDevice(nullptr);
+    RTCDevice device = rtcNewDevice(arguments[2]);
     if (!device) fail("Embree cannot start");
     std::map<std::string, RTCScene> scenes;
     for (const auto& [name, quality] : {std::pair{"medium", RTC_BUILD_QUALITY_MEDIUM},

@@ -10,7 +10,7 @@ use super::meshes::grey_scene;
 use super::rays::{Emitters, walk};
 use super::{Failure, TimedWalks, collision_shooting, median};
 use glam::DVec3;
-use radiosity::{IndexChoice, Scene, SceneSpec, Sequence, Shape};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Sequence, Shape};
 use scenes::{cornell, cube, interior};
 
 /// The number of rays to trace in each scene.
@@ -18,6 +18,27 @@ const RAYS: usize = 2_000_000;
 
 /// The qualities with which Embree builds its trees.
 const QUALITIES: [&str; 2] = ["medium", "high"];
+
+/// How scenes are built for an instruction set.
+type Build = fn(&SceneSpec, IndexChoice) -> Result<Scene, SceneError>;
+
+/// An instruction set that both tracers are told to use.
+struct InstructionSet {
+    name: &'static str,
+    build: Build,
+    /// What Embree is told.
+    embree: &'static str,
+}
+
+/// AVX2, and where the machine has it AVX-512.
+fn instruction_sets() -> Vec<InstructionSet> {
+    let avx2 = InstructionSet { name: "AVX2", build: Scene::build_without_avx512, embree: "isa=avx2" };
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx512dq") && std::arch::is_x86_feature_detected!("avx512vl") {
+        return vec![InstructionSet { name: "AVX-512", build: Scene::build, embree: "isa=avx512" }, avx2];
+    }
+    vec![avx2]
+}
 
 /// The modes of Embree that are timed, in the order of the table.
 const MODES: [&str; 6] = ["robust 1", "robust 8", "robust 16", "fast 1", "fast 8", "fast 16"];
@@ -31,9 +52,10 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
         "M rays per second of processor time, medians of {rounds} interleaved rounds (ratios: of the rounds' own)"
     );
     println!(
-        "{:<14} {:>9} {:<6} | {:>6} | {:>17} | {:>17} | {:>13} | {:>11} | {:>11}",
+        "{:<14} {:>9} {:<7} {:<6} | {:>6} | {:>17} | {:>17} | {:>13} | {:>11} | {:>11}",
         "scene",
         "triangles",
+        "set",
         "trees",
         "walks",
         "robust 1 8 16",
@@ -42,18 +64,17 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
         "robust",
         "fast"
     );
-    println!("{:>98} | {:>11} | {:>11}", "", "off, lost", "off, lost");
+    println!("{:>106} | {:>11} | {:>11}", "", "off, lost", "off, lost");
     let compare = Path::new(compare);
-    if meshes.is_empty() {
-        compare_scene("cube54", &cube(3), compare, rounds)?;
-        compare_scene("cornell", &cornell(), compare, rounds)?;
-        compare_scene("interior 57 k", &interior(57_000), compare, rounds)?;
-        compare_scene("interior 1 M", &interior(1_000_000), compare, rounds)?;
-    }
+    compare_scene("cube54", &cube(3), compare, rounds)?;
+    compare_scene("cornell", &cornell(), compare, rounds)?;
+    compare_scene("interior 57 k", &interior(57_000), compare, rounds)?;
+    compare_scene("interior 1 M", &interior(1_000_000), compare, rounds)?;
     for mesh in meshes.iter().map(Path::new) {
         let name = mesh.file_stem().unwrap_or_default().to_string_lossy();
         compare_scene(&name, &grey_scene(mesh)?, compare, rounds)?;
     }
+    println!("set: the instruction set that both are told to use.");
     println!("walks: whole walks of radwalk (sampling, tracing, survival, tally); Embree traces only.");
     println!(
         "trees: the quality that Embree builds its trees with (medium: its default; high: with spatial splits)."
@@ -66,14 +87,29 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The rows of one scene: one for each quality of Embree's trees.
+/// The rows of one scene: one for each instruction set and each quality of Embree's trees.
 fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) -> Result<(), Failure> {
-    let scene = Scene::build(spec, IndexChoice::Auto)?;
     let folder = tempfile::tempdir()?;
     let dump = folder.path().join("rays");
-    let triangles = write_dump(&dump, spec, &scene)?;
-    let mut embree = Embree::start(compare, &dump)?;
-    let mut ours = TimedWalks::new(collision_shooting(scene)?);
+    let triangles = write_dump(&dump, spec, &Scene::build(spec, IndexChoice::Auto)?)?;
+    for set in instruction_sets() {
+        let rows = compare_with(&set, spec, (compare, &dump), rounds)?;
+        for (row, quality) in rows.iter().zip(QUALITIES) {
+            println!("{name:<14} {triangles:>9} {:<7} {quality:<6} | {row}", set.name);
+        }
+    }
+    Ok(())
+}
+
+/// The measurements with an instruction set, one row for each quality of Embree's trees.
+fn compare_with(
+    set: &InstructionSet,
+    spec: &SceneSpec,
+    (compare, dump): (&Path, &Path),
+    rounds: usize,
+) -> Result<[QualityRow; QUALITIES.len()], Failure> {
+    let mut embree = Embree::start(compare, dump, set.embree)?;
+    let mut ours = TimedWalks::new(collision_shooting((set.build)(spec, IndexChoice::Auto)?)?);
     let mut rows = QUALITIES.map(|_| QualityRow::default());
     for _ in 0..rounds {
         // Jobs walk on and on; the time of 50 ms of walks depends on what ran before them.
@@ -82,10 +118,7 @@ fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) ->
             row.round(walks, quality, &mut embree)?;
         }
     }
-    for (row, quality) in rows.iter().zip(QUALITIES) {
-        println!("{name:<14} {triangles:>9} {quality:<6} | {row}");
-    }
-    Ok(())
+    Ok(rows)
 }
 
 /// The measurements against Embree's trees of one quality.
@@ -140,9 +173,10 @@ struct Embree {
 }
 
 impl Embree {
-    fn start(compare: &Path, dump: &Path) -> Result<Self, Failure> {
-        let mut process =
-            Command::new(compare).arg(dump).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+    fn start(compare: &Path, dump: &Path, instructions: &str) -> Result<Self, Failure> {
+        let mut command = Command::new(compare);
+        command.arg(dump).arg(instructions).stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut process = command.spawn()?;
         let orders = process.stdin.take().expect("it is piped");
         let answers = BufReader::new(process.stdout.take().expect("it is piped"));
         let mut embree = Embree { process, orders, answers };

@@ -1,7 +1,6 @@
 //! Drawing emitters, points and directions, by one fixed sequence of + − × ÷ √ on every machine.
 
 use crate::random::rng::unit;
-use crate::simd::prefetch::prefetch;
 use crate::simd::real::Real;
 
 /// Chooses an index with probability proportional to its weight in O(1) (Walker's alias method, Vose's
@@ -38,13 +37,6 @@ impl AliasTable {
     /// For each column, in order, the threshold below which it keeps 64 bits, and the index that it gives all others to.
     pub(crate) fn into_columns(self) -> Vec<(u64, u32)> {
         self.columns
-    }
-
-    /// An index will soon be chosen by these bits.
-    #[inline(always)]
-    pub(crate) fn expect(&self, bits: u64) {
-        let column = ((u128::from(bits) * self.columns.len() as u128) >> 64) as usize;
-        prefetch(self.columns.as_ptr().wrapping_add(column), 1);
     }
 
     /// The index that 64 random bits choose.

@@ -9,21 +9,16 @@ use crate::geometry::surface::Surface;
 use crate::random::rng::unit_32;
 use crate::random::sampling::AliasTable;
 use crate::scene::Scene;
-use crate::simd::batch::WIDTH;
-use crate::simd::prefetch::prefetch;
 use crate::trace::ray::{Ray, Rays};
 
 /// One side of consecutive cells of a surface, where walks begin with the same probability.
 #[derive(Clone, Copy, Debug)]
-struct Cradle {
+struct SourceRun {
     surface: u32,
     side: Side,
     first_cell: u32,
     cells: u32,
 }
-
-/// Up to this many cradles, and the surfaces that they are on, are in a near cache once walks have been born there.
-const FEW_CRADLES: usize = 64;
 
 /// One side of a cell, where a walk begins.
 #[derive(Clone, Copy, Debug)]
@@ -66,9 +61,6 @@ pub(crate) enum Born {
 pub(crate) trait Nursery<const C: usize> {
     /// The birth that four times 64 random bits choose, and the weights of the channels; the last bits are those of the direction.
     fn bear(&self, scene: &Scene, draws: [u64; 4]) -> (Born, [f64; C]);
-    /// Walks will soon be born of these draws.
-    #[inline(always)]
-    fn expect(&self, _scene: &Scene, _draws: &[[u64; WIDTH]; 4]) {}
     /// The frames that walks leave.
     #[inline(always)]
     fn frames<'a>(&'a self, scene: &'a Scene) -> &'a Frames {
@@ -91,13 +83,6 @@ impl<const C: usize> Nursery<C> for Births {
             .point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
         let face = scene.face_at(number, cell, side);
         (Born::OnPlane(BirthPoint { surface: number, cell, facing: side.sign(), uv, face }), weights)
-    }
-
-    #[inline(always)]
-    fn expect(&self, scene: &Scene, [cradles, ..]: &[[u64; WIDTH]; 4]) {
-        if self.cradles.len() > FEW_CRADLES {
-            self.fetch(scene, cradles);
-        }
     }
 }
 
@@ -143,7 +128,7 @@ impl Nursery<1> for SensorBirths<'_> {
 /// Sides of cells, then lamps without area, the probability of each, and the weights that walks set out with.
 #[derive(Clone, Debug)]
 pub(crate) struct Births {
-    cradles: Vec<Cradle>,
+    cradles: Vec<SourceRun>,
     choice: AliasTable,
     /// Per cradle, then per lamp; empty where every weight is 1.
     weights: Vec<[f64; 3]>,
@@ -168,7 +153,7 @@ impl Births {
     /// Births with a probability in proportion to `share` of each piece, in runs of pieces that are alike in all that matters at a birth,
     /// and to that of each lamp.
     fn in_cradles(
-        cradles: impl Iterator<Item = (usize, Cradle)>,
+        cradles: impl Iterator<Item = (usize, SourceRun)>,
         share: impl Fn(usize) -> f64,
         of_lamps: &[f64],
     ) -> Option<Self> {
@@ -198,7 +183,7 @@ impl Births {
     }
 
     /// Births in cradles and at lamps that are chosen in proportion to their shares; `None` where there is no share.
-    fn choosing(chosen: impl Iterator<Item = (Cradle, f64)>, of_lamps: &[f64]) -> Option<Self> {
+    fn choosing(chosen: impl Iterator<Item = (SourceRun, f64)>, of_lamps: &[f64]) -> Option<Self> {
         let (cradles, mut shares): (Vec<_>, Vec<_>) = chosen.unzip();
         shares.extend(of_lamps);
         shares.iter().any(|&share| share > 0.0).then(|| Births {
@@ -238,7 +223,7 @@ impl Births {
         let cradles = cradles(surfaces, faces, may_emit, alike);
         let of_lamps: Vec<f64> = (0..lamps.len()).map(|lamp| chance(&|c| lamps.power(lamp, c))).collect();
         let mut births = Births::in_cradles(cradles, |i| chance(&|c| piece(i).power(c)), &of_lamps)?;
-        let of_cradle = |cradle: &Cradle| {
+        let of_cradle = |cradle: &SourceRun| {
             let surface = &surfaces[cradle.surface as usize];
             let face = faces.piece(surface.piece(cradle.first_cell, cradle.side));
             weights(&|c| face.power(c))
@@ -260,29 +245,11 @@ impl Births {
             Some(weights) if C > 1 => std::array::from_fn(|c| weights[c]),
             _ => [1.0; C],
         };
-        let Some(&Cradle { surface, side, first_cell, cells }) = self.cradles.get(choice) else {
+        let Some(&SourceRun { surface, side, first_cell, cells }) = self.cradles.get(choice) else {
             return (Birthplace::Lamp(choice - self.cradles.len()), weights);
         };
         let cell = first_cell + ((u128::from(bits[1]) * u128::from(cells)) >> 64) as u32;
         (Birthplace::Cell(Origin { surface, cell, side }), weights)
-    }
-
-    /// Fetches what births of these draws will read, for all of them side by side: first the columns of the choice, then the cradles that
-    /// these name, then the surfaces that these are on.
-    #[inline(never)]
-    fn fetch(&self, scene: &Scene, draws: &[u64; WIDTH]) {
-        draws.iter().for_each(|&bits| self.choice.expect(bits));
-        let chosen = draws.map(|bits| self.choice.choose(bits));
-        for choice in &chosen {
-            prefetch(self.cradles.as_ptr().wrapping_add(*choice), 1);
-        }
-        for cradle in chosen.iter().filter_map(|&choice| self.cradles.get(choice)) {
-            prefetch(
-                scene.surfaces().as_ptr().wrapping_add(cradle.surface as usize),
-                size_of::<Surface>().div_ceil(64),
-            );
-            scene.parts.frames.expect(&[cradle.surface]);
-        }
     }
 
     /// The largest weight that a walk sets out with, channel by channel; 1 where a channel has no light at all.
@@ -306,7 +273,7 @@ fn cradles(
     faces: &Faces,
     of: impl Fn(u32) -> bool,
     alike: impl Fn(usize, usize) -> bool,
-) -> impl Iterator<Item = (usize, Cradle)> {
+) -> impl Iterator<Item = (usize, SourceRun)> {
     let sides = (0..)
         .zip(surfaces.iter().map(Surface::cell_count))
         .filter(move |&(surface, _)| of(surface))
@@ -322,7 +289,7 @@ fn cradles(
             let piece = next;
             next += (piece..end).take_while(|&other| alike(piece, other)).count();
             let (first_cell, cells) = ((piece - first) as u32, (next - piece) as u32);
-            cradles.push((piece, Cradle { surface, side, first_cell, cells }));
+            cradles.push((piece, SourceRun { surface, side, first_cell, cells }));
         }
         cradles
     })

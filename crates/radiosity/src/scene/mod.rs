@@ -129,6 +129,14 @@ impl Scene {
         Scene::build_for(spec, index, Isa::best())
     }
 
+    /// Builds a scene whose walks take no instruction of AVX-512, to measure what processors without it would do.
+    ///
+    /// # Errors
+    /// As [`Scene::build`].
+    pub fn build_without_avx512(spec: &SceneSpec, index: IndexChoice) -> Result<Self, SceneError> {
+        Scene::build_for(spec, index, Isa::best_without_avx512())
+    }
+
     /// Builds a scene for walks on an instruction set that this machine has.
     pub(crate) fn build_for(spec: &SceneSpec, index: IndexChoice, isa: Isa) -> Result<Self, SceneError> {
         let [min, max] = extent(spec);

@@ -37,7 +37,7 @@ impl Traced {
         lie_in(surfaces, &stacks);
         let facets = Facets::new(surfaces, &stacks, slack);
         let index = match &binary {
-            Some(binary) => Index::Tree(Tree::new(binary, &facets)),
+            Some(binary) => Index::Tree(Tree::new(binary, &facets, isa)),
             None => Index::Flat(Flat::new(isa, surfaces, &facets)),
         };
         let frames = Frames::new(surfaces.iter().map(Surface::frame)).into();

@@ -67,6 +67,12 @@ impl Isa {
         Isa::available().pop().expect("one is always available")
     }
 
+    /// The best that this machine has, AVX-512 left out.
+    pub(crate) fn best_without_avx512() -> Isa {
+        let mut others = Isa::available().into_iter().filter(|isa| !matches!(isa, Isa::Avx512(_)));
+        others.next_back().expect("one is always available")
+    }
+
     /// Does something with the vectors of the instruction set, compiled for it.
     #[inline(always)]
     pub(crate) fn run(self, kernel: impl Kernel) {

@@ -8,12 +8,12 @@ const FEW: usize = 16;
 /// A row of a table. It begins with a cache line: an allocation of its own alignment would spread each row over one line more.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-struct Row<const K: usize>([f64; K]);
+struct TableRow<const K: usize>([f64; K]);
 
 /// A row of K numbers for each surface.
 #[derive(Clone, Debug)]
 pub(crate) struct Table<const K: usize> {
-    rows: Vec<Row<K>>,
+    rows: Vec<TableRow<K>>,
     /// The columns of a table with few rows.
     columns: Option<Box<[[f64; FEW]; K]>>,
 }
@@ -23,7 +23,7 @@ impl<const K: usize> Table<K> {
         let few = rows.len() <= FEW;
         let column = |k: usize| std::array::from_fn(|i| rows.get(i).map_or(0.0, |row: &[f64; K]| row[k]));
         let columns = few.then(|| Box::new(std::array::from_fn(column)));
-        Table { rows: rows.into_iter().map(Row).collect(), columns }
+        Table { rows: rows.into_iter().map(TableRow).collect(), columns }
     }
 
     pub(crate) fn len(&self) -> usize {

@@ -18,7 +18,7 @@ use crate::trace::tree::Scratch;
 use crate::walk::Space;
 use crate::walk::arrive::Arrivals;
 use crate::walk::depart::Departures;
-use crate::walk::fate::{Crossroads, Fate};
+use crate::walk::fate::{CollisionBatch, CollisionModel};
 use crate::walk::score::Scorer;
 
 /// Every way a walk can end.
@@ -41,7 +41,7 @@ pub(crate) fn walk_all<const C: usize>(
     space: Space,
     sequence: &Sequence,
     walks: Range<u64>,
-    fate: impl Fate<C>,
+    fate: impl CollisionModel<C>,
     estimator: &mut impl Scorer<C>,
 ) -> Counts {
     let starts = sequence.walks_from(walks.start).take((walks.end - walks.start) as usize);
@@ -55,7 +55,7 @@ pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
     space: Space,
     numbers: &N,
     starts: impl Iterator<Item = N::Place>,
-    fate: impl Fate<C>,
+    fate: impl CollisionModel<C>,
     estimator: &mut impl Scorer<C>,
 ) -> Counts {
     let counts = Counts::default();
@@ -97,12 +97,9 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
 
     /// The place of the next one in the queue; `None` where all have set out.
     #[inline(always)]
-    fn pop<const C: usize>(&mut self, scene: &Scene) -> Option<usize>
-    where
-        B: Nursery<C>,
-    {
+    fn pop(&mut self) -> Option<usize> {
         if self.next == self.len {
-            self.fill(scene);
+            self.fill();
         }
         (self.next < self.len).then(|| {
             self.next += 1;
@@ -110,17 +107,13 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
         })
     }
 
-    fn fill<const C: usize>(&mut self, scene: &Scene)
-    where
-        B: Nursery<C>,
-    {
+    fn fill(&mut self) {
         (self.next, self.len) = (0, 0);
         for walk in self.starts.by_ref().take(WIDTH) {
             self.generators.set(self.len, &walk);
             self.len += 1;
         }
         self.generators.births(self.isa, &mut self.draws);
-        self.births.expect(scene, &self.draws);
     }
 }
 
@@ -142,7 +135,7 @@ struct Walker<'a, N, E, F, const C: usize> {
     weights: [[f64; C]; WIDTH],
 }
 
-impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C> {
+impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, N, E, F, C> {
     fn run<B: Nursery<C>>(&mut self, newborns: &mut Newborns<B, N, impl Iterator<Item = N::Place>>) {
         let (mut rays, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
         let mut scratch = Box::<Scratch>::default();
@@ -186,7 +179,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         lane: usize,
         newborns: &mut Newborns<B, N, impl Iterator<Item = N::Place>>,
     ) -> bool {
-        let Some(newborn) = newborns.pop(self.scene) else { return false };
+        let Some(newborn) = newborns.pop() else { return false };
         self.counts.walks += 1;
         let draws = newborns.draws.each_ref().map(|row| row[newborn]);
         let (born, weights) = newborns.births.bear(self.scene, draws);
@@ -233,7 +226,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
     fn decide(&mut self, hits: &Hits, arrivals: &Arrivals, stopped: Lanes) -> (Decisions, Lanes) {
         let all = Lanes::first(self.len);
         let arrived = arrivals.active & all;
-        let crossroads = Crossroads {
+        let crossroads = CollisionBatch {
             isa: self.isa,
             surfaces: self.scene.surfaces(),
             tints: &self.scene.parts.tints,

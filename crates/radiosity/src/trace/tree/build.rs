@@ -13,14 +13,14 @@ use crate::trace::facet::{Facet, Facets};
 const LEAF_WORK: f32 = 0.5;
 
 impl Tree {
-    /// A tree over facets.
-    pub(crate) fn new(binary: &BinaryTree, facets: &Facets) -> Self {
+    /// A tree over facets, through which rays are traced on an instruction set.
+    pub(crate) fn new(binary: &BinaryTree, facets: &Facets, isa: Isa) -> Self {
         let mut tree = Tree {
             lines: vec![],
             levels: 0,
             scale: binary.scale,
             slack: (facets.slack() * binary.scale) as f32,
-            isa: Isa::best(),
+            isa,
         };
         Fold::new(&binary.tree).emit(&mut tree, facets);
         tree

@@ -116,7 +116,7 @@ pub(crate) struct Scratch {
     pub(super) stacks: Stacks,
     pub(super) queues: Queues,
     /// Those of the rays that are at a node, in the order of their queue.
-    pub(super) entries: [Entry; ACTIVE],
+    pub(super) entries: [EnteredBoxes; ACTIVE],
     /// Those of the rays that are at a leaf, in the order of their queue.
     pub(super) glances: [Glances; ACTIVE / GROUPS],
     pub(super) candidates: [Candidates; ACTIVE],
@@ -140,7 +140,7 @@ impl Default for Scratch {
             flights: [Flight::default(); ACTIVE],
             stacks: Stacks::default(),
             queues: Queues::default(),
-            entries: [Entry::NONE; ACTIVE],
+            entries: [EnteredBoxes::NONE; ACTIVE],
             glances: [Glances::NONE; ACTIVE / GROUPS],
             candidates: [Candidates::default(); ACTIVE],
             finalists: Finalists::default(),
@@ -249,7 +249,7 @@ pub(super) struct Step {
 
 /// Which boxes of a node a ray enters.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Entry {
+pub(super) struct EnteredBoxes {
     /// The parameter at which it enters each.
     pub(super) enter: Line,
     /// Bit i: box i is entered.
@@ -258,8 +258,8 @@ pub(super) struct Entry {
     pub(super) nearest: u32,
 }
 
-impl Entry {
-    const NONE: Self = Entry { enter: Line([0.0; LANES]), bits: 0, nearest: 0 };
+impl EnteredBoxes {
+    const NONE: Self = EnteredBoxes { enter: Line([0.0; LANES]), bits: 0, nearest: 0 };
 }
 
 /// What four rays might meet in their leaves: a group for each, of a lane for each facet.

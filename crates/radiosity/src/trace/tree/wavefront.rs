@@ -13,7 +13,8 @@ use std::hint::select_unpredictable;
 use super::layout::{CHILDREN, Item, LEAF_LINES, Leaf, NODE_LINES, Node, Tree, node_at};
 use super::oracle::{Oracle, Unknown};
 use super::scratch::{
-    ACTIVE, CANDIDATES, Entry, Flight, Gate, Queues, ROUNDING, Scratch, Step, quad, quad_mut, row, row_mut,
+    ACTIVE, CANDIDATES, EnteredBoxes, Flight, Gate, Queues, ROUNDING, Scratch, Step, quad, quad_mut, row,
+    row_mut,
 };
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::{Kernel, Simd};
@@ -233,7 +234,7 @@ impl<O: Oracle> Call<'_, O> {
     /// Of the boxes that a ray enters, the nearest is next, and the others go on the stack.
     #[inline(always)]
     fn go_down<L: Lanes>(&self, step: Step, i: usize, scratch: &mut Scratch) -> Item {
-        let Entry { enter, bits, nearest } = &scratch.entries[i];
+        let EnteredBoxes { enter, bits, nearest } = &scratch.entries[i];
         let (bits, nearest) = (*bits, lane_of(*nearest));
         let children = &node_at(&self.tree.lines, step.item.line())[CHILDREN].0;
         let child = Item(children[nearest].to_bits());
