@@ -125,7 +125,7 @@ def main():
         summary = json.loads((out / "summary.json").read_text())
         found[name] = opened(out / "report.html", folder / f"{name}.png") | {"patches": summary["model"]["patches"]}
         print(name, found[name], flush=True)
-    (folder / "pages.json").write_text(json.dumps(found, indent=1))
+        (folder / "pages.json").write_text(json.dumps(found, indent=1))
 
 
 if __name__ == "__main__":
