@@ -84,6 +84,12 @@ pub(crate) enum Fault {
     /// A file cannot be written.
     #[error("cannot write {} ({source}); choose a place that can be written", path.display())]
     NotWritten { path: PathBuf, source: std::io::Error },
+    /// There was room for the tally alone.
+    #[error(
+        "{fault}. The walks are kept in {tally}; make room, then `radwalk report {out}` makes the other files",
+        tally = out.join("tally.bin").display(), out = out.display()
+    )]
+    TallyAlone { fault: Box<Fault>, out: PathBuf },
     /// Results could not be written to stdout.
     #[error(
         "stdout cannot be written ({source}), so the output there is incomplete; send it to a place that has room"
@@ -175,6 +181,7 @@ impl Fault {
             Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
             Fault::LogLevel { .. } => 2,
             Fault::Results(error) => exit_code_of(error),
+            Fault::TallyAlone { fault, .. } => fault.exit_code(),
             Fault::Silent { .. } | Fault::Differ(_) | Fault::Audit(_) => 3,
             Fault::Listen(_) | Fault::NoPage(_) | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
             Fault::Overflow | Fault::System { .. } | Fault::Stuck { .. } => 3,

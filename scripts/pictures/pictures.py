@@ -8,6 +8,7 @@ Writes PAGE, and beside it a detail of each room of configs/. FOLDER keeps what 
 import argparse
 import json
 import resource
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -55,11 +56,31 @@ def main():
         print(name, found, flush=True)
         rows += row(name, found)
         if "configs/" in scene:
-            (folder / "detail.png").rename(args.page.parent / f"pictures-{name}.png")
+            shutil.copy(folder / "detail.png", args.page.parent / f"pictures-{name}.png")
         if (args.page.parent / f"pictures-{name}.png").exists():
             samples = found["equal_samples"]
             details += f"\n## {name}\n\n![The same detail three times](pictures-{name}.png)\n\nradwalk; the path tracer at equal time ({samples} samples a pixel); the same, denoised.\n"
-    args.page.write_text(HEAD.format(version=version) + rows + details)
+    args.page.write_text(HEAD.format(version=version) + rows + details + pages(args.folder / "pages" / "pages.json"))
+
+
+PAGES = """
+## Pages
+
+`report.html` of scenes made by rule in headless Chromium, with its script, on a machine that others used at the same time. *Open* is from the address to where the
+scene can be turned, once by the clock and once in seconds of all of the browser's processors; memory is that of the process that shows the page. A click in the middle of
+each told value and interval of a patch.
+
+| patches | size | open | processors | memory |
+|---|---|---|---|---|
+"""
+
+
+def pages(path):
+    """The section on pages."""
+    found = json.loads(path.read_text()).values() if path.exists() else []
+    of = "| {patches:,} | {megabytes:.1f} MB | {seconds:.1f} s | {processor:.1f} s | {memory:.0f} MB |\n"
+    rows = [of.format(megabytes=page["bytes"] / 1e6, **page) for page in found if page["ready"] == "yes" and "…" in page["told"]]
+    return PAGES + "".join(rows) if rows else ""
 
 
 def row(name, found):

@@ -177,7 +177,7 @@ impl Prepared {
     /// Keeps what the pilot has chosen before the first walk, so that a run that is stopped early resumes without another pilot.
     fn keep_choice(&mut self) -> Result<(), Fault> {
         let nothing = Past::none(self.experiment.tally::<{ judge::MOMENTS }>());
-        self.output.begin(&self.identity.checkpoint(nothing), self.latest)?;
+        self.output.keep(&self.identity.checkpoint(nothing), self.latest)?;
         self.latest = Latest::Good;
         Ok(())
     }
@@ -265,8 +265,10 @@ impl Prepared {
     }
 
     /// Writes the results. A disk may be full for a moment only, and it would be a pity of the walks: it is tried for a while.
-    fn write(&self, checkpoint: &Checkpoint, latest: Latest, out: &OutArgs) -> Result<(), Fault> {
+    /// Where there is room for the tally alone, that is kept at once.
+    fn write(&self, checkpoint: &Checkpoint, mut latest: Latest, out: &OutArgs) -> Result<(), Fault> {
         let mut waits = FINAL_WAITS.into_iter();
+        let mut is_kept = false;
         loop {
             let Self { output, settings, experiment, .. } = self;
             let joined = checkpoint.book.effort.workers_seen.saturating_sub(self.workers_before);
@@ -276,7 +278,13 @@ impl Prepared {
                 Err(fault @ Fault::Results(results::Error::Report(report::Error::Io { .. }))) => fault,
                 done => return done,
             };
-            let Some(wait) = waits.next() else { return Err(fault) };
+            if !is_kept && output.keep(checkpoint, latest).is_ok() {
+                (is_kept, latest) = (true, Latest::Good);
+            }
+            let Some(wait) = waits.next() else {
+                let out = output.path().into();
+                return Err(if is_kept { Fault::TallyAlone { fault: Box::new(fault), out } } else { fault });
+            };
             warn!("{fault}; it is tried again in {} s", wait.as_secs());
             std::thread::sleep(wait);
         }

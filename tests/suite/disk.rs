@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Stdio;
 
 use crate::support::shim::{Shim, Wrong};
-use crate::support::{answer, finish, path, radwalk, run_job};
+use crate::support::{answer, finish, path, radwalk, run, run_job};
 use tempfile::tempdir;
 
 /// A job whose tallies are large enough to be offered before they are sent: the coloured Cornell box.
@@ -14,7 +14,7 @@ const LARGE: &str = "configs/cornell.toml";
 
 /// Runs the job with a shim before it. Returns its exit code and its words.
 fn run_with(shim: &Shim, wrong: &[(Wrong, i32)], out: &Path, args: &[&str]) -> (i32, String) {
-    for fault in [Wrong::SyncMs, Wrong::SyncFails, Wrong::Clock] {
+    for fault in [Wrong::SyncMs, Wrong::SyncFails, Wrong::Clock, Wrong::Full] {
         shim.set(fault, wrong.iter().find(|(other, _)| *other as usize == fault as usize).map_or(0, |w| w.1));
     }
     let mut command = radwalk();
@@ -58,4 +58,23 @@ fn a_disk_that_never_syncs_is_told_of_and_leaves_what_was_there() {
     assert_eq!(code, 2, "{said}");
     assert!(said.contains("no checkpoint: cannot write") && said.contains("tried again in 8 s"), "{said}");
     assert!(answer(&out) == before);
+}
+
+/// Where the tally has room and other files have none, no walk is lost: the run says so, and `report` makes the files once there is room.
+#[test]
+fn a_disk_with_room_for_the_tally_keeps_the_walks() {
+    let folder = tempdir().unwrap();
+    let shim = Shim::new(folder.path());
+    let [out, straight] = ["out", "straight"].map(|name| path(&folder, name));
+    let paths = ["--paths", "200000"];
+    run_job(LARGE, &straight, &paths);
+    let bytes = |name: &str| std::fs::metadata(straight.join(name)).unwrap().len();
+    let room = bytes("tally.bin") + 10_000;
+    assert!(room < bytes("patches.csv"), "{room}");
+    let (code, said) = run_with(&shim, &[(Wrong::Full, room as i32)], &out, &paths);
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("The walks are kept in") && said.contains("radwalk report"), "{said}");
+    let (code, _, stderr) = run(&["report", out.to_str().unwrap()]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(answer(&out) == answer(&straight));
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use stats::{Interval, mid_p_interval};
+use stats::mid_p_interval;
 
 use crate::factors::{Factor, factors_of};
 
@@ -169,11 +169,6 @@ impl Intervals {
             ..Factor::of(count.into(), walks, level)
         })
     }
-
-    /// The interval of a factor that none of some walks has met.
-    pub fn of_none(&mut self, walks: u64) -> Interval {
-        self.of(0, walks).interval
-    }
 }
 
 #[cfg(test)]
@@ -234,7 +229,7 @@ mod tests {
         let [narrow, wide] = [intervals.of(20, 1024), dense.get(0, 1)];
         assert_eq!((narrow.factor, narrow.std_error), (wide.factor, wide.std_error));
         assert!(wide.interval.low < narrow.interval.low && narrow.interval.high < wide.interval.high);
-        assert_eq!(intervals.of_none(1024), dense.get(0, 2).interval);
+        assert_eq!(intervals.of(0, 1024).interval, dense.get(0, 2).interval);
         let variance: f64 =
             [1000.0, 20.0, 4.0].iter().map(|n| n / 1024.0 * (1.0 - n / 1024.0) / 1024.0).sum();
         assert!((row.variance() - variance).abs() < 1e-15);

@@ -1,7 +1,5 @@
 //! What a luminaire is, in figures and in words.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 use serde_json::{Value, json};
 
@@ -186,17 +184,6 @@ impl LuminousOpening {
                 format!("{kind}, {x} m along C0–C180, {y} m along C90–C270")
             }
             _ => format!("{kind}, {x} m along C0–C180, {y} m along C90–C270, {z} m high"),
-        }
-    }
-
-    /// The area that a vertical ray meets [m²]; 0 for a point.
-    pub fn plan_area(self) -> f64 {
-        let (_, [x, y, _]) = self.parts();
-        match self {
-            LuminousOpening::Disc { .. }
-            | LuminousOpening::Ellipsoid { .. }
-            | LuminousOpening::Cylinder { axis: 2, .. } => 0.25 * PI * x * y,
-            _ => x * y,
         }
     }
 }

@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use job::{OutputFile, Word};
 use tempfile::{Builder, NamedTempFile};
 
 use crate::error::Error;
@@ -12,21 +13,13 @@ use crate::error::Error;
 /// What marks a file that is still being written; one that a crash leaves behind is recognised by it.
 const TEMPORARY: (&str, &str) = (".radwalk-", ".tmp");
 
-/// Every file that radwalk writes into an output folder; these may stand beside each other.
-const OWN_FILES: [&str; 15] = [
+/// What radwalk writes into an output folder beside the files that a job may choose; all of them may stand beside each other.
+const OWN_FILES: [&str; 7] = [
     "partition.toml",
     "pilot.bin",
-    "patches.csv",
     "exact.csv",
-    "summary.json",
     "tally.bin",
     "tally.previous.bin",
-    "radiosity.png",
-    "radiosity.exr",
-    "report.html",
-    "patches.vtu",
-    "patches.parquet",
-    "scene.glb",
     "access.json",
     "status.json",
 ];
@@ -294,7 +287,8 @@ fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
 
 /// Whether radwalk wrote this: a regular file of a name of its own.
 fn is_own(path: &Path) -> bool {
-    let is_result = OWN_FILES.iter().any(|name| path.ends_with(name));
+    let chosen = OutputFile::ALL.iter().map(|file| file.name());
+    let is_result = OWN_FILES.into_iter().chain(chosen).any(|name| path.ends_with(name));
     (is_result || is_temporary(path)) && !path.is_dir()
 }
 

@@ -1,6 +1,7 @@
 //! Where to look at a scene from.
 //!
-//! In a room of people, and in any other whose walls hide the inside, the camera stands inside (`inside.rs`). Otherwise it
+//! In a room of people, and in any other whose walls hide the inside, the camera stands inside (`inside.rs`), unless a wall is missing through
+//! which one sees far more. Otherwise it
 //! stands outside of the scene's bounding box and looks at its middle in perspective, upright. Backs
 //! of one-sided surfaces are see-through, so that one looks into a closed box as into a doll's house. Where
 //! that does not help, a *cut* leaves out what lies within a thin shell of the bounding box on the
@@ -20,7 +21,7 @@ use radiosity::{Lookout, Ray, Scene, Surface};
 use serde::Serialize;
 
 use crate::bounds::Bounds;
-pub(crate) use choice::Size;
+pub(crate) use choice::{Frame, Size};
 pub use troubles::view_troubles;
 
 /// Rays that are under way together: what is noted of them stays in the cache.

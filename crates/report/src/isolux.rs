@@ -1,10 +1,13 @@
-//! `planes.svg`: lines of equal illuminance on planes of points.
+//! `planes.svg`: maps of illuminance on planes of points, with lines of equal illuminance.
 
 use std::fmt::Write as _;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use radiosity::{Readings, SensorShape};
 
+use crate::picture::Picture;
 use crate::words::quantity;
 
 /// The width of a drawing, and the room for words about it [px].
@@ -14,12 +17,20 @@ const MARGIN: f64 = 48.0;
 /// Lines between the least and the greatest value, about.
 const LINES: f64 = 8.0;
 
-/// A plane as it is drawn: values at points of a grid, u to the right and v upwards.
-struct PlaneGrid {
-    size: [usize; 2],
+/// Colours from the least value to the greatest, with equal steps between them: cividis, whose lightness grows evenly, so that people without
+/// colour vision read it alike (J. Nuñez, C. Anderton & R. Renslow, PLoS ONE 13(7), 2018). The page has the same.
+const SCALE: [u32; 10] = [
+    0x00_224e, 0x12_3570, 0x3b_496c, 0x57_5d6d, 0x70_7173, 0x8a_8678, 0xa5_9c74, 0xc3_b369, 0xe1_cc55,
+    0xfe_e838,
+];
+
+/// A plane as it is drawn: values at points of a grid, u to the right and v upwards; NaN where there is none.
+pub(crate) struct PlaneGrid {
+    pub(crate) size: [usize; 2],
     /// The distance of points along u and v [m].
-    step: [f64; 2],
-    values: Vec<f64>,
+    pub(crate) step: [f64; 2],
+    /// Point by point along v, and then along u.
+    pub(crate) values: Vec<f64>,
 }
 
 impl PlaneGrid {
@@ -38,12 +49,26 @@ impl PlaneGrid {
         [fold(f64::min, f64::INFINITY), fold(f64::max, f64::NEG_INFINITY)]
     }
 
+    /// A pixel for each point, in the colour of its value.
+    fn picture(&self) -> Picture {
+        let [low, high] = self.range();
+        let [width, height] = self.size;
+        let pixel = |x: usize, y: usize| {
+            colour((self.value(x, height - 1 - y) - low) / (high - low).max(f64::MIN_POSITIVE))
+        };
+        let pixels = (0..height).flat_map(|y| (0..width).flat_map(move |x| pixel(x, y))).collect();
+        Picture { width: width as u32, height: height as u32, channels: 3, pixels }
+    }
+
     /// Pieces of the line of one value, between points in steps of the grid: marching squares, whose ends are by linear interpolation.
     fn line(&self, level: f64) -> Vec<[[f64; 2]; 2]> {
         let mut pieces = Vec::new();
         for i in 0..self.size[0] - 1 {
             for j in 0..self.size[1] - 1 {
                 let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(a, b)| (i + a, j + b));
+                if corners.iter().any(|&(a, b)| self.value(a, b).is_nan()) {
+                    continue;
+                }
                 let ends: Vec<[f64; 2]> = (0..4)
                     .filter_map(|side| {
                         let [(a, b), (c, d)] = [corners[side], corners[(side + 1) % 4]];
@@ -58,6 +83,20 @@ impl PlaneGrid {
         }
         pieces
     }
+}
+
+/// The colour of a part, 0 … 1, of the range; white where there is none.
+fn colour(part: f64) -> [u8; 3] {
+    if part.is_nan() {
+        return [255; 3];
+    }
+    let place = part.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
+    let low = (place as usize).min(SCALE.len() - 2);
+    let channel = |shift: u32| {
+        let [a, b] = [low, low + 1].map(|at| f64::from(SCALE[at] >> shift & 0xff));
+        (a + (place - low as f64) * (b - a)).round() as u8
+    };
+    [16, 8, 0].map(channel)
 }
 
 /// Round values within a range, about [`LINES`] of them: whole multiples of 1, 2 or 5 times a power of ten.
@@ -87,11 +126,20 @@ pub fn isolux_svg(readings: &Readings, unit: &str) -> Option<String> {
         let drawn = PlaneGrid::of(points, *grid, sensors.cells_of(plane).map(value).collect());
         top += draw(&mut body, &drawn, &spec.name, (unit, top));
     }
-    (top > 0.0).then(|| {
-        format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {top:.0}\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{body}</svg>\n"
-        )
-    })
+    (top > 0.0).then(|| whole(&body, top))
+}
+
+/// The drawing of one grid.
+pub(crate) fn map_svg(grid: &PlaneGrid, name: &str, unit: &str) -> String {
+    let mut body = String::new();
+    let height = draw(&mut body, grid, name, (unit, 0.0));
+    whole(&body, height)
+}
+
+fn whole(body: &str, height: f64) -> String {
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height:.0}\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{body}</svg>\n"
+    )
 }
 
 /// Draws a plane from `top` on and returns its height [px].
@@ -118,6 +166,15 @@ fn draw(body: &mut String, grid: &PlaneGrid, name: &str, (unit, top): (&str, f64
         wide * scale,
         high * scale
     ));
+    let mut png = Vec::new();
+    grid.picture().write_png(&mut png).expect("memory takes all");
+    write(format!(
+        "<image x=\"{left}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" preserveAspectRatio=\"none\" href=\"data:image/png;base64,{}\"/>\n",
+        top + MARGIN,
+        wide * scale,
+        high * scale,
+        STANDARD.encode(png)
+    ));
     for level in levels(range) {
         let pieces = grid.line(level);
         let mut path = String::new();
@@ -125,13 +182,11 @@ fn draw(body: &mut String, grid: &PlaneGrid, name: &str, (unit, top): (&str, f64
             let ([x, y], [u, v]) = (at(*a), at(*b));
             write!(path, "M{x:.1} {y:.1}L{u:.1} {v:.1}").expect("strings take all");
         }
-        let part = (level - range[0]) / (range[1] - range[0]);
-        let colour = format!("hsl({:.0} 80% 40%)", 240.0 * (1.0 - part));
-        write(format!("<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\"/>\n"));
+        write(format!("<path d=\"{path}\" fill=\"none\" stroke=\"#fff\" stroke-width=\"1.2\"/>\n"));
         if let Some([a, b]) = pieces.get(pieces.len() / 2) {
             let [x, y] = at([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]);
             write(format!(
-                "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"{colour}\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\">{}</text>\n",
+                "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"#000\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\">{}</text>\n",
                 y + 4.0,
                 quantity(level)
             ));
@@ -159,6 +214,23 @@ mod tests {
                 assert!((x + 2.0 * y - level).abs() < 1e-12, "{x} {y}");
             }
         }
+    }
+
+    /// Where a value is missing no line ends, and the map is white; the least value is dark, the greatest bright.
+    #[test]
+    fn holes_stay_white_and_colours_follow_values() {
+        let values = vec![0.0, 1.0, 2.0, f64::NAN, 4.0, 5.0, 6.0, 7.0, 8.0];
+        let grid = PlaneGrid { size: [3, 3], step: [1.0, 1.0], values };
+        let picture = grid.picture();
+        // The middle of the lower row, whose third value is missing.
+        assert_eq!(picture.pixels[3 * 7..3 * 8], [255; 3]);
+        assert_eq!(
+            (&picture.pixels[3 * 6..3 * 7], &picture.pixels[3 * 2..3 * 3]),
+            (&[0, 0x22, 0x4e][..], &[0xfe, 0xe8, 0x38][..])
+        );
+        assert!(grid.line(0.5).is_empty(), "the cell beside the hole has none");
+        assert!(!grid.line(7.5).is_empty());
+        assert!(map_svg(&grid, "a < b", "lx").contains("a &lt; b: 0.00 … 8.00 lx, 3.00 × 3.00 m"));
     }
 
     #[test]

@@ -15,6 +15,7 @@ mod error;
 mod exact_csv;
 mod export;
 mod factors;
+mod floor;
 mod flow;
 mod isolux;
 mod mark;

@@ -18,7 +18,9 @@ use self::charts::{convergence, profile};
 use self::compact::{CompactLayout, compact, holds_table};
 use crate::chart::Chart;
 use crate::dials::{Dials, write_scores};
+use crate::floor::floor_svg;
 use crate::flow::{Flow, losses};
+use crate::isolux::isolux_svg;
 use crate::outlines::outlines;
 use crate::pack::{pack, write_point};
 use crate::patches::{per_channel, write_patches};
@@ -171,6 +173,7 @@ impl Page<'_> {
             floor => self.floor(),
             confidence => (100.0 * summary.confidence).to_string(),
             charts => self.figures(),
+            maps => self.maps(),
             sensors => self.sensors(),
             sources => self.sources(),
             sensitivities => self.sensitivities(),
@@ -293,10 +296,19 @@ impl Page<'_> {
 
     fn figures(&self) -> Vec<PageFigure> {
         let figure = |chart: Chart| PageFigure { svg: chart.svg(), title: chart.title };
-        [convergence(&self.milestones, self.summary.target.as_ref()), profile(self.estimates)]
+        let charts = [convergence(&self.milestones, self.summary.target.as_ref()), profile(self.estimates)];
+        charts.into_iter().flatten().map(figure).collect()
+    }
+
+    /// Maps of light: of the floor, and of planes.
+    fn maps(&self) -> Vec<PageFigure> {
+        let unit = self.summary.units.irradiance;
+        let floor = floor_svg(self.estimates, self.smooth, unit);
+        let planes = self.readings.and_then(|readings| isolux_svg(readings, unit));
+        let named = [("Light on the floor", floor), ("Light on planes", planes)];
+        named
             .into_iter()
-            .flatten()
-            .map(figure)
+            .filter_map(|(title, svg)| Some(PageFigure { title: title.into(), svg: svg? }))
             .collect()
     }
 

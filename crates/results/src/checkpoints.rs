@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use job::{Budget, Job};
+use job::{Budget, Job, OutputFile, Word};
 use judge::{MOMENTS, limits};
 use protocol::{
     Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, JobPlan, Judge, Past, Session, WalkRange,
@@ -173,22 +173,10 @@ pub(crate) fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub(crate) const DERIVED: [&str; 14] = [
-    "patches.csv",
-    PARTITION,
-    SENSORS,
-    PLANES,
-    ISOLUX,
-    SOURCES,
-    SENSITIVITIES,
-    "summary.json",
-    "radiosity.png",
-    "report.html",
-    "radiosity.exr",
-    "patches.vtu",
-    "scene.glb",
-    "patches.parquet",
-];
+pub(crate) fn derived() -> Vec<&'static str> {
+    let chosen = OutputFile::ALL.iter().map(|file| file.name());
+    chosen.chain([PARTITION, SENSORS, PLANES, ISOLUX, SOURCES, SENSITIVITIES]).collect()
+}
 
 /// How surfaces are cut; absent where no pilot has chosen it.
 pub(crate) const PARTITION: &str = "partition.toml";
@@ -235,7 +223,7 @@ pub(crate) fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Late
     };
     report::replace_atomically(&path, previous.as_deref(), |file| checkpoint.write(file), prove)?;
     if latest == Latest::Foreign {
-        folder.remove(&[&DERIVED[..], &[PREVIOUS, PILOT]].concat())?;
+        folder.remove(&[&derived()[..], &[PREVIOUS, PILOT]].concat())?;
     }
     Ok(())
 }

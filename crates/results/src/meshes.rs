@@ -16,6 +16,9 @@ const PATCHES: f64 = 512.0;
 /// The most cells of a surface.
 const MOST_CELLS: f64 = (1 << 12) as f64;
 
+/// Faces are grouped where a job has fewer paths than this for each.
+const PATHS_OF_FACE: u64 = 16;
+
 /// What a first look has found.
 pub(crate) struct Look {
     /// The grid of every surface.
@@ -73,11 +76,10 @@ pub(crate) fn add_patches(
 }
 
 impl Meshes {
-    /// Whether the faces of meshes are to be grouped in a job of some paths. Where they are few, fits to each face gain more than groups do, the
-    /// more paths there are.
+    /// Whether the faces of meshes are to be grouped in a job of some paths: where these are few for each. Else fits to each face tell the light of places
+    /// better than groups do.
     pub(crate) fn are_many(auto: &Auto, paths: u64) -> bool {
-        let faces = auto.kinds.iter().flatten().count() as f64;
-        faces * faces > 4.0 * paths as f64
+        PATHS_OF_FACE * auto.kinds.iter().flatten().count() as u64 > paths
     }
 
     /// The meshes of a job, of which a first look has found this, and the trees of their cells. The parts that are not halved are patches of the pilot:

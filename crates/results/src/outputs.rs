@@ -16,7 +16,7 @@ use report::{
 };
 
 use crate::checkpoints::{
-    self, CURRENT, DERIVED, ISOLUX, Latest, PARTITION, PLANES, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES,
+    self, CURRENT, ISOLUX, Latest, PARTITION, PLANES, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES, derived,
 };
 use crate::error::Error;
 use crate::kept::Kept;
@@ -44,7 +44,7 @@ impl RunOutput {
     /// # Errors
     /// Where it holds results that may not be `replace`d.
     pub fn new(path: &Path, replace: bool, exports: &[OutputFile], git: &'static str) -> Result<Self, Error> {
-        let files = [&[CURRENT, PREVIOUS, PILOT][..], &DERIVED].concat();
+        let files = [&[CURRENT, PREVIOUS, PILOT][..], &derived()].concat();
         let folder = OutputFolder::claim(path, &files, replace)?.into();
         Ok(RunOutput { folder, exports: exports.into(), git })
     }
@@ -78,11 +78,12 @@ impl RunOutput {
         Ok(summary)
     }
 
-    /// Keeps the job of a run that begins, with the tally of no walk: what a pilot has chosen for it is there when it is resumed.
+    /// Keeps a job with its tally alone. Where a run begins that is the tally of no walk, so that what a pilot has chosen is there when it is
+    /// resumed; where a disk is full, it may be all that there is room for.
     ///
     /// # Errors
     /// Where the file cannot be written.
-    pub fn begin(&self, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Error> {
+    pub fn keep(&self, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Error> {
         checkpoints::write(&self.folder, checkpoint, latest)
     }
 
@@ -99,7 +100,7 @@ impl RunOutput {
     fn place(&self, drafts: Drafts) -> Result<(), Error> {
         let written: Vec<&str> = drafts.iter().map(|(name, _)| *name).collect();
         drafts.into_iter().try_for_each(|(_, draft)| draft.place())?;
-        let others: Vec<&str> = DERIVED.into_iter().filter(|name| !written.contains(name)).collect();
+        let others: Vec<&str> = derived().into_iter().filter(|name| !written.contains(name)).collect();
         self.folder.remove(&others)?;
         Ok(self.folder.sync()?)
     }

@@ -31,11 +31,11 @@ const FIRST_PART: u64 = 8;
 /// A first look has one in this many of the cells that its walks allow: even light is told by coarse ones.
 const FIRST_CELLS: u64 = 8;
 
-/// A first look that is not this many times smaller than the pilot saves nothing.
+/// A first look that has not this many times fewer walks and cells than the pilot saves nothing.
 const FEW: u64 = 4;
 
 /// Independent groups of the pilot's walks: products of what they find have no bias.
-const GROUPS: u64 = 16;
+const GROUPS: u64 = 4;
 
 /// Walks of the pilot for each of its cells.
 const WALKS_PER_CELL: u64 = 16;
@@ -179,7 +179,8 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
             true => candidates.choose_for(aim * aim * energy.max(0.0), walks as f64, most as f64),
             false => candidates.choose(walks as f64),
         };
-        if first * FEW <= wanted {
+        let cells = |walks: u64| grids_cells(&grids(self.job, &auto.surfaces, walks));
+        if first * FEW <= wanted && cells(first / FIRST_CELLS) * FEW <= cells(wanted) {
             // Where the light is even this is enough.
             let pilot = self.look_linear(auto, first, FIRST_CELLS)?;
             let (lights, energy) = pilot.see();
@@ -318,6 +319,11 @@ fn grids(job: &Job, open: &[usize], walks: u64) -> Grids {
         *top = Some(doublings(&surfaces[surface].shape, *base, area / cells as f64));
     }
     grids
+}
+
+/// The number of the pilot's cells.
+fn grids_cells(grids: &Grids) -> u64 {
+    cuts_of(grids).iter().map(Cut::cells).sum()
 }
 
 /// The cuts of the pilot's grids.

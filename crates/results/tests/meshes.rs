@@ -82,10 +82,10 @@ fn chosen(job: &Job, threads: usize) -> Partition {
 fn groups_are_a_function_of_the_job_and_given_on_by_files() {
     let folder = tempdir().unwrap();
     let path = write(&folder, "");
-    let job = load(&path, 3, 30_000);
+    let job = load(&path, 3, 11_000);
     let partition = chosen(&job, 1);
     assert_eq!(chosen(&job, 5), partition);
-    let cut = job::load_cut(&path, &keys(3, 30_000), &partition).unwrap();
+    let cut = job::load_cut(&path, &keys(3, 11_000), &partition).unwrap();
 
     let is_ball = |surface: usize| job.scene.spec().surfaces[surface].shape.area() < 0.01;
     let mut first = 0;
@@ -106,7 +106,7 @@ fn groups_are_a_function_of_the_job_and_given_on_by_files() {
     assert!(of_ball.len() < 500 && of_walls.len() > 40, "{} and {}", of_ball.len(), of_walls.len());
 
     fs::write(folder.path().join("partition.toml"), partition.to_toml()).unwrap();
-    let given = [keys(3, 30_000).as_slice(), &["scene.patches=partition.toml".into()]].concat();
+    let given = [keys(3, 11_000).as_slice(), &["scene.patches=partition.toml".into()]].concat();
     let given = job::load(&path, &given).unwrap();
     assert_eq!(given.scene.spec(), cut.scene.spec());
     assert_eq!(given.method, cut.method);
@@ -132,15 +132,15 @@ fn what_is_asked_of_faces_keeps_them_apart() {
         let path = write(&folder, rest);
         spans_surfaces(&chosen(&load(&path, 1, paths), 2))
     };
-    assert!(grouped("", 20_000));
-    assert!(grouped("[method]\nwalk = \"jacobi\"\n", 20_000));
+    assert!(grouped("", 10_000));
+    assert!(grouped("[method]\nwalk = \"jacobi\"\n", 10_000));
     assert!(!grouped("", 200_000));
-    assert!(grouped("[method]\nbasis = \"linear\"\n", 20_000));
-    assert!(grouped("[method]\nbasis = \"constant\"\n", 20_000));
+    assert!(grouped("[method]\nbasis = \"linear\"\n", 10_000));
+    assert!(grouped("[method]\nbasis = \"constant\"\n", 10_000));
     // A total error that few walks reach is reached soonest on groups.
-    assert!(grouped("[target]\ntotal_error = 0.2\n", 20_000));
+    assert!(grouped("[target]\ntotal_error = 0.2\n", 10_000));
     assert!(!grouped("[target]\ntotal_error = 0.02\n", 200_000));
-    assert!(!grouped("[[source]]\nname = \"lamp\"\nsurfaces = [\"lamp*\"]\n", 20_000));
+    assert!(!grouped("[[source]]\nname = \"lamp\"\nsurfaces = [\"lamp*\"]\n", 10_000));
 }
 
 /// The part of 95 % intervals that cover, on groups that each seed's own pilot has chosen: the mean over seeds, its standard error by
@@ -173,7 +173,7 @@ fn coverage(seeds: u64, paths: u64) -> (f64, f64, u64) {
 /// Within 4 standard errors of 95 % (false-alarm rate 6·10⁻⁵), which are below 1 %.
 #[test]
 fn intervals_are_true_on_chosen_groups() {
-    let (mean, error, intervals) = coverage(16, 20_000);
+    let (mean, error, intervals) = coverage(16, 10_000);
     println!("{:.2} ± {:.2} % of {intervals}", 100.0 * mean, 100.0 * error);
     assert!(error < 0.01 && (mean - 0.95).abs() < 4.0 * error, "{mean} ± {error}");
 }
@@ -182,7 +182,7 @@ fn intervals_are_true_on_chosen_groups() {
 #[test]
 #[ignore = "takes minutes"]
 fn twenty_thousand_intervals_are_true_on_chosen_groups() {
-    let (mean, error, intervals) = coverage(140, 30_000);
+    let (mean, error, intervals) = coverage(140, 11_000);
     println!("{:.2} ± {:.2} % of {intervals}", 100.0 * mean, 100.0 * error);
     assert!(intervals >= 20_000);
     assert!((0.944..=0.956).contains(&mean), "{mean} ± {error}");

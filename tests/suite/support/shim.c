@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 /* SYNC_MS: milliseconds that each fsync takes. SYNC_FAILS: fsyncs in ten that fail. CLOCK: the time of day jumps by a day,
- * to and fro. FULL: nothing is written to files. STUCK_MS: milliseconds for which a thread that gets SIGUSR1 is stuck. */
+ * to and fro. FULL: no file grows beyond so many bytes. STUCK_MS: milliseconds for which a thread that gets SIGUSR1 is stuck. */
 enum { SYNC_MS, SYNC_FAILS, CLOCK, FULL, STUCK_MS, WRONGS };
 static const char *const names[WRONGS] = {
     "SHIM_SYNC_MS", "SHIM_SYNC_FAILS", "SHIM_CLOCK", "SHIM_FULL", "SHIM_STUCK_MS",
@@ -50,7 +50,7 @@ ssize_t write(int file, const void *bytes, size_t count) {
     static ssize_t (*real)(int, const void *, size_t);
     struct stat status;
     if (!real) real = (ssize_t (*)(int, const void *, size_t))dlsym(RTLD_NEXT, "write");
-    if (wrong[FULL] && fstat(file, &status) == 0 && S_ISREG(status.st_mode)) { errno = ENOSPC; return -1; }
+    if (wrong[FULL] && fstat(file, &status) == 0 && S_ISREG(status.st_mode) && status.st_size + (off_t)count > wrong[FULL]) { errno = ENOSPC; return -1; }
     return real(file, bytes, count);
 }
 

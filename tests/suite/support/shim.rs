@@ -17,7 +17,7 @@ pub enum Wrong {
     SyncFails,
     /// The time of day jumps by a day, to and fro.
     Clock,
-    /// Nothing is written to files.
+    /// No file grows beyond so many bytes.
     Full,
     /// The milliseconds for which a thread that gets SIGUSR1 is stuck.
     StuckMs,

@@ -53,7 +53,7 @@ impl MeasuredDoublings {
     }
 
     /// The likelihood of the measurement where so much is gained, give or take a part of it, but for a factor: Student's with 15
-    /// degrees of freedom, as the pilot has 16 groups.
+    /// degrees of freedom, whose tails allow for hits that go together.
     fn likelihood(&self, gain: f64, misfit: f64) -> f64 {
         let variance = self.variance(gain) + (misfit * gain) * (misfit * gain);
         let off = self.gain - gain;

@@ -36,6 +36,10 @@ const DISTANCE_LONGER: u64 = 16;
 const CONTROL: &str = "cube54";
 pub const NARROWED: f64 = 0.85;
 
+/// The total error that is asked for over what runs of a quarter of the paths tell, and the seeds of runs that ask for it.
+const TOTAL_TARGET: f64 = 0.9;
+pub const TOTAL_SEEDS: usize = 8;
+
 /// Seeds of runs with a target, and the methods that have them.
 pub const TARGET_SEEDS: usize = 20;
 const TARGETS: [&str; 4] = ["collision", "gathering", "sobol", "chains"];
@@ -96,6 +100,15 @@ pub struct Reached {
     pub least: f64,
 }
 
+/// Runs that reached a total error: their part, and how large their errors truly are, by root mean square and at most.
+#[derive(Clone, Copy)]
+pub struct TotalReached {
+    pub target: f64,
+    pub part: f64,
+    pub truth: f64,
+    pub most: f64,
+}
+
 /// A method in a scene.
 pub struct MethodRow {
     pub site: String,
@@ -115,6 +128,7 @@ pub struct MethodRow {
     pub total: Option<ToldAndTrue>,
     pub predicted: Option<ToldAndTrue>,
     pub reached: Option<Reached>,
+    pub total_reached: Option<TotalReached>,
     pub distance: Option<Distance>,
     /// Whether its intervals were narrowed on purpose ([`CONTROL`]).
     pub is_control: bool,
@@ -186,6 +200,7 @@ impl MethodRow {
             total: None,
             predicted: None,
             reached: None,
+            total_reached: None,
             distance: None,
             is_control: false,
         }
@@ -305,6 +320,9 @@ fn of_chosen(
     let mut row = MethodRow::new(site, method, seeds, paths);
     row.alarms = alarms(&done.iter().map(|(run, _)| run).collect::<Vec<_>>());
     (row.total, row.predicted) = totals(&done.iter().map(|(_, error)| *error).collect::<Vec<_>>());
+    if row.predicted.is_some() {
+        row.total_reached = total_reached(site, method, paths, fine, row.total)?;
+    }
     Ok(vec![row])
 }
 
@@ -559,6 +577,33 @@ fn alarms(runs: &[&HonestyRun]) -> BTreeMap<String, f64> {
         }
     }
     failed
+}
+
+/// Runs that ask for a total error a little below what shorter ones tell.
+fn total_reached(
+    site: &HonestyScene,
+    method: &HonestyMethod,
+    paths: u64,
+    fine: &Fine,
+    told: Option<ToldAndTrue>,
+) -> Result<Option<TotalReached>, Failure> {
+    let Some(ToldAndTrue { told, .. }) = told else { return Ok(None) };
+    let target = TOTAL_TARGET * told;
+    let more = [format!("target.total_error={target}")];
+    let done = for_seeds(TOTAL_SEEDS, |seed| {
+        let kept = method.run(site, 4 * paths, 3000 + seed, &more)?;
+        let summary = serde_json::to_value(kept.summary("study"))?;
+        let is_reached = summary.pointer("/accuracy/reached").is_some_and(|reached| reached == true);
+        Ok(is_reached.then(|| total(&kept, &summary, fine)[2]))
+    })?;
+    let errors: Vec<f64> = done.into_iter().flatten().collect();
+    let reached = errors.len() as f64;
+    Ok(Some(TotalReached {
+        target,
+        part: reached / TOTAL_SEEDS as f64,
+        truth: (errors.iter().map(|error| error * error).sum::<f64>() / reached).sqrt(),
+        most: errors.into_iter().fold(f64::NAN, f64::max),
+    }))
 }
 
 /// Runs with a target.

@@ -13,7 +13,7 @@ const LONGER: u64 = 256;
 const LONGER_IN_ROOMS: u64 = 64;
 
 /// The walks of a reference whose patches are chosen for them, and the places along each edge of one of its patches.
-const FINE_WALKS: u64 = 1 << 22;
+const FINE_WALKS: u64 = 1 << 21;
 const PLACES: u32 = 4;
 
 /// B and H of every face and channel, channels of a face side by side, in the order of faces [W/m²], and the variance of H [(W/m²)²].

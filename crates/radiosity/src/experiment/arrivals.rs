@@ -11,7 +11,7 @@ use crate::tally::Counts;
 use crate::trace::ray::Hits;
 use crate::walk::batch::walk_all;
 use crate::walk::estimator::{Estimator, with_fate};
-use crate::walk::fate::Fate;
+use crate::walk::fate::CollisionModel;
 use crate::walk::score::Scorer;
 
 /// The arrival of a walk at an active side.
@@ -70,7 +70,7 @@ impl Experiment {
         &self,
         sequence: &Sequence,
         walks: Range<u64>,
-        fate: impl Fate<C>,
+        fate: impl CollisionModel<C>,
         mut witness: impl Scorer<C>,
     ) -> Counts {
         walk_all(self.scene(), self.births(), self.method().space(), sequence, walks, fate, &mut witness)

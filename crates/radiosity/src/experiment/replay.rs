@@ -5,7 +5,7 @@ use crate::random::rng::{Sequence, WalkRng};
 use crate::simd::batch::{Decisions, WIDTH};
 use crate::walk::batch::{WalkEnd, walk_all};
 use crate::walk::estimator::{Estimator, with_fate};
-use crate::walk::fate::Fate;
+use crate::walk::fate::CollisionModel;
 use crate::walk::score::Scorer;
 
 /// A walk, described from its birth to its end.
@@ -65,7 +65,7 @@ impl Experiment {
         }
     }
 
-    fn record<const C: usize>(&self, sequence: &Sequence, n: u64, fate: impl Fate<C>) -> Replay {
+    fn record<const C: usize>(&self, sequence: &Sequence, n: u64, fate: impl CollisionModel<C>) -> Replay {
         let mut recorder = Recorder::default();
         let (scene, space) = (self.scene(), self.method().space());
         let counts = walk_all(scene, self.births(), space, sequence, n..n + 1, fate, &mut recorder);

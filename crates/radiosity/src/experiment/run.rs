@@ -13,11 +13,11 @@ use crate::random::rng::Sequence;
 use crate::scene::births::Births;
 use crate::tally::{Counts, Overflow};
 use crate::walk::Space;
-use crate::walk::apart::ByClass;
+use crate::walk::apart::LightGroups;
 use crate::walk::batch::{walk_all, walk_each};
 use crate::walk::estimator::{EstimatorKind, Event, with_fate};
-use crate::walk::fate::{Analog, Fate, Infinite};
-use crate::walk::marks::{Amount, MarkBoard, Marked, Marks};
+use crate::walk::fate::{Analog, CollisionModel, Infinite};
+use crate::walk::marks::{Amount, LikelihoodRatio, MarkBoard, Marked};
 use crate::walk::score::{Gather, GatherRelated, Scorer, ShootHits, ShootRelated};
 use crate::walk::weighted::ShootWeights;
 
@@ -227,7 +227,7 @@ impl Experiment {
         &self,
         space: Space,
         source: &Source,
-        fate: impl Fate<C>,
+        fate: impl CollisionModel<C>,
         (score, marks): (&mut impl Scorer<C>, Option<&mut Marked<T, C>>),
     ) -> Counts {
         let births = self.scene.emitters();
@@ -235,13 +235,13 @@ impl Experiment {
             return self.walk_all(births, space, source, fate, score);
         };
         let walks = walks.clone();
-        let mut score = ByClass::new(score, &groups.first_slots);
+        let mut score = LightGroups::new(score, &groups.first_slots);
         let Some(marks) = marks else {
             return walk_all(&self.scene, births, space, sequence, walks, fate, &mut score);
         };
         let event = self.method.estimator_kind().map_or(Event::Arrival, EstimatorKind::event);
         let isa = self.scene.parts.isa;
-        let mut score = Marks::new(isa, (&mut score, marks), &groups.material_of_face, event);
+        let mut score = LikelihoodRatio::new(isa, (&mut score, marks), &groups.material_of_face, event);
         walk_all(&self.scene, births, space, sequence, walks, fate, &mut score)
     }
 
@@ -292,7 +292,7 @@ impl Experiment {
         births: &Births,
         space: Space,
         source: &Source,
-        fate: impl Fate<C>,
+        fate: impl CollisionModel<C>,
         score: &mut impl Scorer<C>,
     ) -> Counts {
         let scene = &self.scene;

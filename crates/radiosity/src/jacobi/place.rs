@@ -2,7 +2,7 @@
 
 use crate::geometry::basis::SLOPE_UNITS;
 use crate::scene::Scene;
-use crate::walk::spots::Spot;
+use crate::walk::spots::BasisSample;
 
 /// A surface, and local coordinates on it.
 pub(super) type LocalPoint = (u32, [f64; 2]);

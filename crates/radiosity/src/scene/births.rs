@@ -13,7 +13,7 @@ use crate::trace::ray::{Ray, Rays};
 
 /// One side of consecutive cells of a surface, where walks begin with the same probability.
 #[derive(Clone, Copy, Debug)]
-struct Cradle {
+struct SourceRun {
     surface: u32,
     side: Side,
     first_cell: u32,
@@ -128,7 +128,7 @@ impl Nursery<1> for SensorBirths<'_> {
 /// Sides of cells, then lamps without area, the probability of each, and the weights that walks set out with.
 #[derive(Clone, Debug)]
 pub(crate) struct Births {
-    cradles: Vec<Cradle>,
+    cradles: Vec<SourceRun>,
     choice: AliasTable,
     /// Per cradle, then per lamp; empty where every weight is 1.
     weights: Vec<[f64; 3]>,
@@ -153,7 +153,7 @@ impl Births {
     /// Births with a probability in proportion to `share` of each piece, in runs of pieces that are alike in all that matters at a birth,
     /// and to that of each lamp.
     fn in_cradles(
-        cradles: impl Iterator<Item = (usize, Cradle)>,
+        cradles: impl Iterator<Item = (usize, SourceRun)>,
         share: impl Fn(usize) -> f64,
         of_lamps: &[f64],
     ) -> Option<Self> {
@@ -183,7 +183,7 @@ impl Births {
     }
 
     /// Births in cradles and at lamps that are chosen in proportion to their shares; `None` where there is no share.
-    fn choosing(chosen: impl Iterator<Item = (Cradle, f64)>, of_lamps: &[f64]) -> Option<Self> {
+    fn choosing(chosen: impl Iterator<Item = (SourceRun, f64)>, of_lamps: &[f64]) -> Option<Self> {
         let (cradles, mut shares): (Vec<_>, Vec<_>) = chosen.unzip();
         shares.extend(of_lamps);
         shares.iter().any(|&share| share > 0.0).then(|| Births {
@@ -223,7 +223,7 @@ impl Births {
         let cradles = cradles(surfaces, faces, may_emit, alike);
         let of_lamps: Vec<f64> = (0..lamps.len()).map(|lamp| chance(&|c| lamps.power(lamp, c))).collect();
         let mut births = Births::in_cradles(cradles, |i| chance(&|c| piece(i).power(c)), &of_lamps)?;
-        let of_cradle = |cradle: &Cradle| {
+        let of_cradle = |cradle: &SourceRun| {
             let surface = &surfaces[cradle.surface as usize];
             let face = faces.piece(surface.piece(cradle.first_cell, cradle.side));
             weights(&|c| face.power(c))
@@ -245,7 +245,7 @@ impl Births {
             Some(weights) if C > 1 => std::array::from_fn(|c| weights[c]),
             _ => [1.0; C],
         };
-        let Some(&Cradle { surface, side, first_cell, cells }) = self.cradles.get(choice) else {
+        let Some(&SourceRun { surface, side, first_cell, cells }) = self.cradles.get(choice) else {
             return (Birthplace::Lamp(choice - self.cradles.len()), weights);
         };
         let cell = first_cell + ((u128::from(bits[1]) * u128::from(cells)) >> 64) as u32;
@@ -273,7 +273,7 @@ fn cradles(
     faces: &Faces,
     of: impl Fn(u32) -> bool,
     alike: impl Fn(usize, usize) -> bool,
-) -> impl Iterator<Item = (usize, Cradle)> {
+) -> impl Iterator<Item = (usize, SourceRun)> {
     let sides = (0..)
         .zip(surfaces.iter().map(Surface::cell_count))
         .filter(move |&(surface, _)| of(surface))
@@ -289,7 +289,7 @@ fn cradles(
             let piece = next;
             next += (piece..end).take_while(|&other| alike(piece, other)).count();
             let (first_cell, cells) = ((piece - first) as u32, (next - piece) as u32);
-            cradles.push((piece, Cradle { surface, side, first_cell, cells }));
+            cradles.push((piece, SourceRun { surface, side, first_cell, cells }));
         }
         cradles
     })

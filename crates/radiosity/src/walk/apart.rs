@@ -9,7 +9,7 @@ use crate::simd::batch::{Decisions, WIDTH};
 
 /// Hands the scores of each walk to the class that the walk belongs to: face i of a class is the slot i of a board, counted
 /// from the first slot of the class.
-pub(crate) struct ByClass<'a, const C: usize> {
+pub(crate) struct LightGroups<'a, const C: usize> {
     inner: &'a mut dyn Scorer<C>,
     /// The first slot of a walk's class, by the face of its birth.
     first_slots: &'a [u32],
@@ -17,9 +17,9 @@ pub(crate) struct ByClass<'a, const C: usize> {
     offsets: [u32; WIDTH],
 }
 
-impl<'a, const C: usize> ByClass<'a, C> {
+impl<'a, const C: usize> LightGroups<'a, C> {
     pub(crate) fn new(inner: &'a mut dyn Scorer<C>, first_slots: &'a [u32]) -> Self {
-        ByClass { inner, first_slots, offsets: [0; WIDTH] }
+        LightGroups { inner, first_slots, offsets: [0; WIDTH] }
     }
 
     /// Slots of walks on some faces. Walks that are nowhere have a face, too, whose slot is of no use.
@@ -33,7 +33,7 @@ impl<'a, const C: usize> ByClass<'a, C> {
     }
 }
 
-impl<const C: usize> Scorer<C> for ByClass<'_, C> {
+impl<const C: usize> Scorer<C> for LightGroups<'_, C> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, birth: u32) {
         self.offsets[lane] = self.first_slots[birth as usize];

@@ -18,7 +18,7 @@ use crate::trace::tree::Scratch;
 use crate::walk::Space;
 use crate::walk::arrive::Arrivals;
 use crate::walk::depart::Departures;
-use crate::walk::fate::{Crossroads, Fate};
+use crate::walk::fate::{CollisionBatch, CollisionModel};
 use crate::walk::score::Scorer;
 
 /// Every way a walk can end.
@@ -41,7 +41,7 @@ pub(crate) fn walk_all<const C: usize>(
     space: Space,
     sequence: &Sequence,
     walks: Range<u64>,
-    fate: impl Fate<C>,
+    fate: impl CollisionModel<C>,
     estimator: &mut impl Scorer<C>,
 ) -> Counts {
     let starts = sequence.walks_from(walks.start).take((walks.end - walks.start) as usize);
@@ -55,7 +55,7 @@ pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
     space: Space,
     numbers: &N,
     starts: impl Iterator<Item = N::Place>,
-    fate: impl Fate<C>,
+    fate: impl CollisionModel<C>,
     estimator: &mut impl Scorer<C>,
 ) -> Counts {
     let counts = Counts::default();
@@ -135,7 +135,7 @@ struct Walker<'a, N, E, F, const C: usize> {
     weights: [[f64; C]; WIDTH],
 }
 
-impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C> {
+impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, N, E, F, C> {
     fn run<B: Nursery<C>>(&mut self, newborns: &mut Newborns<B, N, impl Iterator<Item = N::Place>>) {
         let (mut rays, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
         let mut scratch = Box::<Scratch>::default();
@@ -226,7 +226,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
     fn decide(&mut self, hits: &Hits, arrivals: &Arrivals, stopped: Lanes) -> (Decisions, Lanes) {
         let all = Lanes::first(self.len);
         let arrived = arrivals.active & all;
-        let crossroads = Crossroads {
+        let crossroads = CollisionBatch {
             isa: self.isa,
             surfaces: self.scene.surfaces(),
             tints: &self.scene.parts.tints,

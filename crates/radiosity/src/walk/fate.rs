@@ -64,7 +64,7 @@ pub(crate) enum Next {
 }
 
 /// How walks end, C channels at a time. A walk's own state is a copy.
-pub(crate) trait Fate<const C: usize>: Copy {
+pub(crate) trait CollisionModel<const C: usize>: Copy {
     /// Whether chance alone decides and nothing is remembered.
     const CHANCE: bool = false;
     /// Whether the first arrival is the last, whatever chance has to say (direct light).
@@ -82,10 +82,10 @@ pub(crate) trait Fate<const C: usize>: Copy {
     #[inline(always)]
     fn decide_all(
         fates: &mut [Self; WIDTH],
-        crossroads: &Crossroads,
+        crossroads: &CollisionBatch,
         weights: &mut [[f64; C]; WIDTH],
     ) -> Decisions {
-        let Crossroads { surfaces, met, arrived, survives, .. } = *crossroads;
+        let CollisionBatch { surfaces, met, arrived, survives, .. } = *crossroads;
         let mut decided = Decisions { arrived, ..Decisions::default() };
         arrived.each(|lane| {
             let fate = &mut fates[lane];
@@ -101,7 +101,7 @@ pub(crate) trait Fate<const C: usize>: Copy {
 }
 
 /// Where the walks of a batch have arrived.
-pub(crate) struct Crossroads<'a> {
+pub(crate) struct CollisionBatch<'a> {
     pub(crate) isa: Isa,
     pub(crate) surfaces: &'a [Surface],
     pub(crate) tints: &'a Tints,
@@ -113,7 +113,7 @@ pub(crate) struct Crossroads<'a> {
     pub(crate) survives: Lanes,
 }
 
-impl Crossroads<'_> {
+impl CollisionBatch<'_> {
     /// What chance alone decides.
     #[inline(always)]
     pub(crate) fn by_chance(&self) -> Decisions {
@@ -141,7 +141,7 @@ impl Analog {
     }
 }
 
-impl Fate<1> for Analog {
+impl CollisionModel<1> for Analog {
     const CHANCE: bool = true;
 
     #[inline(always)]
@@ -179,7 +179,7 @@ impl Coloured {
     }
 }
 
-impl Fate<3> for Coloured {
+impl CollisionModel<3> for Coloured {
     #[inline(always)]
     fn ends_at_once(&self) -> bool {
         self.ends_at_once
@@ -208,7 +208,7 @@ impl Fate<3> for Coloured {
     #[inline(always)]
     fn decide_all(
         fates: &mut [Self; WIDTH],
-        crossroads: &Crossroads,
+        crossroads: &CollisionBatch,
         weights: &mut [[f64; 3]; WIDTH],
     ) -> Decisions {
         let decided = crossroads.by_chance();
@@ -220,7 +220,7 @@ impl Fate<3> for Coloured {
 /// Notes the weights of coloured walks, and multiplies those of survivors by the tints of their surfaces.
 struct Tinting<'a> {
     fates: &'a mut [Coloured; WIDTH],
-    crossroads: &'a Crossroads<'a>,
+    crossroads: &'a CollisionBatch<'a>,
     survived: Lanes,
     weights: &'a mut [[f64; 3]; WIDTH],
 }
@@ -228,7 +228,7 @@ struct Tinting<'a> {
 impl Kernel for Tinting<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Crossroads { tints, met, .. } = *self.crossroads;
+        let CollisionBatch { tints, met, .. } = *self.crossroads;
         for first in (0..WIDTH).step_by(WORD) {
             let survived = self.survived.word(first);
             for i in 0..WORD {
@@ -270,7 +270,7 @@ impl<const C: usize> Infinite<C> {
     }
 }
 
-impl<const C: usize> Fate<C> for Infinite<C> {
+impl<const C: usize> CollisionModel<C> for Infinite<C> {
     #[inline(always)]
     fn set_out(&mut self, weights: [f64; C]) {
         self.weights = weights;

@@ -4,7 +4,7 @@
 //! scores y at x adds y·ψ_k(x) to slope k: the mean of that is the mean of b·ψ_k over the patch, as the mean of y is that of
 //! b. A gathering walk that is born at x and gathers y tells the same of the patch of its birth.
 
-use super::score::{HitSlate, Slate, dithered, set_units};
+use super::score::{HitTally, WeightTally, dithered, set_units};
 use crate::geometry::basis::{SLOPE_BITS, SLOPE_UNITS};
 use crate::random::rng::WalkRng;
 use crate::simd::batch::WIDTH;
@@ -20,8 +20,8 @@ fn hits(number: u64, slopes: [i64; 2]) -> Mark<u64, 1> {
     Mark { units: [number], slopes: [slopes.map(u64::from_signed)] }
 }
 
-impl HitSlate for LinearBoard<u64, (), 1> {
-    type Spot = [i64; 2];
+impl HitTally for LinearBoard<u64, (), 1> {
+    type Sample = [i64; 2];
 
     #[inline(always)]
     fn add_hit(&mut self, face: u32, (earlier, sum): (u64, [i64; 2]), slopes: [i64; 2]) {
@@ -47,8 +47,8 @@ fn fixed<const C: usize>(scores: [u64; C], place: [i64; 2], rounding: [i64; C]) 
     }
 }
 
-impl<const C: usize> Slate<C> for LinearBoard<u128, u64, C> {
-    type Spot = [i64; 2];
+impl<const C: usize> WeightTally<C> for LinearBoard<u128, u64, C> {
+    type Sample = [i64; 2];
     type Mark = Mark<u64, C>;
 
     type Units = [[u64; C]; WIDTH];

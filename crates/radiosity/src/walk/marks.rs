@@ -37,7 +37,7 @@ struct LateArrival<T, const C: usize> {
 }
 
 /// Scores the marks of materials, beside what the scorer of a method does.
-pub(crate) struct Marks<'a, T, const C: usize> {
+pub(crate) struct LikelihoodRatio<'a, T, const C: usize> {
     inner: &'a mut dyn Scorer<C>,
     board: &'a mut Marked<T, C>,
     material_of_face: &'a [u32],
@@ -53,7 +53,7 @@ pub(crate) struct Marks<'a, T, const C: usize> {
     late: Vec<Vec<LateArrival<T, C>>>,
 }
 
-impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
+impl<'a, T: Amount, const C: usize> LikelihoodRatio<'a, T, C> {
     pub(crate) fn new(
         isa: Isa,
         (inner, board): (&'a mut dyn Scorer<C>, &'a mut Marked<T, C>),
@@ -63,7 +63,7 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
         let arrivals = vec![[0; WIDTH]; board.blocks];
         let (visits, history, units) = (Visits::new(), Vec::new(), Vec::new());
         let late = (0..WIDTH).map(|_| Vec::new()).collect();
-        Marks { inner, board, material_of_face, event, isa, visits, arrivals, history, units, late }
+        LikelihoodRatio { inner, board, material_of_face, event, isa, visits, arrivals, history, units, late }
     }
 
     /// What a visit has scored.
@@ -193,7 +193,7 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
 
 /// The arrivals of a batch.
 struct BatchArrivals<'a, 'b, T, const C: usize> {
-    marks: &'a mut Marks<'b, T, C>,
+    marks: &'a mut LikelihoodRatio<'b, T, C>,
     faces: &'a [u32; WIDTH],
     decided: &'a Decisions,
     weights: &'a [[f64; C]; WIDTH],
@@ -215,7 +215,7 @@ impl<T: Amount, const C: usize> Kernel for BatchArrivals<'_, '_, T, C> {
     }
 }
 
-impl<T: Amount, const C: usize> Scorer<C> for Marks<'_, T, C> {
+impl<T: Amount, const C: usize> Scorer<C> for LikelihoodRatio<'_, T, C> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, birth: u32) {
         self.visits.len[lane] = 0;

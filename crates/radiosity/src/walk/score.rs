@@ -5,8 +5,8 @@
 //! else 2⁻⁴⁰ of the largest single score (2⁻²⁴ where fourth powers are summed, which would not fit otherwise).
 
 use super::estimator::Event;
-use super::spots::Spot;
-use super::visits::{Kept, Path, SEARCHED, Visits, empty_paths};
+use super::spots::BasisSample;
+use super::visits::{Path, SEARCHED, VisitRecord, Visits, empty_paths};
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
@@ -44,28 +44,28 @@ pub(crate) trait Scorer<const C: usize> {
 }
 
 /// A board on which whole hits are scored, one for each event.
-pub(crate) trait HitSlate {
+pub(crate) trait HitTally {
     /// What is kept of where a walk scores.
-    type Spot: Spot;
+    type Sample: BasisSample;
     /// A walk scores on a face, where it has scored `before`: how often, and with what sum of spots.
-    fn add_hit(&mut self, face: u32, before: (u64, Self::Spot), spot: Self::Spot);
+    fn add_hit(&mut self, face: u32, before: (u64, Self::Sample), spot: Self::Sample);
     /// The walks will soon score on these faces.
     fn expect_faces(&self, faces: &[u32]);
 }
 
 /// A board on which weights are scored in C channels, in fixed point.
-pub(crate) trait Slate<const C: usize> {
+pub(crate) trait WeightTally<const C: usize> {
     /// What is kept of where a walk scores.
-    type Spot: Spot;
+    type Sample: BasisSample;
     /// What a visit scores; or the sum of up to [`SEARCHED`] visits of one walk to a face.
-    type Mark: Kept;
+    type Mark: VisitRecord;
     /// What visits of the walks of a batch are worth, computed side by side.
     type Units;
     const NO_UNITS: Self::Units;
     /// Computes that from their weights.
     fn set_units(&mut self, units: &mut Self::Units, weights: &[[f64; C]; WIDTH]);
     /// What a visit scores.
-    fn mark(units: &Self::Units, lane: usize, spot: Self::Spot) -> Self::Mark;
+    fn mark(units: &Self::Units, lane: usize, spot: Self::Sample) -> Self::Mark;
     /// Counts an event on a face, or a birth.
     fn count_event(&mut self, face: u32);
     /// Counts an event of a walk on a face, where it has scored `before`, and adds what it scores now.
@@ -80,13 +80,13 @@ pub(crate) trait Slate<const C: usize> {
         now: impl Iterator<Item = Self::Mark>,
     );
     /// Adds what a walk has gathered for the face where it was born, rounded at random.
-    fn add_gathered(&mut self, birth: u32, scores: [f64; C], spot: Self::Spot, rng: WalkRng);
+    fn add_gathered(&mut self, birth: u32, scores: [f64; C], spot: Self::Sample, rng: WalkRng);
     /// The walks will soon score on these faces.
     fn expect_faces(&self, faces: &[u32]);
 }
 
-impl<const M: usize> HitSlate for Scoreboard<u64, (), 1, M> {
-    type Spot = ();
+impl<const M: usize> HitTally for Scoreboard<u64, (), 1, M> {
+    type Sample = ();
 
     #[inline(always)]
     fn add_hit(&mut self, face: u32, (earlier, ()): (u64, ()), (): ()) {
@@ -99,8 +99,8 @@ impl<const M: usize> HitSlate for Scoreboard<u64, (), 1, M> {
     }
 }
 
-impl<const C: usize, const M: usize> Slate<C> for Scoreboard<u128, u64, C, M> {
-    type Spot = ();
+impl<const C: usize, const M: usize> WeightTally<C> for Scoreboard<u128, u64, C, M> {
+    type Sample = ();
     type Mark = [u64; C];
 
     type Units = [[u64; C]; WIDTH];
@@ -153,18 +153,18 @@ impl<const C: usize, const M: usize> Slate<C> for Scoreboard<u128, u64, C, M> {
 }
 
 /// Grey analog shooting: one unit for each event, on the face where it happens.
-pub(crate) struct ShootHits<'a, B: HitSlate> {
+pub(crate) struct ShootHits<'a, B: HitTally> {
     board: &'a mut B,
-    visits: Visits<B::Spot>,
+    visits: Visits<B::Sample>,
     /// Where the walks are now.
-    spots: <B::Spot as Kept>::Row,
+    spots: <B::Sample as VisitRecord>::Row,
     isa: Isa,
     event: Event,
 }
 
-impl<'a, B: HitSlate> ShootHits<'a, B> {
+impl<'a, B: HitTally> ShootHits<'a, B> {
     pub(crate) fn new(isa: Isa, board: &'a mut B, event: Event) -> Self {
-        ShootHits { board, visits: Visits::new(), spots: B::Spot::NO_ROW, isa, event }
+        ShootHits { board, visits: Visits::new(), spots: B::Sample::NO_ROW, isa, event }
     }
 
     /// Scores the visits that were kept apart.
@@ -172,8 +172,8 @@ impl<'a, B: HitSlate> ShootHits<'a, B> {
     fn score_later(&mut self, lane: usize) {
         let later = self.visits.take_later(lane);
         for visits in later.chunk_by(|(a, _), (b, _)| a == b) {
-            let plus = |(number, sum): (u64, B::Spot), spot: B::Spot| (number + 1, sum.plus(spot));
-            let mut before = self.visits.on(lane, visits[0].0).fold((0, B::Spot::NONE), plus);
+            let plus = |(number, sum): (u64, B::Sample), spot: B::Sample| (number + 1, sum.plus(spot));
+            let mut before = self.visits.on(lane, visits[0].0).fold((0, B::Sample::NONE), plus);
             for &(face, spot) in visits {
                 self.board.add_hit(face, before, spot);
                 before = plus(before, spot);
@@ -182,7 +182,7 @@ impl<'a, B: HitSlate> ShootHits<'a, B> {
     }
 }
 
-impl<B: HitSlate> Scorer<1> for ShootHits<'_, B> {
+impl<B: HitTally> Scorer<1> for ShootHits<'_, B> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, _: u32) {
         self.visits.len[lane] = 0;
@@ -190,16 +190,16 @@ impl<B: HitSlate> Scorer<1> for ShootHits<'_, B> {
 
     #[inline(always)]
     fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits, pieces: &[u32; WIDTH]) {
-        B::Spot::locate(&mut self.spots, isa, scene, len, hits, pieces);
+        B::Sample::locate(&mut self.spots, isa, scene, len, hits, pieces);
     }
 
     #[inline(always)]
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, _: &[[f64; 1]; WIDTH]) {
         let earlier = self.visits.earlier(self.isa, faces);
         self.event.scoring(decided).each(|lane| {
-            let spot = B::Spot::of(&self.spots, lane);
+            let spot = B::Sample::of(&self.spots, lane);
             if self.visits.push(lane, faces[lane], spot) {
-                let before = (earlier.visits[lane].into(), B::Spot::of(&earlier.spots, lane));
+                let before = (earlier.visits[lane].into(), B::Sample::of(&earlier.spots, lane));
                 self.board.add_hit(faces[lane], before, spot);
             }
         });
@@ -265,24 +265,24 @@ impl<const S: usize> Default for Gathered<S> {
 }
 
 /// Gathering: the value of each event's face times the weight there, on the face of birth.
-pub(crate) struct Gather<'a, B: Slate<C>, const C: usize> {
+pub(crate) struct Gather<'a, B: WeightTally<C>, const C: usize> {
     board: &'a mut B,
     /// What an event on each face is worth, over the largest of these values in its channel.
     values: &'a [[f64; C]],
     gathered: [Gathered<C>; WIDTH],
     /// Where the walks were born.
-    births: <B::Spot as Kept>::Row,
+    births: <B::Sample as VisitRecord>::Row,
     event: Event,
 }
 
-impl<'a, B: Slate<C>, const C: usize> Gather<'a, B, C> {
+impl<'a, B: WeightTally<C>, const C: usize> Gather<'a, B, C> {
     pub(crate) fn new(board: &'a mut B, values: &'a [[f64; C]], event: Event) -> Self {
         let gathered = [Gathered::default(); WIDTH];
-        Gather { board, values, gathered, births: B::Spot::NO_ROW, event }
+        Gather { board, values, gathered, births: B::Sample::NO_ROW, event }
     }
 }
 
-impl<B: Slate<C>, const C: usize> Scorer<C> for Gather<'_, B, C> {
+impl<B: WeightTally<C>, const C: usize> Scorer<C> for Gather<'_, B, C> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, birth: u32) {
         self.gathered[lane] = Gathered { birth, scores: [0.0; C] };
@@ -291,7 +291,7 @@ impl<B: Slate<C>, const C: usize> Scorer<C> for Gather<'_, B, C> {
 
     #[inline(always)]
     fn born_at(&mut self, lane: usize, scene: &Scene, place: [u32; 2], uv: [f64; 2]) {
-        B::Spot::of_birth(scene, place, uv).put(&mut self.births, lane);
+        B::Sample::of_birth(scene, place, uv).put(&mut self.births, lane);
     }
 
     #[inline(always)]
@@ -305,13 +305,13 @@ impl<B: Slate<C>, const C: usize> Scorer<C> for Gather<'_, B, C> {
     fn end(&mut self, lane: usize, rng: WalkRng) {
         let Gathered { birth, scores } = self.gathered[lane];
         if scores.iter().any(|&score| score > 0.0) {
-            self.board.add_gathered(birth, scores, B::Spot::of(&self.births, lane), rng);
+            self.board.add_gathered(birth, scores, B::Sample::of(&self.births, lane), rng);
         }
     }
 
     fn relocate(&mut self, from: usize, to: usize) {
         self.gathered[to] = self.gathered[from];
-        B::Spot::of(&self.births, from).put(&mut self.births, to);
+        B::Sample::of(&self.births, from).put(&mut self.births, to);
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is kept of the places where walks score: nothing, or the values of the linear basis there; many side by side.
 
-use super::visits::Kept;
+use super::visits::VisitRecord;
 use crate::geometry::basis::{of_step, slopes_at};
 use crate::geometry::landing::{Landing, Landings};
 use crate::geometry::places::Places;
@@ -14,14 +14,14 @@ use crate::trace::ray::Hits;
 
 /// What is kept of the place where a walk scores, and of several places together: `()`, or the sums of ψ₁ and ψ₂ there [slope
 /// units].
-pub(crate) trait Spot: Kept<Sums = <Self as Kept>::Row> {
+pub(crate) trait BasisSample: VisitRecord<Sums = <Self as VisitRecord>::Row> {
     /// The spot of a birth on a surface, in a cell of it, at these local coordinates.
     fn of_birth(scene: &Scene, place: [u32; 2], uv: [f64; 2]) -> Self;
     /// The spots of the first `len` hits, on these pieces. They mean nothing where no surface is met.
     fn locate(row: &mut Self::Row, isa: Isa, scene: &Scene, len: usize, hits: &Hits, pieces: &[u32; WIDTH]);
 }
 
-impl Kept for () {
+impl VisitRecord for () {
     const NONE: () = ();
     type Row = ();
     const NO_ROW: () = ();
@@ -37,7 +37,7 @@ impl Kept for () {
     fn add_if(_: u32, (): &mut (), (): &(), _: usize) {}
 }
 
-impl Spot for () {
+impl BasisSample for () {
     #[inline(always)]
     fn of_birth(_: &Scene, _: [u32; 2], _: [f64; 2]) {}
     #[inline(always)]
@@ -47,7 +47,7 @@ impl Spot for () {
 /// ψ₁ and ψ₂ of a batch of walks.
 type BatchSlopes = [[i32; WIDTH]; 2];
 
-impl Kept for [i64; 2] {
+impl VisitRecord for [i64; 2] {
     const NONE: Self = [0; 2];
     type Row = BatchSlopes;
     const NO_ROW: BatchSlopes = [[0; WIDTH]; 2];
@@ -78,7 +78,7 @@ impl Kept for [i64; 2] {
     }
 }
 
-impl Spot for [i64; 2] {
+impl BasisSample for [i64; 2] {
     #[inline(always)]
     fn of_birth(scene: &Scene, [number, cell]: [u32; 2], uv: [f64; 2]) -> Self {
         let surface = &scene.surfaces()[number as usize];

@@ -9,7 +9,7 @@ use crate::tally::Mark;
 pub(super) const SEARCHED: usize = 64;
 
 /// What is kept of a visit, and of several visits of one walk to a face together.
-pub(crate) trait Kept: Copy {
+pub(crate) trait VisitRecord: Copy {
     /// What is kept of no visits.
     const NONE: Self;
     /// What is kept of a visit of each walk of a batch.
@@ -33,7 +33,7 @@ pub(crate) trait Kept: Copy {
 /// What walks have scored is added up where a walk comes back to a face, which few do; that takes no sums beside the search.
 macro_rules! score {
     ($score:ty, $none:expr, $plus:expr) => {
-        impl<const C: usize> Kept for $score {
+        impl<const C: usize> VisitRecord for $score {
             const NONE: Self = $none;
             type Row = [Self; WIDTH];
             const NO_ROW: Self::Row = [Self::NONE; WIDTH];
@@ -62,18 +62,18 @@ score!(Mark<u64, C>, Mark { units: [0; C], slopes: [[0; 2]; C] }, |a: Self, b: S
 
 /// Visits of every walk of a batch, each the walk's k-th.
 #[derive(Clone, Copy)]
-pub(super) struct Visit<P: Kept> {
+pub(super) struct Visit<P: VisitRecord> {
     pub(super) faces: [u32; WIDTH],
     pub(super) spots: P::Row,
 }
 
-impl<P: Kept> Visit<P> {
+impl<P: VisitRecord> Visit<P> {
     /// In place of visits.
     pub(super) const NONE: Self = Visit { faces: [0; WIDTH], spots: P::NO_ROW };
 }
 
 /// The first visits of each walk of a batch that scored; the later ones of a long walk are kept apart.
-pub(super) struct Visits<P: Kept> {
+pub(super) struct Visits<P: VisitRecord> {
     /// `first[k].faces[lane]`: face number k of a walk.
     pub(super) first: Vec<Visit<P>>,
     pub(super) len: [u32; WIDTH],
@@ -81,12 +81,12 @@ pub(super) struct Visits<P: Kept> {
 }
 
 /// How often each walk of a batch has been on its face, and the sums of its spots there.
-pub(super) struct Earlier<P: Kept> {
+pub(super) struct Earlier<P: VisitRecord> {
     pub(super) visits: [u32; WIDTH],
     pub(super) spots: P::Sums,
 }
 
-impl<P: Kept> Visits<P> {
+impl<P: VisitRecord> Visits<P> {
     pub(super) fn new() -> Self {
         Visits { first: Vec::new(), len: [0; WIDTH], later: (0..WIDTH).map(|_| Vec::new()).collect() }
     }
@@ -141,13 +141,13 @@ impl<P: Kept> Visits<P> {
 }
 
 /// Looks for the faces of a batch among earlier visits.
-struct Search<'a, P: Kept> {
+struct Search<'a, P: VisitRecord> {
     visits: &'a Visits<P>,
     faces: &'a [u32; WIDTH],
     earlier: &'a mut Earlier<P>,
 }
 
-impl<P: Kept> Kernel for Search<'_, P> {
+impl<P: VisitRecord> Kernel for Search<'_, P> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let Search { visits, faces, earlier } = self;

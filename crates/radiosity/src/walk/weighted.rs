@@ -1,9 +1,9 @@
 //! Scores of weighted walks: the weights of C channels at each event, in fixed point.
 
 use super::estimator::Event;
-use super::score::{Scorer, Slate, dithered, fixed_units};
-use super::spots::Spot;
-use super::visits::{Earlier, Kept, SEARCHED, Visits};
+use super::score::{Scorer, WeightTally, dithered, fixed_units};
+use super::spots::BasisSample;
+use super::visits::{Earlier, SEARCHED, VisitRecord, Visits};
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 use crate::simd::batch::{Decisions, Lanes, WIDTH, WORD};
@@ -14,8 +14,8 @@ use crate::trace::ray::Hits;
 /// Power sums of a score in three channels.
 const MOMENTS: usize = 2;
 
-impl Slate<3> for ColouredBoard {
-    type Spot = ();
+impl WeightTally<3> for ColouredBoard {
+    type Sample = ();
     type Mark = [u64; 3];
 
     type Units = ColouredVisits<WIDTH>;
@@ -69,19 +69,19 @@ impl Slate<3> for ColouredBoard {
 
 /// Weighted shooting: the weights at each event, on the face it happens on (SInf eq. 1 for arrivals). Rounding
 /// to 2⁻⁴⁰ is below 10⁻⁹ of the smallest weight that a threshold of 0.001 leaves.
-pub(crate) struct ShootWeights<'a, B: Slate<C>, const C: usize> {
+pub(crate) struct ShootWeights<'a, B: WeightTally<C>, const C: usize> {
     board: &'a mut B,
     visits: Visits<B::Mark>,
     /// Where the walks are now, and what visits there are worth.
-    spots: <B::Spot as Kept>::Row,
+    spots: <B::Sample as VisitRecord>::Row,
     units: B::Units,
     isa: Isa,
     event: Event,
 }
 
-impl<'a, B: Slate<C>, const C: usize> ShootWeights<'a, B, C> {
+impl<'a, B: WeightTally<C>, const C: usize> ShootWeights<'a, B, C> {
     pub(crate) fn new(isa: Isa, board: &'a mut B, event: Event) -> Self {
-        let (visits, spots, units) = (Visits::new(), B::Spot::NO_ROW, B::NO_UNITS);
+        let (visits, spots, units) = (Visits::new(), B::Sample::NO_ROW, B::NO_UNITS);
         ShootWeights { board, visits, spots, units, isa, event }
     }
 
@@ -97,7 +97,7 @@ impl<'a, B: Slate<C>, const C: usize> ShootWeights<'a, B, C> {
     }
 }
 
-impl<B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, B, C> {
+impl<B: WeightTally<C>, const C: usize> Scorer<C> for ShootWeights<'_, B, C> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, _: u32) {
         self.visits.len[lane] = 0;
@@ -105,7 +105,7 @@ impl<B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, B, C> {
 
     #[inline(always)]
     fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits, pieces: &[u32; WIDTH]) {
-        B::Spot::locate(&mut self.spots, isa, scene, len, hits, pieces);
+        B::Sample::locate(&mut self.spots, isa, scene, len, hits, pieces);
     }
 
     #[inline(always)]
@@ -133,7 +133,7 @@ impl<B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, B, C> {
 }
 
 /// Scores what walks of a batch are worth on their faces.
-struct ScoreVisits<'s, 'a, B: Slate<C>, const C: usize> {
+struct ScoreVisits<'s, 'a, B: WeightTally<C>, const C: usize> {
     shoot: &'s mut ShootWeights<'a, B, C>,
     scoring: Lanes,
     faces: &'s [u32; WIDTH],
@@ -141,7 +141,7 @@ struct ScoreVisits<'s, 'a, B: Slate<C>, const C: usize> {
     earlier: &'s Earlier<B::Mark>,
 }
 
-impl<B: Slate<C>, const C: usize> Kernel for ScoreVisits<'_, '_, B, C> {
+impl<B: WeightTally<C>, const C: usize> Kernel for ScoreVisits<'_, '_, B, C> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let ShootWeights { board, visits, spots, units, .. } = self.shoot;
@@ -152,7 +152,7 @@ impl<B: Slate<C>, const C: usize> Kernel for ScoreVisits<'_, '_, B, C> {
                 let lane = first + scoring.trailing_zeros() as usize % WORD;
                 scoring &= scoring - 1;
                 let face = self.faces[lane];
-                let mark = B::mark(units, lane, B::Spot::of(spots, lane));
+                let mark = B::mark(units, lane, B::Sample::of(spots, lane));
                 if self.earlier.visits[lane] == 0 {
                     if visits.push(lane, face, mark) {
                         board.add_first::<S>(face, &mark, units, lane);

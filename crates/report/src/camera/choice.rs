@@ -164,16 +164,16 @@ impl Camera {
 
 /// The directions that a scene calls up, right and front.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
-    pub(super) up: DVec3,
+pub(crate) struct Frame {
+    pub(crate) up: DVec3,
     /// To the right for a camera in front.
-    pub(super) right: DVec3,
+    pub(crate) right: DVec3,
     /// From the scene to a camera in front of it.
-    pub(super) front: DVec3,
+    pub(crate) front: DVec3,
 }
 
 impl Frame {
-    pub(super) fn of(scene: &Scene, bounds: &Bounds) -> Self {
+    pub(crate) fn of(scene: &Scene, bounds: &Bounds) -> Self {
         if y_is_up(scene, bounds.size()) {
             Frame { up: DVec3::Y, right: DVec3::X, front: DVec3::Z }
         } else {
@@ -182,7 +182,7 @@ impl Frame {
     }
 
     /// How high a box is [m].
-    pub(super) fn height(&self, bounds: &Bounds) -> f64 {
+    pub(crate) fn height(&self, bounds: &Bounds) -> f64 {
         bounds.size().dot(self.up)
     }
 

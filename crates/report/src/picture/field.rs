@@ -397,17 +397,20 @@ impl Tracer<'_> {
                     }
                     let piece = surface.piece(surface.cell_at(hit.uv), hit.side);
                     if !lamps.has(piece) {
-                        *gathered += passed * self.lights.reflected(piece, hit.uv);
+                        *gathered += passed * self.lights.radiosity(piece, hit.uv);
                         return;
                     }
                     if std::mem::replace(&mut of, *number) != *number {
                         let from: &Seen = &seen[*number];
                         odds.look_from(from.place.as_dvec3(), from.normal.as_dvec3());
                     }
-                    add(lamps.met(scene, odds, piece, rays[ray].direction, hit.t).into());
+                    let weight = lamps.met(scene, odds, piece, rays[ray].direction, hit.t);
+                    add(self.lights.radiosity(piece, hit.uv) * weight);
                 }
                 Errand::Shadow(aim) if (aim.surface, aim.side) == (hit.surface, hit.side) => {
-                    add(DVec3::from(aim.irradiance));
+                    let surface = &scene.surfaces()[hit.surface as usize];
+                    let piece = surface.piece(surface.cell_at(hit.uv), hit.side);
+                    add(self.lights.radiosity(piece, hit.uv) * aim.weight);
                 }
                 Errand::Shadow(_) => {}
             }
@@ -465,7 +468,7 @@ impl Tracer<'_> {
 
 impl Lights<'_> {
     /// B of a piece at a place.
-    fn reflected(&self, piece: u32, uv: [f64; 2]) -> DVec3 {
+    fn radiosity(&self, piece: u32, uv: [f64; 2]) -> DVec3 {
         self.smooth.at(piece, self.scene.faces().corner_weights(piece, uv)).into()
     }
 }

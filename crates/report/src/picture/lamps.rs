@@ -51,8 +51,8 @@ pub(super) struct Aim {
     pub(super) side: Side,
     /// The direction from the point that is lit, length 1.
     pub(super) direction: DVec3,
-    /// What it brings if nothing is between, as [`Lamps::aim`] has it [W/m²].
-    pub(super) irradiance: [f64; 3],
+    /// The irradiance that it brings if nothing is between, over the radiosity of the place, as [`Lamps::aim`] has it.
+    pub(super) weight: f64,
 }
 
 /// By inner node of the tree, the chance of its left child as seen from one point. Each is computed where it is asked for: samples of
@@ -208,7 +208,7 @@ impl Lamps {
         if probability.is_nan() { 0.0 } else { probability }
     }
 
-    /// What a ray that gathers brings from the lamp that it meets [W/m²], by the odds of its point; 0 where the piece is none. Rays that
+    /// The irradiance that a ray that gathers brings from the lamp that it meets, over the radiosity there, by the odds of its point; 0 where the piece is none. Rays that
     /// gather, of density cos θ / π, and those of [`Lamps::aim`] count by the balance heuristic (E. Veach & L. Guibas, *Optimally combining
     /// sampling techniques for Monte Carlo rendering*, SIGGRAPH 1995, eq. (11)): the former are right where a lamp is near, and the latter where it is far.
     pub(super) fn met(
@@ -218,16 +218,15 @@ impl Lamps {
         piece: u32,
         direction: DVec3,
         distance: f64,
-    ) -> [f64; 3] {
+    ) -> f64 {
         let number = self.lamp_of[piece as usize];
         if number == NONE {
-            return [0.0; 3];
+            return 0.0;
         }
         let lamp = &self.lamps[number as usize];
         let leaves = -scene.surfaces()[lamp.surface as usize].normal().dot(direction) * lamp.side.sign();
         let part = lamp.part(leaves, odds.normal.dot(direction), distance);
-        let weight = balance(part, self.probability(odds, number));
-        lamp.radiosity.map(|b| b * weight)
+        balance(part, self.probability(odds, number))
     }
 
     /// A place on a lamp, from three numbers, by the odds of a place nearby in the same plane; `None` where no lamp can light the point.
@@ -265,13 +264,8 @@ impl Lamps {
         if !(leaves > 0.0 && arrives > 0.0) {
             return None;
         }
-        let gain = balance(lamp.part(leaves, arrives, distance), probability);
-        Some(Aim {
-            surface: lamp.surface,
-            side: lamp.side,
-            direction,
-            irradiance: lamp.radiosity.map(|b| b * gain),
-        })
+        let weight = balance(lamp.part(leaves, arrives, distance), probability);
+        Some(Aim { surface: lamp.surface, side: lamp.side, direction, weight })
     }
 }
 
@@ -293,7 +287,7 @@ fn whole(scene: &Scene, bright: Vec<Lamp>) -> Vec<Lamp> {
     vec![Lamp { surface, side, cell: None, area, radiosity }]
 }
 
-/// What a lamp brings over its radiosity, by one of the rays that may find it: `part` is what brings it all if the lamp were of one point
+/// The part of what a lamp brings, over its radiosity, that counts for one of the rays that may find it: `part` is what brings it all if the lamp were of one point
 /// (its density over that of a ray that gathers is the inverse), `probability` that of aiming at it.
 fn balance(part: f64, probability: f64) -> f64 {
     part / (part + f64::from(SHADOWS) * probability)
@@ -406,6 +400,7 @@ mod tests {
         let mut odds = Odds::of(&lamps);
         let (place, floor) = (DVec3::ZERO - scene.origin(), &scene.surfaces()[0]);
         odds.look_from(place, DVec3::Z);
+        let emitted = |surface: u32| [0.0, 1.0, 3.0][surface as usize];
         let (samples, mut sum) = (1 << 16, 0.0);
         for index in 0..samples {
             let [polar, turn] = point(index, Use::Direction);
@@ -413,14 +408,14 @@ mod tests {
             let gathers = Ray { origin: place, direction, from: 0 };
             if let Some(hit) = scene.closest_hit(&gathers).filter(|hit| hit.side == Side::Front) {
                 let piece = scene.surfaces()[hit.surface as usize].piece(0, hit.side);
-                sum += lamps.met(&scene, &mut odds, piece, direction, hit.t)[0];
+                sum += emitted(hit.surface) * lamps.met(&scene, &mut odds, piece, direction, hit.t);
             }
             for (choice, of) in point(index, Use::Lamp).into_iter().zip([Use::OnLamp, Use::OnSecond]) {
                 let on = point(index, of).map(unit);
                 let Some(aim) = lamps.aim(&scene, &mut odds, place, unit(choice), on) else { continue };
                 let to = Ray { origin: place, direction: aim.direction, from: 0 };
                 if scene.closest_hit(&to).is_some_and(|hit| hit.surface == aim.surface) {
-                    sum += aim.irradiance[0];
+                    sum += emitted(aim.surface) * aim.weight;
                 }
             }
         }

@@ -4,6 +4,7 @@ import { gradient, UNKNOWN } from './colours.js';
 import { load } from './data.js';
 import { Dials } from './dials.js';
 import { element, make } from './elements.js';
+import { drawing, histogram } from './histogram.js';
 import { quantities, shade } from './shades.js';
 import { View } from './view.js';
 
@@ -15,7 +16,7 @@ const LISTED = 20;
 const GRID_UP_TO = 400;
 
 /** Parts of the page that a run changes. */
-const PARTS = ['head', 'known', 'sensors', 'sources', 'sensitivities', 'checks', 'energy', 'model', 'origin'];
+const PARTS = ['head', 'maps', 'known', 'sensors', 'sources', 'sensitivities', 'checks', 'energy', 'model', 'origin'];
 /** Between two questions for news, and where the page is not in sight [ms]. */
 const PAUSES = { visible: 2000, hidden: 15000 };
 /** Questions without an answer after which the run is over. */
@@ -128,9 +129,23 @@ class Page {
     element('even-row').hidden = !quantity.picture;
     element('channel-row').hidden = plain || this.result.channels.length === 1 || ['half_width', 'hits'].includes(quantity.key);
     element('exposure-words').textContent = `${settings.stops >= 0 ? '+' : '−'}${Math.abs(settings.stops).toFixed(1)} stops`;
-    const { bytes, legend } = shade(this.result, settings);
+    const { bytes, legend, range } = shade(this.result, settings);
     this.view.colour(bytes);
     this.explain(quantity, legend);
+    this.range = range ?? null;
+    this.count();
+  }
+
+  /** Shows how much of the area has how much of the quantity: of the surface whose patch is kept, else of all. */
+  count() {
+    element('histogram').hidden = this.range === null;
+    if (this.range === null) return;
+    const { result, range, pinned } = this;
+    const surface = (face) => result.cell('surface', face);
+    const one = pinned !== null && pinned < result.size && result.has('surface') ? surface(pinned) : null;
+    const parts = histogram(range.values, result.area, range, one === null ? undefined : (face) => surface(face) === one);
+    element('bars').innerHTML = drawing(parts);
+    element('counted').textContent = one === null ? 'Parts of the area of all patches. Keep a patch to see those of its surface.' : `Parts of the area of ${one}.`;
   }
 
   explain(quantity, { words, entries, ticks, unknown }) {
@@ -161,6 +176,7 @@ class Page {
   /** Keeps the numbers of a face on the page; `null` lets go of them. */
   pin(face, fly) {
     this.pinned = face;
+    this.count();
     if (fly) this.view.flyTo(face);
     else this.view.select(face);
     this.tell(face);

@@ -25,7 +25,7 @@ export function quantities(result) {
   return all.filter(({ key }) => key === 'picture' || key === 'half_width' || result.has(key));
 }
 
-/** Colours of all faces, three bytes a face or three a corner, and the legend that explains them. */
+/** Colours of all faces, three bytes a face or three a corner, the legend that explains them, and of numbers their range. */
 export function shade(result, { quantity, channel, logarithmic, stops, even }) {
   if (quantity.picture) return picture(result, stops, even);
   if (quantity.flags) return flags(result);
@@ -79,8 +79,8 @@ function numbers(result, quantity, values, logarithmic) {
     high = Math.max(high, value);
   }
   if (low > high) [low, high] = [0, 0];
-  // A linear scale ends where 99.5 % of the area does, so that a lamp does not hide the room.
-  const top = logarithmic ? high : Math.max(areaQuantile(values, result.area, 0.995), low);
+  // A linear scale ends where 97 % of the area does, so that a lamp does not hide the room.
+  const top = logarithmic ? high : Math.max(areaQuantile(values, result.area, 0.97), low);
   const bottom = logarithmic ? Math.max(low, high * 1e-6) : Math.min(0, low);
   const form = logarithmic ? Math.log : (value) => value;
   const [from, span] = [form(bottom), form(top) - form(bottom) || 1];
@@ -96,7 +96,7 @@ function numbers(result, quantity, values, logarithmic) {
   const middle = logarithmic ? Math.sqrt(bottom * top) : (bottom + top) / 2;
   const ticks = [bottom, middle, top].map(written);
   if (top < high) ticks[2] = `≥ ${ticks[2]}`;
-  return { bytes, legend: { ticks, unknown } };
+  return { bytes, legend: { ticks, unknown }, range: { values, bottom, top, logarithmic } };
 }
 
 /** A number in four digits. */

@@ -11,6 +11,7 @@ import { join } from 'node:path';
 import test from 'node:test';
 
 import { load } from '../src/data.js';
+import { histogram } from '../src/histogram.js';
 
 const FOLDER = process.env.PAGES;
 const COLUMNS = ['emittance', 'radiosity', 'std_error', 'ci_low', 'ci_high', 'irradiance', 'irradiance_error'];
@@ -64,4 +65,12 @@ test('sources that are all switched off leave the dark', async () => {
   const run = await open('run');
   run.mix([0, 0, 0]);
   for (const name of COLUMNS) for (const channel of run.channels) assert.ok(run.number(name + channel).every((value) => value === 0), name);
+});
+
+test('a histogram holds all of the known area, each patch where its light is', () => {
+  const [values, area] = [[0, 1, 10, 100, NaN, 5000], [1, 2, 3, 4, 5, 10]];
+  const linear = histogram(values, area, { bottom: 0, top: 100, logarithmic: false });
+  assert.deepEqual([linear[0], linear[3], linear.at(-1)], [3 / 20, 3 / 20, 14 / 20]);
+  const log = histogram(values, area, { bottom: 1, top: 100, logarithmic: true }, (i) => i !== 5);
+  assert.deepEqual([log[0], log[16], log.at(-1)], [3 / 10, 3 / 10, 4 / 10]);
 });
