@@ -38,7 +38,7 @@ pub const NARROWED: f64 = 0.85;
 
 /// The total error that is asked for over what runs of a quarter of the paths tell, and the seeds of runs that ask for it.
 const TOTAL_TARGET: f64 = 0.9;
-pub const TOTAL_SEEDS: usize = 8;
+pub const TOTAL_SEEDS: usize = 16;
 
 /// Seeds of runs with a target, and the methods that have them.
 pub const TARGET_SEEDS: usize = 20;
@@ -100,12 +100,13 @@ pub struct Reached {
     pub least: f64,
 }
 
-/// Runs that reached a total error: their part, and how large their errors truly are, by root mean square and at most.
+/// Runs that reached a total error: their part, and how large their errors truly are, by root mean square with its standard error, and at most.
 #[derive(Clone, Copy)]
 pub struct TotalReached {
     pub target: f64,
     pub part: f64,
     pub truth: f64,
+    pub std_error: f64,
     pub most: f64,
 }
 
@@ -598,10 +599,15 @@ fn total_reached(
     })?;
     let errors: Vec<f64> = done.into_iter().flatten().collect();
     let reached = errors.len() as f64;
+    let square = errors.iter().map(|error| error * error).sum::<f64>() / reached;
+    let variance = errors.iter().map(|error| (error * error - square).powi(2)).sum::<f64>() / (reached - 1.0);
+    let truth = square.sqrt();
     Ok(Some(TotalReached {
         target,
         part: reached / TOTAL_SEEDS as f64,
-        truth: (errors.iter().map(|error| error * error).sum::<f64>() / reached).sqrt(),
+        truth,
+        // That of the mean square, to first order.
+        std_error: (variance / reached).sqrt() / (2.0 * truth),
         most: errors.into_iter().fold(f64::NAN, f64::max),
     }))
 }
