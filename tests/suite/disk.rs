@@ -54,7 +54,7 @@ fn a_disk_that_never_syncs_is_told_of_and_leaves_what_was_there() {
     let out = path(&folder, "out");
     run_job(LARGE, &out, &["--paths", "20000"]);
     let before = answer(&out);
-    let (code, said) = run_with(&shim, &[(Wrong::SyncFails, 10)], &out, &["--paths", "600000", "--resume"]);
+    let (code, said) = run_with(&shim, &[(Wrong::SyncFails, 10)], &out, &["--paths", "6000000", "--resume"]);
     assert_eq!(code, 2, "{said}");
     assert!(said.contains("no checkpoint: cannot write") && said.contains("tried again in 8 s"), "{said}");
     assert!(answer(&out) == before);

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
-use std::time::Duration;
 
 use crate::support::{answer, children, finish, path, radwalk, run_job, signal, wait_for};
 use tempfile::tempdir;
@@ -48,18 +47,21 @@ fn goes_on_after(told: &str) -> Option<u64> {
 fn a_pilot_that_is_killed_again_and_again_makes_progress() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    let set = ["scene.patches=auto", "budget.paths=3000000"];
+    let set = ["scene.patches=auto", "budget.paths=12000000"];
     let job = job::load(&PathBuf::from(SCENE), &set.map(String::from)).unwrap();
     let args = ["--set", set[0], "--set", set[1], "--workers", "2", "--resume"];
     let mut walked = Vec::new();
+    let checkpoint = || std::fs::read(out.join("pilot.bin")).ok();
+    let is_over = || out.join("tally.bin").exists();
     for killed in 0..80 {
+        let before = checkpoint();
         let mut child = spawn(&out, &args);
-        // On a busy machine little gets done between two kills: they become rarer.
-        std::thread::sleep(Duration::from_secs(1).mul_f64((f64::from(killed) / 16.0).exp2()));
+        // As soon as something new is kept.
+        wait_for("a checkpoint", || (checkpoint() != before || is_over()).then_some(()));
         child.kill().unwrap();
         let (_, _, told) = finish(child);
         walked.extend(goes_on_after(&told));
-        if out.join("tally.bin").exists() {
+        if is_over() {
             break;
         }
         assert!(killed < 79, "it gets nowhere: {walked:?}");
