@@ -6,7 +6,7 @@ use radiosity::{Apart, Headline, Precision, Quantity, Scene};
 use serde::{Serialize, Serializer};
 
 use crate::patches::face_words;
-use crate::words::brief_percent;
+use crate::words::{brief_percent, share};
 
 /// [`Precision`] as the summary shows it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -192,7 +192,7 @@ impl HeadlineSummary {
             in_words(self.p90),
             in_words(self.p99),
             in_words(self.worst),
-            brief_percent(self.worst_area / self.area)
+            share(self.worst_area / self.area)
         )
     }
 }
