@@ -81,9 +81,6 @@ impl<'a> Control<'a> {
         let mut found = None;
         for (level, blur) in LEVELS.into_iter().zip(BLUR) {
             let Some(Missed { part, error }) = self.between_bins(groups, linear, level) else { break };
-            if std::env::var("FIG").is_ok() {
-                eprintln!("   level {level} part {part:.5} error {error:.5}");
-            }
             found = Some(Missed { part: blur * part, error: blur * error });
             if error > SHARP * part {
                 break;
