@@ -3,7 +3,7 @@
 //! goes on from its books; the owner stops the run.
 //!
 //! After every event the prefix is that of its walks, none lost and none twice, and leases that are out do not overlap those that are in. After the last
-//! event the world is fair: workers come, and walk what they are given. Then the job ends, with every walk where nobody stopped it.
+//! event the world is fair: workers come, and walk what they are given. Then the job ends, and unless the owner stopped it, every walk is in.
 
 mod toy;
 
@@ -30,7 +30,7 @@ enum Event {
     Newest(usize),
     /// It sends its last result once more.
     Again(usize),
-    /// It sends a result with a walk too many; where others have brought these walks, nobody looks at it.
+    /// It sends a result with a walk too many. The coordinator does not look at it where another worker has brought these walks.
     Lie(usize),
     /// Its connection is cut.
     Cut(usize),

@@ -212,7 +212,7 @@ fn daylight_comes_through_panes() {
 }
 
 /// A closed box that a pane divides, lit on one side, in colour and with long walks: walks from the light, and walks from the dark half, in both spaces,
-/// find the same. Mean squares of the differences within 4 standard errors of 1 (a false alarm in 16,000 each).
+/// find equal radiosities. Mean squares of the differences within 4 standard errors of 1 (a false alarm in 16,000 each).
 #[test]
 fn shooting_and_gathering_agree_behind_a_pane() {
     let mut spec = SceneSpec::furnace(2, 0.7);

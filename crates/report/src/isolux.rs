@@ -18,7 +18,7 @@ const MARGIN: f64 = 48.0;
 const LINES: f64 = 8.0;
 
 /// Colours from the least value to the greatest, with equal steps between them: cividis, whose lightness grows evenly, so that people without
-/// colour vision read it alike (J. Nuñez, C. Anderton & R. Renslow, PLoS ONE 13(7), 2018). The page has the same.
+/// colour vision read it alike (J. Nuñez, C. Anderton & R. Renslow, PLoS ONE 13(7), 2018). The page has these colours, too.
 const SCALE: [u32; 10] = [
     0x00_224e, 0x12_3570, 0x3b_496c, 0x57_5d6d, 0x70_7173, 0x8a_8678, 0xa5_9c74, 0xc3_b369, 0xe1_cc55,
     0xfe_e838,

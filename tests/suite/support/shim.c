@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 /* SYNC_MS: milliseconds that each fsync takes. SYNC_FAILS: fsyncs in ten that fail. CLOCK: the time of day jumps by a day,
- * to and fro. FULL: no file grows beyond so many bytes. STUCK_MS: milliseconds for which a thread that gets SIGUSR1 is stuck. */
+ * to and fro. FULL: no file grows beyond this number of bytes. STUCK_MS: milliseconds for which a thread that gets SIGUSR1 is stuck. */
 enum { SYNC_MS, SYNC_FAILS, CLOCK, FULL, STUCK_MS, WRONGS };
 static const char *const names[WRONGS] = {
     "SHIM_SYNC_MS", "SHIM_SYNC_FAILS", "SHIM_CLOCK", "SHIM_FULL", "SHIM_STUCK_MS",

@@ -17,7 +17,7 @@ pub enum Wrong {
     SyncFails,
     /// The time of day jumps by a day, to and fro.
     Clock,
-    /// No file grows beyond so many bytes.
+    /// No file grows beyond this number of bytes.
     Full,
     /// The milliseconds for which a thread that gets SIGUSR1 is stuck.
     StuckMs,

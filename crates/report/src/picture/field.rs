@@ -125,7 +125,7 @@ enum Errand {
     Shadow(Aim),
 }
 
-/// Samples of each pixel after a run of so many rays; `None` where the run was no longer than a glance.
+/// Samples of each pixel after a run of this number of rays; `None` where that is below one for each pixel.
 pub(super) fn samples(rays_of_run: u64, pixels: usize) -> Option<u32> {
     let samples = rays_of_run / RUN_PER_PICTURE / (u64::from(1 + SHADOWS) * pixels as u64).max(1);
     let samples = samples.clamp(LEAST_SAMPLES.into(), MOST_SAMPLES.into()) as u32;
