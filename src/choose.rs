@@ -43,7 +43,7 @@ pub(crate) fn read(args: &JobArgs) -> Result<Job, Fault> {
     Ok(job::load(&args.job, &args.overrides())?)
 }
 
-/// [`load_anew`] of a job for a command that is about its patches alone: a pilot chooses those that are to be chosen in so many words.
+/// [`load_anew`] of a job for a command that is about its patches alone: a pilot chooses patches only where the job says `auto`.
 ///
 /// # Errors
 /// Where the job is refused.

@@ -122,8 +122,8 @@ fn parts_of_walks_add_up_to_all() {
 fn the_sun_is_seen_where_nothing_is_in_its_way() {
     let room = coefficients(vec![square(1.0, 2.0, 0.5)], &[point(0.0, DVec3::Z)]);
     let at = |x: f64| DVec3::new(x, 0.0, 2.0).normalize().to_array();
-    assert_eq!(room.sees(0, at(0.0)), 0.0);
-    assert_eq!(room.sees(0, at(0.999)), 0.0);
-    assert_eq!(room.sees(0, at(1.001)), at(1.001)[2]);
-    assert_eq!(room.sees(0, [0.0, 0.6, -0.8]), 0.0);
+    assert_eq!(room.receives(0, at(0.0)), 0.0);
+    assert_eq!(room.receives(0, at(0.999)), 0.0);
+    assert_eq!(room.receives(0, at(1.001)), at(1.001)[2]);
+    assert_eq!(room.receives(0, [0.0, 0.6, -0.8]), 0.0);
 }

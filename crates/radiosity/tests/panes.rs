@@ -208,7 +208,7 @@ fn daylight_comes_through_panes() {
     assert!(z.abs() < 4.0, "{found} {expected}");
     assert_eq!(tally.backs, 0);
     let direction = DVec3::new(0.6, 0.0, 0.8).to_array();
-    assert!((coefficients.sees(0, direction) - 0.8 * plate.passes(0.8)).abs() < 1e-12);
+    assert!((coefficients.receives(0, direction) - 0.8 * plate.passes(0.8)).abs() < 1e-12);
 }
 
 /// A closed box that a pane divides, lit on one side, in colour and with long walks: walks from the light, and walks from the dark half, in both spaces,

@@ -108,7 +108,7 @@ impl Coefficients {
 
     /// What the middle of a cell receives through panes of light from a direction of length 1: the cosine between this and the cell's normal
     /// times the part that passes; 0 where something stands between.
-    pub fn sees(&self, cell: usize, direction: [f64; 3]) -> f64 {
+    pub fn receives(&self, cell: usize, direction: [f64; 3]) -> f64 {
         let cell = self.sensors.cell(cell);
         let frame = self.sensors.frame(&cell);
         let cosine = frame.normal().dot(direction.into());

@@ -208,7 +208,7 @@ impl<'a> DaylightAnswer<'a> {
 fn place(question: &DaylightQuestion, cell: usize, row: &SkyPatchCounts, overcast: &[f64]) -> SensorFigures {
     let DaylightQuestion { coefficients, year, mean, wanted, .. } = question;
     let straight = |hour: &sky::Hour| match hour.beam > 0.0 {
-        true => hour.beam * coefficients.sees(cell, hour.direction),
+        true => hour.beam * coefficients.receives(cell, hour.direction),
         false => 0.0,
     };
     let beam: Vec<f64> = year.hours.iter().map(straight).collect();
