@@ -1,4 +1,4 @@
-//! Jobs whose patches the program cuts: read, tried by a pilot, and read again with the patches that it has chosen.
+//! Jobs whose patches the program cuts: read, tried by a pilot, and cut as it has chosen.
 
 use std::path::Path;
 
@@ -91,8 +91,7 @@ pub(crate) fn choose_for(
     let Some(partition) = kept.as_ref().or(chosen.as_ref().map(|chosen| &chosen.partition)) else {
         return Ok(Read { job, chosen });
     };
-    phase.now("reading the scene");
-    let job = job::load_cut(&args.job, &args.overrides(), partition)?;
+    let job = job.cut(&args.overrides(), partition)?;
     if let Some(forecast) = &job.forecast {
         tell(&job, forecast);
     }

@@ -148,7 +148,7 @@ impl HonestyMethod {
         let overrides = self.overrides(paths, seed, more);
         let mut job = job::load(&site.path, &overrides)?;
         if let Some(chosen) = choose(&job, 1.try_into().expect("not 0"))? {
-            job = job::load_cut(&site.path, &overrides, &chosen.partition)?;
+            job = job::load(&site.path, &overrides).and_then(|job| job.cut(&overrides, &chosen.partition))?;
         }
         let scene = job.build_scene()?;
         let experiment = Experiment::new(scene, job.method.walks())?;
