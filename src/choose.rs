@@ -25,13 +25,14 @@ impl Read {
         self.chosen.is_some()
     }
 
-    /// Builds the scene of the job, with what a pilot has built of it.
+    /// The scene of the job, by what a pilot has built of it, and the job.
     ///
     /// # Errors
     /// Where the scene is refused.
-    pub(crate) fn build_scene(&self) -> Result<Scene, Fault> {
+    pub(crate) fn build(self) -> Result<(Scene, Job), Fault> {
         let Read { job, chosen } = self;
-        Ok(chosen.as_ref().map_or_else(|| job.build_scene(), |chosen| chosen.build_scene(job))?)
+        let scene = chosen.map_or_else(|| job.build_scene(), |chosen| chosen.build_scene(&job))?;
+        Ok((scene, job))
     }
 }
 

@@ -38,6 +38,7 @@ pub(crate) fn write(
         summary_lines(&summary, settings, joined).iter().for_each(|line| say(line));
         say(&format!("written to {}", output.path().display()));
         output.left_out_line(settings).iter().for_each(|line| say(line));
+        output.digits_line(settings, experiment.scene()).iter().for_each(|line| say(line));
     }
     Ok(())
 }

@@ -65,7 +65,7 @@ pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
 pub use partition::{ChoiceSummary, PartitionSummary};
-pub use patches::{face_words, flags, side_name, write_patches};
+pub use patches::{Digits, face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
 pub use planes::{FigureInterval, PerChannel, PlaneSource, PlaneSummary, plane_summaries, write_planes};
 pub use precision::{ApartSummary, DiscretisedSummary, HeadlineSummary, PrecisionSummary};

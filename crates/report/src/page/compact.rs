@@ -217,8 +217,7 @@ fn rows(estimates: &Estimates) -> (Vec<CompactRows>, DVec3, f64) {
     if finest.len() <= most {
         return (finest, low, size / f64::from(GRID[0]));
     }
-    let mut steps = COARSER;
-    loop {
+    let kept = |steps: u32| -> Vec<CompactRows> {
         let times = f64::from(steps) / f64::from(GRID[0]);
         let coarse = |row: &CompactRows| CompactRows {
             corners: row.corners.map(|corner| corner.map(|x| (f64::from(x) * times).round() as u16)),
@@ -227,12 +226,15 @@ fn rows(estimates: &Estimates) -> (Vec<CompactRows>, DVec3, f64) {
         let mut met = HashSet::new();
         // A face without area, or where another of that outline is, is lost.
         let is_kept = |row: &CompactRows| !has_no_area(&row.corners) && met.insert(row.corners);
-        let rows: Vec<CompactRows> = finest.iter().map(coarse).filter(is_kept).collect();
-        if rows.len() <= most || steps <= GRID[1] {
-            return (rows, low, size / f64::from(steps));
-        }
-        steps = steps * 3 / 4;
+        finest.iter().map(coarse).filter(is_kept).collect()
+    };
+    let mut coarser = vec![COARSER];
+    while let Some(&steps) = coarser.last().filter(|&&steps| steps > GRID[1]) {
+        coarser.push(steps * 3 / 4);
     }
+    let fits = coarser.partition_point(|&steps| kept(steps).len() > most);
+    let steps = coarser[fits.min(coarser.len() - 1)];
+    (kept(steps), low, size / f64::from(steps))
 }
 
 fn has_no_area(corners: &[[u16; 3]; 4]) -> bool {
