@@ -81,7 +81,7 @@ pub struct Scene {
 /// What a scene consists of.
 #[derive(Clone, Debug)]
 pub(crate) struct Parts {
-    names: Vec<String>,
+    names: Vec<Arc<str>>,
     surfaces: Vec<Surface>,
     faces: Faces,
     channels: usize,
@@ -279,7 +279,7 @@ impl Scene {
     /// What the scene takes of memory while it is walked in.
     pub fn memory(&self) -> Memory {
         let parts = &*self.parts;
-        let names: usize = parts.names.iter().map(|name| size_of::<String>() + name.capacity()).sum();
+        let names: usize = parts.names.iter().map(|name| size_of_val(name) + name.len()).sum();
         let stacks: usize = parts.stacks.iter().map(|stack| size_of_val(&stack.surfaces[..])).sum();
         let leaves = parts.surfaces.iter().filter_map(Surface::leaves).map(LeafTable::bytes).sum();
         let tables = [
@@ -453,9 +453,9 @@ fn slack(min: DVec3, max: DVec3) -> f64 {
     largest / (1_u64 << 46) as f64
 }
 
-fn names(spec: &SceneSpec) -> Vec<String> {
+fn names(spec: &SceneSpec) -> Vec<Arc<str>> {
     let name = |(number, surface): (usize, &crate::SurfaceSpec)| {
-        surface.name.clone().unwrap_or_else(|| number.to_string())
+        surface.name.clone().unwrap_or_else(|| number.to_string().into())
     };
     spec.surfaces.iter().enumerate().map(name).collect()
 }

@@ -74,7 +74,7 @@ impl CompactLayout {
         } else {
             String::new()
         };
-        format!("{numbers}; patches.csv has all digits, names and columns.{shown}")
+        format!("{numbers}; patches.csv has more digits, names and columns.{shown}")
     }
 }
 
