@@ -243,7 +243,7 @@ fn of_given(
     let mut row = MethodRow::new(site, method, seeds, paths);
     patches.judge(&mut row, &runs);
     row.alarms = alarms(&runs);
-    (row.total, row.predicted) = totals(&done.iter().filter_map(|(_, error, _)| *error).collect::<Vec<_>>());
+    [row.total, row.predicted] = totals(&done.iter().filter_map(|(_, error, _)| *error).collect::<Vec<_>>());
     if TARGETS.contains(&method.name) && (site.made || method.name == METHODS[0].name) {
         row.reached = reached(site, method, paths, &patches, &runs)?;
     }
@@ -320,7 +320,7 @@ fn of_chosen(
     })?;
     let mut row = MethodRow::new(site, method, seeds, paths);
     row.alarms = alarms(&done.iter().map(|(run, _)| run).collect::<Vec<_>>());
-    (row.total, row.predicted) = totals(&done.iter().map(|(_, error)| *error).collect::<Vec<_>>());
+    [row.total, row.predicted] = totals(&done.iter().map(|(_, error)| *error).collect::<Vec<_>>());
     if row.predicted.is_some() {
         row.total_reached = total_reached(site, method, paths, fine, row.total)?;
     }
@@ -335,7 +335,7 @@ fn total(kept: &Kept, summary: &Value, fine: &Fine) -> [f64; 3] {
 }
 
 /// Root mean squares over runs of what is told and of what is true, where both are known, with the relative standard error of their ratio.
-fn totals(found: &[[f64; 3]]) -> (Option<(ToldAndTrue, f64)>, Option<(ToldAndTrue, f64)>) {
+fn totals(found: &[[f64; 3]]) -> [Option<(ToldAndTrue, f64)>; 2] {
     let root = |of: &dyn Fn(&[f64; 3]) -> f64| {
         (found.iter().map(|run| of(run).powi(2)).sum::<f64>() / found.len() as f64).sqrt()
     };
@@ -344,7 +344,7 @@ fn totals(found: &[[f64; 3]]) -> (Option<(ToldAndTrue, f64)>, Option<(ToldAndTru
         let pair = ToldAndTrue { told: root(&|run| run[k]), truth: root(&|run| run[2]) };
         Some((pair, ratio_of_roots(&squares).1)).filter(|(pair, _)| pair.told.is_finite())
     };
-    if found.is_empty() { (None, None) } else { (pair(0), pair(1)) }
+    if found.is_empty() { [None, None] } else { [pair(0), pair(1)] }
 }
 
 /// Reads what a run tells.
