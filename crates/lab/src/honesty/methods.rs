@@ -119,6 +119,8 @@ impl HonestyMethod {
 
     pub fn seeds(&self, site: &HonestyScene) -> usize {
         match (site.made, site.slow) {
+            // Where walks are long, the noise of all patches goes together, so that fewer seeds would tell nothing of a total.
+            (true, true) if self.chooses() => 4 * self.seeds,
             (true, false) => self.seeds,
             (true, true) => self.seeds.div_ceil(4),
             (false, _) => 10,

@@ -4,6 +4,7 @@ pub(crate) mod births;
 mod check;
 mod groups;
 pub(crate) mod lamps;
+mod lit_parts;
 pub(crate) mod panes;
 pub(crate) mod retracing;
 pub(crate) mod scatter;
@@ -38,6 +39,7 @@ use crate::trace::ray::Ray;
 use crate::trace::stack::Stack;
 use births::{Birthplace, Births, Origin};
 use lamps::PointLamps;
+use lit_parts::LitParts;
 use panes::Panes;
 use scatter::Scatter;
 use sealed::Sealed;
@@ -103,6 +105,7 @@ pub(crate) struct Parts {
     planes: OnceLock<Option<Planes>>,
     /// Faces that light cannot reach, found when precision is first judged with faces unhit.
     sealed: OnceLock<Sealed>,
+    lit_parts: OnceLock<Arc<LitParts>>,
     stacks: Arc<[Stack]>,
     pub(crate) facets: Arc<Facets>,
     pub(crate) index: Arc<Index>,
@@ -208,6 +211,7 @@ impl Scene {
             places,
             planes: OnceLock::new(),
             sealed: OnceLock::new(),
+            lit_parts: OnceLock::new(),
             scatter: OnceLock::new(),
             surfaces,
             faces,
@@ -384,7 +388,12 @@ impl Scene {
         self.parts.planes.get_or_init(make).as_ref()
     }
 
-    /// The faces that no path of light joins to an emitter.
+    /// By face: the part of its area that light comes to by paths that go on from where they arrive, above 0 where a face was `hit`.
+    pub fn lit_parts(&self, hit: &[bool]) -> Vec<f64> {
+        self.parts.lit_parts.get_or_init(|| Arc::new(LitParts::new(self))).given(self, hit)
+    }
+
+    /// The faces that no path of light joins to an emitter, where paths go on from any point of a face.
     pub fn sealed(&self) -> &Sealed {
         self.parts.sealed.get_or_init(|| Sealed::new(self))
     }
