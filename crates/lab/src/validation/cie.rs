@@ -73,7 +73,7 @@ fn point_lamps(lab: &Lab) -> Vec<Claim> {
                 standard_error: truth * ((1.0 - part) / part / walks as f64).sqrt(),
             };
             claims.push(Claim::equal(
-                &format!("5.2, point lamp, {name}, {aside} m aside: E [lx]"),
+                format!("5.2, point lamp, {name}, {aside} m aside: E [lx]"),
                 measured,
                 truth,
             ));
@@ -128,7 +128,7 @@ fn closed_room(lab: &Lab) -> Vec<Claim> {
         };
         let truth = direct * rho / (1.0 - rho);
         Claim::equal(
-            &format!("5.8, point lamp in a closed room, ρ = {rho}: reflected E [lx]"),
+            format!("5.8, point lamp in a closed room, ρ = {rho}: reflected E [lx]"),
             measured,
             truth,
         )
