@@ -64,6 +64,7 @@ pub use lamp::load_lamp;
 pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};
 pub use output::{Stand, View};
 pub use partition::{Auto, Forecast, Partition};
+pub use planes::Demand;
 pub use radiosity::Sampler;
 pub use scene::{MaterialRow, SceneFile, load_scene, load_scene_with};
 pub use scene_text::to_toml;

@@ -67,7 +67,9 @@ pub use page::{Live, Milestone, Page};
 pub use partition::{ChoiceSummary, PartitionSummary};
 pub use patches::{Digits, face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
-pub use planes::{FigureInterval, PerChannel, PlaneSource, PlaneSummary, plane_summaries, write_planes};
+pub use planes::{
+    DemandSummary, FigureInterval, PerChannel, PlaneSource, PlaneSummary, plane_summaries, write_planes,
+};
 pub use precision::{ApartSummary, DiscretisedSummary, HeadlineSummary, PrecisionSummary};
 pub use replay::walk_lines;
 pub use sensitivities::{SensitivitySummary, sensitivity_summaries, write_sensitivities};

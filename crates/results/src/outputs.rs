@@ -419,7 +419,12 @@ fn facts(
         planes: readings(settings, estimates).map_or_else(Vec::new, |readings| {
             let goal = settings.sensor_goal(experiment);
             let sources = experiment.groups().map_or(&[][..], |groups| groups.sources());
-            report::plane_summaries(&readings, sources, |sensor| goal.as_ref()?.asked_of(sensor))
+            let demanded = |sensor| {
+                let of_sensor =
+                    settings.demands.iter().filter(move |demand| demand.sensor as usize == sensor);
+                of_sensor.map(|demand| (demand.figure, demand.least))
+            };
+            report::plane_summaries(&readings, sources, |sensor| goal.as_ref()?.asked_of(sensor), demanded)
         }),
         sources: report::source_summaries(experiment, tally, settings.source_level(experiment)),
         sensitivities: influences(settings, estimates)

@@ -9,6 +9,7 @@ pub(crate) mod panes;
 pub(crate) mod retracing;
 pub(crate) mod scatter;
 pub(crate) mod sealed;
+pub(crate) mod tables;
 mod traced;
 pub(crate) mod view;
 
@@ -332,7 +333,7 @@ impl Scene {
     /// The ray of a birth that four times 64 random bits choose.
     pub(crate) fn birth(&self, [choice, place, point, direction]: [u64; 4]) -> Ray {
         match self.emitters().choose::<1>([choice, place]).0 {
-            Birthplace::Lamp(lamp) => self.parts.lamps.birth(lamp, point, direction),
+            Birthplace::Lamp(lamp) => self.parts.lamps.birth(lamp, [place, point, direction]),
             Birthplace::Cell(Origin { surface: from, cell, side }) => {
                 let surface = &self.surfaces()[from as usize];
                 let point = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));

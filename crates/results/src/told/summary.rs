@@ -200,14 +200,16 @@ fn of_sensors(sensors: &SensorsSummary, system: &str) -> Vec<String> {
 
 /// What a plane of points has found.
 fn of_plane(plane: &PlaneSummary, summary: &Summary) -> String {
-    let PlaneSummary { name, points, mean, minimum, uniformity, .. } = plane;
+    let PlaneSummary { name, points, mean, minimum, uniformity, diversity, .. } = plane;
     let (unit, system) = (summary.units.irradiance, summary.system());
+    let demands: String = plane.demands.iter().map(|demand| format!("; {}", demand.words(unit))).collect();
     format!(
-        "plane {name:?} ({}): mean {} {unit}, minimum {} {unit}, U₀ {}{system}",
+        "plane {name:?} ({}): mean {} {unit}, minimum {} {unit}, U₀ {}, U_d {}{demands}{system}",
         counted(*points as u64, "point"),
         mean.words(),
         minimum.words(),
-        uniformity.words()
+        uniformity.words(),
+        diversity.words()
     )
 }
 
