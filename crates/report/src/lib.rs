@@ -39,6 +39,7 @@ mod sensors;
 mod smooth;
 mod sources;
 mod summary;
+mod terminal;
 mod values;
 pub mod words;
 
@@ -80,4 +81,5 @@ pub use summary::{
     Check, Energy, PartSummary, Provenance, RunFacts, SessionSummary, Summary, TargetReport, Units, Verdict,
     WorkerSummary, WorstPatch, target_scope,
 };
+pub use terminal::{in_terminal, shows_pictures};
 pub use values::Values;

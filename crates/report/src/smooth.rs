@@ -84,6 +84,13 @@ impl Smooth {
         smooth
     }
 
+    /// The same B everywhere [W/m²].
+    #[cfg(test)]
+    pub(crate) fn even(scene: &radiosity::Scene, radiosity: f64) -> Self {
+        let channels = scene.channels();
+        Smooth { channels, values: vec![radiosity; 4 * channels * scene.faces().piece_count()] }
+    }
+
     fn repeat_third(&mut self, piece: usize) {
         let third = (4 * piece + 2) * self.channels;
         self.values.copy_within(third..third + self.channels, third + self.channels);
