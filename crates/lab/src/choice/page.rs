@@ -26,15 +26,16 @@ pub fn write(folder: &Path, (millions, rooms): (u64, &str), studied: &[StudiedRo
 
 /// Writes `survival.md`: scenes that a choice must survive, and what the program says where it refuses one.
 pub fn write_survival(
-    folder: &Path,
+    (folder, is_quick): (&Path, bool),
     cases: &[(&str, String)],
     studied: &[StudiedRoom],
 ) -> Result<(), Failure> {
     let mut text = format!(
         "# What the program chooses where it is hard to choose\n\n\
-         `radwalk-lab survival docs/results` writes this page: {}.\n\n\
+         `radwalk-lab survival docs/results{}` writes this page: {}.\n\n\
          Made scenes, and the choice of a job without words in each.\n\n\
          | scene | what is chosen, and why |\n|---|---|\n",
+        if is_quick { " quick" } else { "" },
         origin(),
     );
     for (name, what) in cases {

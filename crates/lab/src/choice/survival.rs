@@ -22,7 +22,7 @@ const SMALL_LAMP: f64 = 0.007_746;
 
 pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     let (folder, rest) = words.split_first().ok_or("usage: survival FOLDER [quick]")?;
-    let work = tempfile::tempdir()?;
+    let (to, work) = ((Path::new(folder), !rest.is_empty()), tempfile::tempdir()?);
     let mut files = Vec::new();
     for (name, spec) in made() {
         let path = work.path().join(format!("{name}.toml"));
@@ -48,9 +48,9 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
         let truth = RoomReference::kept(&room, WALKS, work.path())?;
         let (chosen, given) = (chosen(&room, &truth, effort)?, given(&room, &truth, effort)?);
         studied.push((room, chosen, given));
-        page::write_survival(Path::new(folder), &cases, &studied)?;
+        page::write_survival(to, &cases, &studied)?;
     }
-    page::write_survival(Path::new(folder), &cases, &studied)
+    page::write_survival(to, &cases, &studied)
 }
 
 /// What is chosen, and why.
