@@ -67,8 +67,12 @@ fn a_black_room_has_the_lux_of_the_formula() {
     assert_eq!((plane["name"].as_str(), plane["points"].as_u64()), (Some("desk"), Some(16)));
     assert!((plane["mean"]["value"].as_f64().unwrap() / mean - 1.0).abs() < 1e-12);
     let least = light[..16].iter().copied().fold(f64::INFINITY, f64::min);
-    let figures = [&plane["minimum"], &plane["uniformity"]].map(|figure| figure["value"].as_f64().unwrap());
-    assert!((figures[0] - least).abs() < 1e-12 && (figures[1] - least / mean).abs() < 1e-12);
+    let most = light[..16].iter().copied().fold(0.0, f64::max);
+    for (figure, expected) in
+        [("minimum", least), ("maximum", most), ("uniformity", least / mean), ("diversity", least / most)]
+    {
+        assert!((plane[figure]["value"].as_f64().unwrap() - expected).abs() < 1e-12, "{figure}: {plane}");
+    }
     assert_eq!(summary["planes"][1]["name"], "eyes");
 }
 
@@ -83,7 +87,7 @@ fn workers_leave_no_trace_in_planes() {
     let table = |out: &PathBuf| std::fs::read(out.join("planes.csv")).unwrap();
     assert_eq!(table(&one), table(&many));
     let plane = &summary["planes"][0];
-    for figure in ["mean", "minimum", "uniformity"] {
+    for figure in ["mean", "minimum", "maximum", "uniformity", "diversity"] {
         let [low, value, high] = ["low", "value", "high"].map(|key| plane[figure][key].as_f64().unwrap());
         assert!(0.0 < low && low < value && value < high, "{plane}");
     }
@@ -95,6 +99,48 @@ fn workers_leave_no_trace_in_planes() {
         stdout.contains("plane \"desk\" (16 points): mean ") && stdout.contains(" lx, U₀ 0."),
         "{stdout}"
     );
+}
+
+/// What is demanded is met, missed or open, in the summary, in words and on the page; in a room where light is reflected, so that figures have
+/// intervals. What no plane could say is refused.
+#[test]
+fn demands_are_met_with_a_confidence() {
+    let folder = tempdir().unwrap();
+    let demand = |demand: &str| format!("{PLANE}demand = {{ {demand} }}\n");
+    let first = room(&folder, 0.6, &[LAMP, PLANE].concat());
+    let summary = run_job(first.to_str().unwrap(), &path(&folder, "first"), &[]);
+    let figure = |name: &str| summary["planes"][0][name]["value"].as_f64().unwrap();
+    let (mean, least) = (figure("mean"), figure("minimum"));
+    let asked = format!("mean = {}, minimum = {}, uniformity = 0.99", 0.8 * mean, 1.0001 * least);
+    let job = room(&folder, 0.6, &[LAMP, &demand(&asked)].concat());
+    let out = path(&folder, "out");
+    let summary = run_job(job.to_str().unwrap(), &out, &[]);
+    let demands = summary["planes"][0]["demands"].as_array().unwrap();
+    let known: Vec<_> =
+        demands.iter().map(|demand| (demand["figure"].as_str().unwrap(), demand["met"] == true)).collect();
+    assert_eq!(known, [("mean", true), ("minimum", false), ("uniformity", false)]);
+    let confidence: Vec<f64> = demands.iter().map(|demand| demand["confidence"].as_f64().unwrap()).collect();
+    assert!(confidence[0] == 0.9999 && confidence[1] < 0.9 && confidence[2] == 0.9999, "{demands:?}");
+    let (_, stdout, _) =
+        run(&["run", job.to_str().unwrap(), "--out", path(&folder, "told").to_str().unwrap()]);
+    assert!(
+        stdout.contains(" lx met with 99.99 %; minimum of ")
+            && stdout.contains("; U₀ of 0.99 missed with 99.99 %"),
+        "{stdout}"
+    );
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("U₀ of 0.99 missed with 99.99 %"));
+    // `report` reads the demands back from the tally.
+    std::fs::remove_file(out.join("report.html")).unwrap();
+    assert_eq!(run(&["report", out.to_str().unwrap()]).0, 0);
+    assert!(std::fs::read_to_string(out.join("report.html")).unwrap().contains("U₀ of 0.99 missed"));
+    for (wrong, told) in
+        [("uniformity = 1.5", "1.5 is above 1"), ("median = 3.0", "median"), ("mean = 0", "mean")]
+    {
+        let job = room(&folder, 0.6, &[LAMP, &demand(wrong)].concat());
+        let (code, _, stderr) = run(&["check", job.to_str().unwrap()]);
+        assert!(code == 2 && stderr.contains(told), "{wrong}: {stderr}");
+    }
 }
 
 /// Lamps by name are sources, `rest` the others: their parts add up to the light of the plane, and `combine` dims them without a ray, to what a

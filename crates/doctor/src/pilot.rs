@@ -341,7 +341,7 @@ impl PilotWalk {
     /// A walk that sets out from a lamp without area.
     fn born_at(scene: &Scene, lamp: usize, power: f64, number: u64) -> Self {
         let mut draws = Draws::new(number);
-        let ray = scene.lamp_birth(lamp, [draws.bits(), draws.bits()]);
+        let ray = scene.lamp_birth(lamp, std::array::from_fn(|_| draws.bits()));
         let channels = scene.channels();
         let all: f64 = (0..channels).map(|channel| scene.lamp_power(lamp, channel)).sum();
         let left =

@@ -56,9 +56,7 @@ pub fn from_arrays(
         triangles: faces.iter().zip(of_face).enumerate().map(triangle).collect::<Result<_, _>>()?,
         parts: vec![stem(name)],
         materials,
-        notes: Vec::new(),
-        luminous: false,
-        unit: None,
+        ..Mesh::default()
     })
 }
 

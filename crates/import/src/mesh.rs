@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use glam::DVec3;
-use radiosity::{Sides, Spectrum};
+use radiosity::{LampsSpec, Sides, Spectrum};
 
 /// The most triangles that a mesh may have. A scene takes 1.3 kB for each (`docs/results/reading.md`): some 22 GB.
 pub const MAX_TRIANGLES: usize = 1 << 24;
@@ -23,6 +23,8 @@ pub struct Mesh {
     pub parts: Vec<String>,
     /// The materials, also those that no triangle has.
     pub materials: Vec<Material>,
+    /// Lamps without area, in the units and axes of the file.
+    pub lamps: LampsSpec,
     /// The parts of the file that were left out or changed, a sentence each.
     pub notes: Vec<String>,
     /// Whether the light of the file is in lumens.

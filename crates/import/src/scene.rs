@@ -81,8 +81,11 @@ impl Mesh {
             || self.parts.iter().any(|part| matches(pattern, part))
     }
 
-    /// Whether a material that some face has emits light after the overrides.
+    /// Whether a material that some face has emits light after the overrides, or there is a lamp without area.
     pub fn is_lit(&self, options: &Options) -> bool {
+        if !self.lamps.list.is_empty() {
+            return true;
+        }
         let mut used = vec![false; self.materials.len()];
         self.triangles.iter().for_each(|triangle| used[triangle.material as usize] = true);
         let by_part = |entry: &MaterialOverride| {
@@ -176,6 +179,7 @@ impl Mesh {
             imported.materials.push(self.triangles[face.triangle].material);
             imported.parts.push(self.triangles[face.triangle].part);
         }
+        imported.spec.lamps = self.lamps;
         Ok(imported)
     }
 
@@ -218,6 +222,11 @@ impl Mesh {
         for position in &mut self.positions {
             // Adding 0 turns −0 into 0.
             *position = up.turn(*position) * options.unit + DVec3::ZERO;
+        }
+        // Intensities stay what they are: cd and lx do not depend on the unit.
+        for lamp in &mut self.lamps.list {
+            lamp.position = up.turn(lamp.position) * options.unit;
+            lamp.axes = lamp.axes.map(|axis| up.turn(axis));
         }
     }
 
@@ -334,7 +343,7 @@ impl Mesh {
         let triangle = &self.triangles[face.triangle];
         let finish = &finishes.of[triangle.material as usize];
         SurfaceSpec {
-            name: Some(self.name(triangle)),
+            name: Some(self.name(triangle).into()),
             shape,
             sides: finish.sides,
             reflectance: finish.reflectance,

@@ -3,8 +3,9 @@
 use std::io;
 use std::path::Path;
 
+use glam::DVec3;
 use import::{Error, Files, Format, Imported, LostProperty, MaterialOverride, Mesh, Options, SidesChoice};
-use radiosity::{Shape, Sides, Spectrum};
+use radiosity::{Emission, Shape, Sides, Spectrum};
 
 fn read(path: &str, content: &[u8]) -> Result<Mesh, Error> {
     let mut none = |_: &Path| Err(io::Error::from(io::ErrorKind::NotFound));
@@ -272,50 +273,100 @@ fn textures_give_the_mean_of_what_faces_show_of_them() {
     assert_eq!((missing.reflectance, &missing.lost[..]), (0.5.into(), &[LostProperty::Texture][..]));
 }
 
-/// A lamp of 100 cd that shines all around, and a spot of 50 cd in a cone of 30°, in a room of one triangle.
-#[test]
-fn lights_without_area_send_their_flux_from_small_surfaces() {
+/// A file of one triangle, with these lights and profiles, each of them at a node of its own.
+fn lit_gltf(lights: &str, profiles: &str, nodes: &str) -> String {
+    let extensions = format!(
+        r#"{{"KHR_lights_punctual":{{"lights":[{lights}]}},"EXT_lights_ies":{{"lights":[{profiles}]}}}}"#
+    );
     let gltf = triangle_gltf(
         "",
         r#","bufferView":0"#,
-        &format!(
-            r#","buffers":[{{"byteLength":36,"uri":"{TRIANGLE}"}}],"extensions":{{"KHR_lights_punctual":{{"lights":[
-        {{"type":"point","name":"Bulb","intensity":100}},{{"type":"spot","intensity":50,"spot":{{"outerConeAngle":0.5235987755982988}}}},
-        {{"type":"directional"}}]}}}}"#
-        ),
+        &format!(r#","buffers":[{{"byteLength":36,"uri":"{TRIANGLE}"}}],"extensions":{extensions}"#),
     );
-    let node = |light: u32| {
-        format!(
-            r#"{{"translation":[0.2,0.5,0.3],"extensions":{{"KHR_lights_punctual":{{"light":{light}}}}}}}"#
-        )
-    };
-    let nodes = [node(0), node(1), node(2)].join(",");
-    let gltf = gltf
-        .replace(r#""nodes":[0]"#, r#""nodes":[0,1,2,3]"#)
-        .replace(r#"[{"mesh":0}]"#, &format!(r#"[{{"mesh":0}},{nodes}]"#));
-    // The unit changes areas, and no flux.
+    gltf.replace(r#""nodes":[0]"#, r#""nodes":[0,1,2,3]"#)
+        .replace(r#"[{"mesh":0}]"#, &format!(r#"[{{"mesh":0}},{nodes}]"#))
+}
+
+fn node(placing: &str, extension: &str, values: &str) -> String {
+    format!(
+        r#"{{"name":"Node","translation":[0.2,0.5,0.3],{placing}"extensions":{{"{extension}":{{{values}}}}}}}"#
+    )
+}
+
+/// A lamp of 100 cd that shines all around, a red spot of 50 cd that is turned to −x, and a sun.
+#[test]
+fn lights_without_area_are_lamps() {
+    let gltf = lit_gltf(
+        r#"{"type":"point","name":"Bulb","intensity":100},
+           {"type":"spot","intensity":50,"color":[1,0,0.5],"spot":{"innerConeAngle":0.2,"outerConeAngle":0.5}},
+           {"type":"directional","intensity":1000}"#,
+        "",
+        &[
+            node(r#""scale":[2,3,-4],"#, "KHR_lights_punctual", r#""light":0"#),
+            node(
+                r#""rotation":[0,0.7071067811865476,0,0.7071067811865476],"#,
+                "KHR_lights_punctual",
+                r#""light":1"#,
+            ),
+            node("", "KHR_lights_punctual", r#""light":2"#),
+        ]
+        .join(","),
+    );
+    // The unit changes places, and no intensity.
     for unit in [1.0, 0.01] {
         let imported = scene("a.gltf", gltf.as_bytes(), &Options { unit, ..Options::default() }).unwrap();
-        let flux = |name: &str| {
-            let number = imported.names.iter().position(|known| known == name).unwrap() as u32;
-            let lamps =
-                imported.spec.surfaces.iter().zip(&imported.materials).filter(|(_, of)| **of == number);
-            lamps
-                .map(|(surface, _)| surface.emittance[0] * surface.shape.area() * surface.sides.count())
-                .sum::<f64>()
-        };
-        let pi = std::f64::consts::PI;
-        assert!((flux("Bulb") / (400.0 * pi) - 1.0).abs() < 1e-12, "{}", flux("Bulb"));
-        let cone = 2.0 * pi * (1.0 - (pi / 6.0).cos());
-        assert!((flux("node 2") / (50.0 * cone) - 1.0).abs() < 1e-12, "{}", flux("node 2"));
+        assert_eq!(imported.spec.surfaces.len(), 1);
         assert!(imported.luminous);
-        for told in [
-            "lights without area, for which small surfaces send the same flux (lm): 2",
-            "directional lights left out: 1; --sky=10000",
-        ] {
-            assert!(imported.notes.iter().any(|note| note.starts_with(told)), "{told}: {:?}", imported.notes);
-        }
+        let [bulb, spot, sun] = &imported.spec.lamps.list[..] else { panic!("three lamps are there") };
+        assert_eq!((&*bulb.name, &*spot.name), ("Bulb", "Node"));
+        // y of the file is up: (x, y, z) becomes (x, −z, y).
+        let place = DVec3::new(0.2, -0.3, 0.5) * unit;
+        assert!(bulb.position.distance(place) < 1e-12 && spot.position.distance(place) < 1e-12);
+        assert_eq!((bulb.emission, bulb.strength), (Emission::Uniform, 100.0.into()));
+        let Emission::Spot { inner, outer } = spot.emission else { panic!("it is a spot") };
+        assert_eq!([inner, outer], [0.2_f64.cos(), 0.5_f64.cos()]);
+        assert_eq!(spot.strength, Spectrum::rgb([50.0, 0.0, 25.0]));
+        assert!((-spot.axes[2]).distance(DVec3::NEG_X) < 1e-12, "{:?}", spot.axes);
+        assert_eq!((sun.emission, sun.strength), (Emission::Distant { rim: 1.0 }, 1000.0.into()));
+        assert!((-sun.axes[2]).distance(DVec3::Y) < 1e-12, "{:?}", sun.axes);
+        let told = "lights without area, which are lamps in cd, or in lx from far away: 3";
+        assert!(imported.notes.iter().any(|note| note.starts_with(told)), "{:?}", imported.notes);
     }
+}
+
+/// EXT_lights_ies: γ = 0 along −z of the node, C = 0 along its x; a profile that two nodes use is read once. One that is missing or
+/// malformed is refused with its line.
+#[test]
+fn profiles_are_lamps_with_tables() {
+    // "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 4 1 2 0 0 0\n1 1 10\n0 90\n0 90 180 270\n100 40\n100 10\n100 20\n100 30\n"
+    let profile = "data:application/x-ies-lm-63;base64,SUVTTkE6TE0tNjMtMjAwMgpUSUxUPU5PTkUKMSAtMSAxIDIgNCAxIDIgMCAwIDAKMSAxIDEwCjAgOTAKMCA5MCAxODAgMjcwCjEwMCA0MAoxMDAgMTAKMTAwIDIwCjEwMCAzMAo=";
+    let profiles = |uri: &str| format!(r#"{{"uri":"{uri}"}}"#);
+    let nodes = [
+        node("", "EXT_lights_ies", r#""light":0"#),
+        node("", "EXT_lights_ies", r#""light":0,"multiplier":2,"color":[1,0.5,0]"#),
+        node("", "KHR_lights_punctual", r#""light":0"#),
+    ]
+    .join(",");
+    let light = r#"{"type":"point"}"#;
+    let read =
+        |uri: &str| scene("a.gltf", lit_gltf(light, &profiles(uri), &nodes).as_bytes(), &Options::default());
+    let lamps = read(profile).unwrap().spec.lamps;
+    assert_eq!((lamps.tables.len(), lamps.list.len()), (1, 3));
+    let [lamp, tinted, _] = &lamps.list[..] else { unreachable!() };
+    assert_eq!((lamp.emission, lamp.strength), (Emission::Table(0), 1.0.into()));
+    assert_eq!((tinted.emission, tinted.strength), (Emission::Table(0), Spectrum::rgb([2.0, 1.0, 0.0])));
+    let towards = |d: DVec3| lamps.tables[0].intensity(DVec3::from_array(lamp.axes.map(|axis| axis.dot(d))));
+    // −z of the file is y of the scene, x stays, y is up.
+    for (d, candela) in [(DVec3::Y, 100.0), (DVec3::X, 40.0), (DVec3::Z, 10.0), (DVec3::NEG_X, 20.0)] {
+        assert!((towards(d) - candela).abs() < 1e-9, "{d}: {}", towards(d));
+    }
+    let missing = read("lamp.ies").unwrap_err().to_string();
+    assert!(
+        missing.contains(r#"EXT_lights_ies.lights[0]: the profile "lamp.ies" cannot be read"#),
+        "{missing}"
+    );
+    let malformed = read("data:;base64,SUVTTkE6TE0tNjMtMjAwMgo=").unwrap_err().to_string();
+    assert!(malformed.contains("the profile is malformed at line 1: there is no line TILT="), "{malformed}");
 }
 
 /// Copies of a mesh by EXT_mesh_gpu_instancing: three translations, of which the accessor is the triangle's own.

@@ -57,13 +57,14 @@ pub use groups::{FaceGroups, Grouping};
 pub use import::{Options as ImportOptions, setting};
 pub use job::{
     DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, DEFAULT_TOTAL_ERROR, Job, load, load_as_written,
-    load_cut, load_mesh, load_mesh_cut,
+    load_mesh,
 };
 pub use kind::{FileKind, file_kind};
 pub use lamp::load_lamp;
 pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};
 pub use output::{Stand, View};
 pub use partition::{Auto, Forecast, Partition};
+pub use planes::Demand;
 pub use radiosity::Sampler;
 pub use scene::{MaterialRow, SceneFile, load_scene, load_scene_with};
 pub use scene_text::to_toml;

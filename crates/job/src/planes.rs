@@ -3,30 +3,43 @@
 use std::path::Path;
 
 use glam::DVec3;
-use radiosity::{SensorShape, SensorSpec};
+use radiosity::{PlaneFigure, SensorShape, SensorSpec};
+use serde::{Deserialize, Serialize};
 
 use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::imports::positive;
-use crate::keys::LISTS;
-use crate::keys::{PLANE_KEYS, POINTS_KEYS};
+use crate::keys::{DEMAND_KEYS, LISTS, PLANE_KEYS, POINTS_KEYS};
 use crate::shape::read_point;
 
 /// The most points of a plane along one side.
 const MOST_ALONG: f64 = 4096.0;
 
-/// Reads `[[plane]]` and `[[points]]`, and puts them behind the sensors; `folder` is that of the scene.
+/// What a figure of a plane is to reach.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Demand {
+    /// The plane, by its number among sensors.
+    pub sensor: u32,
+    /// The figure.
+    pub figure: PlaneFigure,
+    /// What it is to be at least [lx, or 1].
+    pub least: f64,
+}
+
+/// Reads `[[plane]]` and `[[points]]`, puts them behind the sensors, and returns what is demanded of them; `folder` is that of the scene.
 pub(crate) fn read_planes(
     [planes, points]: [Option<Value<'_>>; 2],
     folder: &Path,
     sensors: &mut Vec<SensorSpec>,
-) -> Result<(), Error> {
+) -> Result<Vec<Demand>, Error> {
+    let mut demands = Vec::new();
     let planes = planes.map(|planes| planes.tables(LISTS[4])).transpose()?.unwrap_or_default();
     let points = points.map(|points| points.tables(LISTS[5])).transpose()?.unwrap_or_default();
     for (number, value) in planes.into_iter().enumerate() {
         let mut table = value.table_called(format!("plane {number}: "), PLANE_KEYS)?;
         let name = read_name(&mut table, format!("plane {number}"), sensors)?;
         table.rename(format!("plane {number} ({name:?}): "));
+        read_demands(&mut table, sensors.len() as u32, &mut demands)?;
         sensors.push(SensorSpec { name, shape: read_grid(table)? });
     }
     for (number, value) in points.into_iter().enumerate() {
@@ -38,7 +51,33 @@ pub(crate) fn read_planes(
         )?;
         let stem = Path::new(file.string()?).file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let name = read_name(&mut table, stem, sensors)?;
+        read_demands(&mut table, sensors.len() as u32, &mut demands)?;
         sensors.push(SensorSpec { name, shape: read_file(&file, folder)? });
+    }
+    Ok(demands)
+}
+
+/// What is demanded of a plane.
+fn read_demands(table: &mut KeyTable<'_>, sensor: u32, demands: &mut Vec<Demand>) -> Result<(), Error> {
+    let Some(value) = table.take("demand") else { return Ok(()) };
+    let mut table = value.table(DEMAND_KEYS)?;
+    for (key, figure, why) in [
+        ("mean", PlaneFigure::Mean, "it is the least mean in lx"),
+        ("minimum", PlaneFigure::Minimum, "it is the least illuminance of a point in lx"),
+        ("uniformity", PlaneFigure::Uniformity, "it is the least U₀, the minimum over the mean"),
+        ("diversity", PlaneFigure::Diversity, "it is the least U_d, the minimum over the maximum"),
+    ] {
+        let Some(value) = table.take(key) else { continue };
+        let least = positive(&value, why)?;
+        let is_ratio = matches!(figure, PlaneFigure::Uniformity | PlaneFigure::Diversity);
+        if is_ratio && least > 1.0 {
+            return Err(value.refuse(
+                format!("{least} is above 1"),
+                why,
+                "write a number up to 1, such as 0.6",
+            ));
+        }
+        demands.push(Demand { sensor, figure, least });
     }
     Ok(())
 }

@@ -18,6 +18,7 @@ use crate::error::{Error, SourceLocation, SourceSpot};
 use crate::finishes::Finishes;
 use crate::lighting::bounds;
 use crate::partition::misfit;
+use crate::planes::Demand;
 use crate::site::{Lines, SurfaceSite};
 use crate::sky::sky_box;
 pub(crate) use read::is_toml;
@@ -38,6 +39,8 @@ pub struct SceneFile {
     /// The surfaces whose cells are left to the program, in ascending order.
     auto: Vec<usize>,
     sensors: Vec<SensorSpec>,
+    /// What is demanded of planes.
+    demands: Vec<Demand>,
     /// The number of the first surface of the sky, behind all others; `None` without one.
     sky: Option<usize>,
     notes: Vec<String>,
@@ -95,6 +98,11 @@ impl SceneFile {
     /// What its surfaces are made of.
     pub fn finishes(&self) -> &Finishes {
         &self.finishes
+    }
+
+    /// What is demanded of its planes.
+    pub fn demands(&self) -> &[Demand] {
+        &self.demands
     }
 
     /// Places where light is measured, in the order of the file.
@@ -389,6 +397,7 @@ impl SceneFile {
             finishes: Finishes::default(),
             auto: Vec::new(),
             sensors: Vec::new(),
+            demands: Vec::new(),
             sky: None,
             notes: Vec::new(),
             textures: HashMap::new(),
@@ -428,10 +437,11 @@ impl SceneFile {
         let first = self.spec.surfaces.len();
         let is_cut = options.patch_size.is_some() || options.max_patch_area.is_some();
         self.meshes.push(MeshSite { file: file.into(), first, spots, kinds, is_cut });
-        if self.spec.surfaces.is_empty() {
-            self.spec = spec;
-        } else {
-            self.spec.surfaces.extend(spec.surfaces);
+        self.luminous |= !spec.lamps.list.is_empty();
+        self.spec.lamps.append(spec.lamps);
+        match self.spec.surfaces.is_empty() {
+            true => self.spec.surfaces = spec.surfaces,
+            false => self.spec.surfaces.extend(spec.surfaces),
         }
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         self.notes.extend(notes.into_iter().map(|note| format!("{name}: {note}")));

@@ -7,9 +7,11 @@ use std::hint::black_box;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
+use glam::DVec3;
+use photometry::{Distribution, Luminaire};
 use radiosity::{
-    Birth, Direction, EstimatorKind, Experiment, IndexChoice, Ray, Scene, SceneSpec, Scoreboard, Sequence,
-    Side, Space, Walks,
+    Birth, Direction, Emission, EstimatorKind, Experiment, IndexChoice, LampSpec, LampsSpec, Ray, Scene,
+    SceneSpec, Scoreboard, Sequence, Side, Space, Walks,
 };
 use scenes::{cornell, cube, interior};
 
@@ -124,6 +126,38 @@ fn walk_patches(bencher: Bencher, cells: u32) {
 
 fn method(direction: Direction, estimator: EstimatorKind, space: Space) -> Walks {
     Walks { direction, space, score: estimator.into() }
+}
+
+/// Whole walks of 1.7 rays in a cube: born on its sides, and at lamps in its middle whose light is a formula or a table of 37 × 24 intensities.
+#[divan::bench(args = ["area", "uniform", "table"])]
+fn walk_births(bencher: Bencher, birth: &str) {
+    let scene = Scene::build(&lit_cube(birth), IndexChoice::Auto).expect("cubes are valid");
+    bench_walks(bencher, scene, method(Direction::Shooting, EstimatorKind::Collision, Space::Discrete));
+}
+
+fn lit_cube(birth: &str) -> SceneSpec {
+    let mut spec = SceneSpec::furnace(3, 0.4);
+    let emission = match birth {
+        "area" => return spec,
+        "uniform" => Emission::Uniform,
+        _ => Emission::Table(0),
+    };
+    spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 0.0.into());
+    let lamp = LampSpec::new(DVec3::splat(0.5), emission, 1.0);
+    spec.lamps = LampsSpec { tables: vec![table()], list: vec![lamp] };
+    spec
+}
+
+/// A table without symmetry, 15° by 5°.
+fn table() -> Distribution {
+    let angles = |count: u32, step: u32| (0..count).map(move |k| (k * step).to_string());
+    let words = |words: &mut dyn Iterator<Item = String>| words.collect::<Vec<_>>().join(" ");
+    let candela = |k: u32| (100 + (k.wrapping_mul(2_654_435_761) >> 7) % 400).to_string();
+    let (gamma, c) = (words(&mut angles(37, 5)), words(&mut angles(25, 15)));
+    let planes = words(&mut (0..37 * 25).map(|k: u32| candela(k % (37 * 24))));
+    let file =
+        format!("IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 37 25 1 2 0 0 0\n1 1 10\n{gamma}\n{c}\n{planes}\n");
+    Luminaire::read(file.as_bytes()).expect("the file is one").distribution
 }
 
 /// Ever further walks onto one board, so that no cache keeps them. Rays are counted by the mean of the first 65,536

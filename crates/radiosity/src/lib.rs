@@ -43,7 +43,7 @@ pub use experiment::arrivals::Arrival;
 pub use experiment::daylight::{Coefficients, SkyTally};
 pub use experiment::exchange::{ExchangeRows, ExchangeSpec, FactorKind, RowBoard, Segment, exchange_counts};
 pub use experiment::influence::{Derivative, Influences, Property};
-pub use experiment::planes::{Figure, PlaneFigures};
+pub use experiment::planes::{Figure, PlaneFigure, PlaneFigures, Sufficiency};
 pub use experiment::precision::{
     Apart, FLOOR, Headline, Judged, Place, Precision, QUANTILES, Quantity, Reach, TINY,
 };

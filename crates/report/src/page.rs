@@ -23,8 +23,9 @@ use crate::flow::{Flow, losses};
 use crate::isolux::isolux_svg;
 use crate::outlines::outlines;
 use crate::pack::{pack, write_point};
-use crate::patches::{per_channel, write_patches};
+use crate::patches::{Digits, per_channel, write_patches};
 use crate::picture::Shot;
+use crate::planes::{PerChannel, PlaneSummary};
 use crate::precision::HeadlineSummary;
 use crate::sensitivities::SensitivitySummary;
 use crate::sensors::write_cells;
@@ -174,6 +175,7 @@ impl Page<'_> {
             confidence => (100.0 * summary.confidence).to_string(),
             charts => self.figures(),
             maps => self.maps(),
+            planes => self.planes(),
             sensors => self.sensors(),
             sources => self.sources(),
             sensitivities => self.sensitivities(),
@@ -244,6 +246,19 @@ impl Page<'_> {
             self.summary.system(),
             100.0 * target.fraction
         ))
+    }
+
+    /// A row for each plane of points: its figures, and whether they reach what is demanded.
+    fn planes(&self) -> Vec<[String; 7]> {
+        let unit = self.summary.units.irradiance;
+        let row = |plane: &PlaneSummary| {
+            let [mean, minimum, uniformity, diversity] =
+                [&plane.mean, &plane.minimum, &plane.uniformity, &plane.diversity].map(PerChannel::words);
+            let demands: Vec<String> = plane.demands.iter().map(|demand| demand.words(unit)).collect();
+            let (name, points) = (plane.name.clone(), plane.points.to_string());
+            [name, points, mean, minimum, uniformity, diversity, demands.join("; ")]
+        };
+        self.summary.planes.iter().map(row).collect()
     }
 
     /// A row for each sensor, and each channel of it.
@@ -328,10 +343,10 @@ impl Page<'_> {
     fn table(&self) -> io::Result<String> {
         let faces = self.estimates.scene().faces();
         if !faces.are_grouped() {
-            return pack(|zlib| write_patches(zlib, self.estimates));
+            return pack(|zlib| write_patches(zlib, self.estimates, Digits::All));
         }
         let mut table = Vec::new();
-        write_patches(&mut table, self.estimates)?;
+        write_patches(&mut table, self.estimates, Digits::All)?;
         let mut rows = table.split_inclusive(|&byte| byte == b'\n');
         pack(|zlib| {
             rows.next().map_or(Ok(()), |header| zlib.write_all(header))?;

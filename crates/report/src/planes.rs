@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Figure, Reading, Readings, SensorCell};
+use radiosity::{Figure, PlaneFigure, Reading, Readings, SensorCell, Sufficiency};
 use serde::Serialize;
 
 use crate::patches::per_channel;
@@ -18,8 +18,15 @@ pub struct PlaneSummary {
     pub mean: PerChannel,
     /// The least illuminance of a point.
     pub minimum: PerChannel,
+    /// The largest illuminance of a point.
+    pub maximum: PerChannel,
     /// U₀: the minimum over the mean.
     pub uniformity: PerChannel,
+    /// U_d: the minimum over the maximum.
+    pub diversity: PerChannel,
+    /// Whether the figures reach what is demanded of them; absent where nothing is.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub demands: Vec<DemandSummary>,
     /// What each source brings to the mean; absent where sources are not told apart.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<PlaneSource>,
@@ -28,6 +35,48 @@ pub struct PlaneSummary {
     /// What the target asks of every point; absent where it asks nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<f64>,
+}
+
+/// Whether a figure of a plane reaches what is demanded of it, in every channel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DemandSummary {
+    /// The figure.
+    pub figure: PlaneFigure,
+    /// What it is to be at least.
+    pub least: f64,
+    /// Whether the estimate is.
+    pub met: bool,
+    /// With what confidence, up to [`Sufficiency::SUREST`]; ½ where it is open.
+    pub confidence: f64,
+}
+
+impl DemandSummary {
+    /// The worst of the channels.
+    fn of(readings: &Readings, plane: usize, (figure, least): (PlaneFigure, f64)) -> Self {
+        let channels = (0..readings.channels()).map(|c| readings.sufficiency((plane, c), figure, least));
+        let badness = |of: &Sufficiency| if of.is_met { -of.confidence } else { of.confidence };
+        let worst = channels.max_by(|a, b| badness(a).total_cmp(&badness(b)));
+        let Sufficiency { is_met: met, confidence } = worst.expect("there is a channel");
+        DemandSummary { figure, least, met, confidence }
+    }
+
+    /// The verdict in words; `unit` is that of illuminance.
+    pub fn words(&self, unit: &str) -> String {
+        let DemandSummary { figure, least, met, confidence } = *self;
+        let what = match figure {
+            PlaneFigure::Mean => format!("mean of {least} {unit}"),
+            PlaneFigure::Minimum => format!("minimum of {least} {unit}"),
+            PlaneFigure::Uniformity => format!("U₀ of {least}"),
+            PlaneFigure::Diversity => format!("U_d of {least}"),
+        };
+        // Rounded down: the confidence is never more than said.
+        let percent = (1e4 * confidence + 1e-9).floor() / 100.0;
+        match (met, confidence > 0.5) {
+            (_, false) => format!("{what} open"),
+            (true, true) => format!("{what} met with {percent} %"),
+            (false, true) => format!("{what} missed with {percent} %"),
+        }
+    }
 }
 
 /// The part of a source in the mean of a plane.
@@ -100,11 +149,13 @@ fn decimals(&FigureInterval { value, low, high }: &FigureInterval) -> usize {
     (-shown.max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize
 }
 
-/// The figures of every plane, where the `names` are those of sources that are told apart; `asked` is what the target asks of a sensor.
-pub fn plane_summaries(
+/// The figures of every plane, where the `names` are those of sources that are told apart; `asked` is what the target asks of a sensor, and
+/// `demanded` of the figures of one.
+pub fn plane_summaries<D: Iterator<Item = (PlaneFigure, f64)>>(
     readings: &Readings,
     names: &[String],
     asked: impl Fn(usize) -> Option<f64>,
+    demanded: impl Fn(usize) -> D,
 ) -> Vec<PlaneSummary> {
     let sensors = readings.sensors();
     let of_source = |name: &String, source: usize, number: usize| {
@@ -122,7 +173,10 @@ pub fn plane_summaries(
             points: sensors.cells_of(sensor).len(),
             mean: per(&|figures| figures.mean),
             minimum: per(&|figures| figures.minimum),
+            maximum: per(&|figures| figures.maximum),
             uniformity: per(&|figures| figures.uniformity),
+            diversity: per(&|figures| figures.diversity),
+            demands: demanded(sensor).map(|demand| DemandSummary::of(readings, number, demand)).collect(),
             sources: names
                 .iter()
                 .zip(0..)

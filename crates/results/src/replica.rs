@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use job::{Partition, Vantage};
+use job::{Demand, Partition, Vantage};
 use judge::MOMENTS;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
@@ -32,13 +32,16 @@ struct Packed {
     lamps: LampsSpec,
     /// [`SceneSpec::panes`].
     panes: Vec<PaneSpec>,
+    /// [`Settings::demands`].
+    demands: Vec<Demand>,
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
 /// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, the
-/// quantity that a target is about, whether the program chose the method, from where the picture looks, the two lists of lamps, and panes.
-const LATER_SETTINGS: usize = 23;
+/// quantity that a target is about, whether the program chose the method, from where the picture looks, the two lists of lamps, panes, and what is demanded
+/// of planes.
+const LATER_SETTINGS: usize = 24;
 
 /// The bytes of a job.
 ///
@@ -55,6 +58,7 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
         vantage: settings.view.from,
         lamps: spec.lamps.clone(),
         panes: spec.panes.clone(),
+        demands: settings.demands.clone(),
     })
 }
 
@@ -90,6 +94,7 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
     }
     packed.settings.chooses_method = packed.chooses_method;
     packed.settings.view.from = packed.vantage;
+    packed.settings.demands.clone_from(&packed.demands);
     Ok(packed)
 }
 

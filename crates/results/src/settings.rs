@@ -2,8 +2,8 @@
 //! `tally.bin`.
 
 use job::{
-    Beside, Cut, Finishes, Forecast, Job, Light, MethodTable, OutputFile, Partition, SensorTarget, Target,
-    TotalTarget, View,
+    Beside, Cut, Demand, Finishes, Forecast, Job, Light, MethodTable, OutputFile, Partition, SensorTarget,
+    Target, TotalTarget, View,
 };
 use judge::target::{Observer, SensorGoal, judge, total_is_met};
 use radiosity::{Estimates, ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec, Shape, Tally};
@@ -59,6 +59,9 @@ pub struct Settings {
     /// Whether the program chose the method. It travels behind the groups of cells.
     #[serde(skip)]
     pub chooses_method: bool,
+    /// What is demanded of planes. It travels behind panes.
+    #[serde(skip)]
+    pub demands: Vec<Demand>,
 }
 
 impl Settings {
@@ -88,6 +91,7 @@ impl Settings {
             total_target: job.total_target,
             forecast: job.forecast,
             chooses_method: job.chooses_method,
+            demands: job.scene.demands().to_vec(),
         }
     }
 

@@ -28,8 +28,9 @@ fn chosen(spec: &SceneSpec, seed: u64, paths: u64) -> (Partition, Job, Forecast)
     let folder = tempdir().unwrap();
     let path = write(&folder, spec);
     let keys = [format!("seed={seed}"), format!("budget.paths={paths}")];
-    let partition = choose(&job::load(&path, &keys).unwrap(), 2).unwrap().expect("all is open").partition;
-    let job = job::load_cut(&path, &keys, &partition).unwrap();
+    let open = job::load(&path, &keys).unwrap();
+    let partition = choose(&open, 2).unwrap().expect("all is open").partition;
+    let job = open.cut(&keys, &partition).unwrap();
     let forecast = partition.forecast.unwrap();
     (partition, job, forecast)
 }

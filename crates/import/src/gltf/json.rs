@@ -43,13 +43,25 @@ pub(super) struct Document {
 #[serde(default)]
 pub(super) struct DocumentExtensions {
     #[serde(rename = "KHR_lights_punctual")]
-    pub(super) lights: GltfLights,
+    pub(super) lights: LightList<LightJson>,
+    #[serde(rename = "EXT_lights_ies")]
+    pub(super) profiles: LightList<ProfileJson>,
+    #[serde(rename = "EXT_lights_image_based")]
+    pub(super) images: Option<serde_json::Value>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct GltfLights {
-    pub(super) lights: Vec<LightJson>,
+pub(super) struct LightList<T> {
+    pub(super) lights: Vec<T>,
+}
+
+/// A file of LM-63.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct ProfileJson {
+    pub(super) uri: Option<String>,
+    pub(super) buffer_view: Option<usize>,
 }
 
 /// A light without area.
@@ -67,6 +79,7 @@ pub(super) struct LightJson {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct SpotCone {
+    pub(super) inner_cone_angle: Option<f64>,
     pub(super) outer_cone_angle: Option<f64>,
 }
 
@@ -134,6 +147,8 @@ pub(super) struct GltfNode {
 pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub(super) light: Option<LightUse>,
+    #[serde(rename = "EXT_lights_ies")]
+    pub(super) profile: Option<ProfileUse>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub(super) instancing: Option<Instancing>,
 }
@@ -142,6 +157,14 @@ pub(super) struct NodeExtensions {
 #[serde(default)]
 pub(super) struct LightUse {
     pub(super) light: usize,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct ProfileUse {
+    pub(super) light: usize,
+    pub(super) multiplier: Option<f64>,
+    pub(super) color: Option<[f64; 3]>,
 }
 
 /// The accessors of `TRANSLATION`, `ROTATION` and `SCALE` of copies.

@@ -1,126 +1,157 @@
-//! Lights without area (KHR_lights_punctual), as small surfaces that send the same flux.
+//! Lights without area: KHR_lights_punctual and EXT_lights_ies. Both shine along −z of their node.
 
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::collections::HashMap;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::path::Path;
 
 use glam::{DAffine3, DVec3};
-use radiosity::{Sides, Spectrum};
+use photometry::{Distribution, Luminaire};
+use radiosity::{Emission, LampSpec, LampsSpec, Spectrum};
 
-use super::json::LightJson;
-use crate::mesh::{Material, Mesh, MeshParts, Triangle};
+use super::buffers::{Data, decode_data, decode_percent};
+use super::json::{At, LightJson, ProfileUse, element};
+use crate::error::UnplacedError;
+use crate::files::Files;
 use crate::tally::NoteCounts;
 
-/// The radius of a substitute, in parts of the diagonal of the scene.
-const RADIUS: f64 = 0.003;
+/// The least difference of the cosines between which a spot fades (KHR_lights_punctual, inner and outer cone angles).
+const SHARPEST: f64 = 0.001;
 
-/// A light on its way to a surface.
-#[derive(Clone, Debug)]
-pub(super) struct PunctualLight {
-    name: String,
-    at: DVec3,
-    /// The axis of a spot; `None` of a light that shines all around.
-    axis: Option<DVec3>,
-    /// The flux [lm].
-    flux: Spectrum,
+/// The lights of a scene's nodes, in their order.
+#[derive(Debug, Default)]
+pub(super) struct GltfLights {
+    /// Each lamp; the profile whose table it has, by number.
+    lights: Vec<(LampSpec, Option<usize>)>,
 }
 
-impl PunctualLight {
-    /// Reads a light, whose intensity I is in cd. Its flux is 4π·I all around, and 2π(1 − cos θ)·I in a cone of half angle θ. A
-    /// directional light has no place, and is counted as left out.
-    pub(super) fn of(json: &LightJson, node: &str, place: &DAffine3, tally: &mut NoteCounts) -> Option<Self> {
-        let intensity = json.intensity.unwrap_or(1.0);
-        let (solid, axis) = match json.kind.as_str() {
-            "point" => (4.0 * PI, None),
-            "spot" => {
-                let half = json.spot.outer_cone_angle.unwrap_or(FRAC_PI_4);
-                (2.0 * PI * (1.0 - half.cos()), Some(place.matrix3 * DVec3::NEG_Z))
-            }
-            _ => {
-                tally.count("directional lights left out; --sky=10000 gives light from outside");
-                return None;
-            }
+impl GltfLights {
+    /// Adds a light of KHR_lights_punctual, in cd, or in lx from far away.
+    pub(super) fn add(&mut self, json: &LightJson, node: &str, place: &DAffine3, tally: &mut NoteCounts) {
+        let emission = match json.kind.as_str() {
+            "point" => Emission::Uniform,
+            "spot" => spot(json.spot.inner_cone_angle, json.spot.outer_cone_angle),
+            "directional" => Emission::Distant { rim: 1.0 },
+            _ => return tally.count("lights of no known type left out"),
         };
-        let flux = json.color.unwrap_or([1.0; 3]).map(|channel| channel * intensity * solid);
-        let (at, flux) = (place.translation, Spectrum::rgb(flux));
-        let finite = at.is_finite() && flux.channels().iter().all(|flux| (0.0..f64::MAX).contains(flux));
-        let name = json.name.clone().filter(|name| !name.is_empty()).unwrap_or_else(|| node.to_owned());
-        let axis = axis.map(DVec3::normalize_or_zero);
-        let aimed = axis.is_none_or(|axis| axis.is_normalized());
-        (finite && aimed && flux.is_lit()).then_some(PunctualLight { name, at, axis, flux })
+        let name = json.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(node);
+        let strength = (json.color, json.intensity);
+        self.hang((name, place), emission, strength, None, tally);
     }
-}
 
-/// Adds a surface for each light: an icosahedron all around, an octagon for a spot. Each has a black material of its own.
-pub(super) fn substitute(
-    lights: &[PunctualLight],
-    mesh: &mut Mesh,
-    parts: &mut MeshParts,
-    tally: &mut NoteCounts,
-) {
-    if lights.is_empty() {
-        return;
+    /// Adds a light of EXT_lights_ies.
+    pub(super) fn add_profile(
+        &mut self,
+        json: &ProfileUse,
+        node: &str,
+        place: &DAffine3,
+        tally: &mut NoteCounts,
+    ) {
+        let strength = (json.color, json.multiplier);
+        self.hang((node, place), Emission::Uniform, strength, Some(json.light), tally);
     }
-    let low = mesh.positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-    let high = mesh.positions.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-    let radius = RADIUS * (high - low).length();
-    if !(radius.is_finite() && radius > 0.0) {
-        return;
-    }
-    mesh.luminous = true;
-    for light in lights {
-        tally.count("lights without area, for which small surfaces send the same flux (lm)");
-        let material = mesh.materials.len() as u32;
-        mesh.materials.push(Material {
-            reflectance: Spectrum::BLACK,
-            power: Some(light.flux),
-            sides: Some(Sides::Front),
-            ..Material::unknown(light.name.clone())
-        });
-        parts.enter(mesh, &light.name);
-        let first = mesh.positions.len() as u32;
-        let (corners, faces) = light.axis.map_or_else(icosahedron, octagon);
-        mesh.positions.extend(corners.iter().map(|corner| light.at + *corner * radius));
-        for corners in faces {
-            let (part, face) = parts.next_face(mesh, "light");
-            let corners = corners.map(|corner| first + corner);
-            mesh.triangles.push(Triangle { corners, part, face, material, line: 0 });
-        }
-    }
-}
 
-/// A regular icosahedron of radius 1, fronts outwards.
-fn icosahedron() -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let long = 0.5 * (1.0 + 5.0_f64.sqrt());
-    let mut corners = Vec::new();
-    for [a, b] in [[1.0, long], [-1.0, long], [1.0, -long], [-1.0, -long]] {
-        let corner = DVec3::new(0.0, a, b).normalize();
-        corners.extend([corner, DVec3::new(corner.z, 0.0, corner.y), DVec3::new(corner.y, corner.z, 0.0)]);
+    fn hang(
+        &mut self,
+        (name, place): (&str, &DAffine3),
+        emission: Emission,
+        (color, intensity): (Option<[f64; 3]>, Option<f64>),
+        profile: Option<usize>,
+        tally: &mut NoteCounts,
+    ) {
+        let strength = color.unwrap_or([1.0; 3]).map(|channel| channel * intensity.unwrap_or(1.0));
+        let is_light = strength.iter().all(|&channel| (0.0..f64::MAX).contains(&channel));
+        let strength = Spectrum::rgb(strength);
+        let Some(axes) = axes(place).filter(|_| is_light && strength.is_lit()) else {
+            return tally.count("lights without direction or intensity left out");
+        };
+        let lamp =
+            LampSpec { name: name.into(), axes, ..LampSpec::new(place.translation, emission, strength) };
+        self.lights.push((lamp, profile));
     }
-    // Neighbours are 2/√(1 + φ²) apart, all others farther.
-    let near = |a: usize, b: usize| corners[a].distance(corners[b]) < 1.2;
-    let mut faces = Vec::new();
-    for a in 0..12 {
-        for b in a + 1..12 {
-            for c in b + 1..12 {
-                if near(a, b) && near(b, c) && near(a, c) {
-                    let outwards =
-                        (corners[b] - corners[a]).cross(corners[c] - corners[a]).dot(corners[a]) > 0.0;
-                    let [b, c] = if outwards { [b, c] } else { [c, b] };
-                    faces.push([a as u32, b as u32, c as u32]);
-                }
+
+    /// The lamps, with the tables of their profiles, each read once.
+    ///
+    /// # Errors
+    /// A profile that does not exist, cannot be read, or is no file of LM-63.
+    pub(super) fn into_lamps(
+        self,
+        data: &Data<'_>,
+        path: &Path,
+        files: &mut Files<'_>,
+        tally: &mut NoteCounts,
+    ) -> Result<LampsSpec, At> {
+        let mut lamps = LampsSpec::default();
+        let mut known = HashMap::new();
+        for (mut lamp, profile) in self.lights {
+            tally.count("lights without area, which are lamps in cd, or in lx from far away");
+            if let Some(profile) = profile {
+                let number = match known.get(&profile) {
+                    Some(number) => *number,
+                    None => {
+                        lamps.tables.push(read_profile(data, profile, path, files)?);
+                        let number = lamps.tables.len() as u32 - 1;
+                        known.insert(profile, number);
+                        number
+                    }
+                };
+                lamp.emission = Emission::Table(number);
             }
+            lamps.list.push(lamp);
         }
+        Ok(lamps)
     }
-    (corners, faces)
 }
 
-/// A regular octagon of radius 1, its front to `axis`.
-fn octagon(axis: DVec3) -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let (u, v) = axis.any_orthonormal_pair();
-    let corner = |i: u32| {
-        let (sin, cos) = (f64::from(i) * FRAC_PI_4).sin_cos();
-        u * cos + v * sin
+/// A spot, full in the inner cone and dark from the outer one on, whose half angles are in radians.
+fn spot(inner: Option<f64>, outer: Option<f64>) -> Emission {
+    let outer = outer.filter(|angle| (0.0..=FRAC_PI_2).contains(angle)).unwrap_or(FRAC_PI_4).cos();
+    let inner = inner.filter(|angle| (0.0..=FRAC_PI_2).contains(angle)).unwrap_or(0.0).cos();
+    let outer = outer.min(1.0 - SHARPEST);
+    Emission::Spot { inner: inner.max(outer + SHARPEST), outer }
+}
+
+/// The axes of a node in the scene, without its scale: −z is kept, and x in the plane of both. `None` where it has no direction.
+fn axes(place: &DAffine3) -> Option<[DVec3; 3]> {
+    let z = place.matrix3.z_axis.try_normalize()?;
+    let x = place.matrix3.x_axis.reject_from_normalized(z).try_normalize()?;
+    Some([x, z.cross(x), z])
+}
+
+/// Reads a profile: of a view, of a data URI or of a file beside this one.
+fn read_profile(
+    data: &Data<'_>,
+    number: usize,
+    path: &Path,
+    files: &mut Files<'_>,
+) -> Result<Distribution, At> {
+    let at = |problem: String, why: String| {
+        let remedy = "put an LM-63 file there, or remove the light";
+        (format!("EXT_lights_ies.lights[{number}]"), UnplacedError::new(problem, why, remedy))
     };
-    ((0..8).map(corner).collect(), (2..8).map(|i| [0, i - 1, i]).collect())
+    let profiles = &data.document.extensions.profiles.lights;
+    let json = element(profiles, number, "lights", "EXT_lights_ies")?;
+    let content = match (json.buffer_view, json.uri.as_deref()) {
+        (Some(view), _) => data.view(view).map(<[u8]>::to_vec),
+        (None, Some(uri)) => match uri.strip_prefix("data:") {
+            Some(encoded) => decode_data(encoded),
+            None => {
+                let name = decode_percent(uri);
+                let read = files.beside(path, &name);
+                Some(
+                    read.map_err(|error| {
+                        at(format!("the profile {name:?} cannot be read"), error.to_string())
+                    })?
+                    .1,
+                )
+            }
+        },
+        (None, None) => None,
+    };
+    let content = content.ok_or_else(|| at("there is no profile".into(), "the light is in it".into()))?;
+    let luminaire = Luminaire::read(&content).map_err(|error| {
+        at(format!("the profile is malformed at line {error}"), "its light is not known".into())
+    })?;
+    Ok(luminaire.distribution)
 }
 
 #[cfg(test)]
@@ -128,18 +159,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn substitutes_are_closed_or_flat_and_face_outwards() {
-        let (corners, faces) = icosahedron();
-        assert_eq!((corners.len(), faces.len()), (12, 20));
-        let normal = |corners: &[DVec3], [a, b, c]: [u32; 3]| {
-            let [a, b, c] = [a, b, c].map(|i| corners[i as usize]);
-            (b - a).cross(c - a)
-        };
-        let sum: DVec3 = faces.iter().map(|&face| normal(&corners, face)).sum();
-        assert!(sum.length() < 1e-12, "{sum}");
-        assert!(faces.iter().all(|&face| normal(&corners, face).dot(corners[face[0] as usize]) > 0.0));
-        let axis = DVec3::new(1.0, 2.0, -2.0) / 3.0;
-        let (corners, faces) = octagon(axis);
-        assert!(faces.iter().all(|&face| normal(&corners, face).normalize().distance(axis) < 1e-12));
+    fn spots_have_the_cones_of_the_extension() {
+        let Emission::Spot { inner, outer } = spot(None, None) else { unreachable!() };
+        assert_eq!([inner, outer], [1.0, FRAC_PI_4.cos()]);
+        // A sharp edge, and one at the axis, fade over the least difference of cosines.
+        for (angles, expected) in
+            [([0.5, 0.5], [0.5_f64.cos() + SHARPEST, 0.5_f64.cos()]), ([0.0, 0.0], [1.0, 0.999])]
+        {
+            let Emission::Spot { inner, outer } = spot(Some(angles[0]), Some(angles[1])) else {
+                unreachable!()
+            };
+            assert!((inner - expected[0]).abs() < 1e-12 && (outer - expected[1]).abs() < 1e-12, "{angles:?}");
+        }
+    }
+
+    #[test]
+    fn axes_forget_scale_and_mirrors() {
+        let place = DAffine3::from_scale_rotation_translation(
+            DVec3::new(2.0, -3.0, 0.5),
+            glam::DQuat::from_rotation_y(0.7),
+            DVec3::ONE,
+        );
+        let [x, y, z] = axes(&place).unwrap();
+        assert!((x.cross(y) - z).length() < 1e-12 && (z.length() - 1.0).abs() < 1e-12);
+        assert!((z - glam::DQuat::from_rotation_y(0.7) * DVec3::Z).length() < 1e-12);
+        assert_eq!(axes(&DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.0))), None);
     }
 }

@@ -17,7 +17,7 @@ use self::buffers::{Data, buffers, unpack};
 use self::draco::Unpacked;
 use self::images::GltfImages;
 use self::json::{At, Document, Draco, GltfNode, Instancing, Primitive, element};
-use self::lights::PunctualLight;
+use self::lights::GltfLights;
 use crate::error::{Error, FileSpot, UnplacedError};
 use crate::files::Files;
 use crate::mesh::{Material, Mesh, MeshParts, Triangle, short};
@@ -34,6 +34,7 @@ const UNDERSTOOD: &[&str] = &[
     "EXT_texture_",
     "MSFT_texture_dds",
     "KHR_lights_punctual",
+    "EXT_lights_ies",
     "EXT_mesh_gpu_instancing",
     "KHR_xmp",
     "KHR_animation_pointer",
@@ -69,12 +70,18 @@ pub(crate) fn read(path: &Path, content: &[u8], files: &mut Files<'_>) -> Result
         visited,
         images: GltfImages::of(&document),
         unpacked: Unpacked::default(),
-        lights: Vec::new(),
+        lights: GltfLights::default(),
     };
     walk.roots().map_err(at)?;
-    let NodeWalk { data, mut mesh, mut parts, mut tally, images, lights, .. } = walk;
+    let NodeWalk { data, mut mesh, mut tally, images, lights, .. } = walk;
     images.look_up(&data, path, files, &mut mesh);
-    lights::substitute(&lights, &mut mesh, &mut parts, &mut tally);
+    mesh.lamps = lights.into_lamps(&data, path, files, &mut tally).map_err(at)?;
+    mesh.luminous |= !mesh.lamps.list.is_empty();
+    if document.extensions.images.is_some() {
+        tally.count(
+            "environments of images (EXT_lights_image_based) left out; --sky=10000 gives light from outside",
+        );
+    }
     tally.report(&mut mesh);
     Ok(mesh)
 }
@@ -137,7 +144,7 @@ struct NodeWalk<'a> {
     visited: Vec<bool>,
     images: GltfImages,
     unpacked: Unpacked,
-    lights: Vec<PunctualLight>,
+    lights: GltfLights,
 }
 
 impl NodeWalk<'_> {
@@ -185,7 +192,10 @@ impl NodeWalk<'_> {
         if let Some(light) = &node.extensions.light {
             let lights = &document.extensions.lights.lights;
             let json = element(lights, light.light, "lights", &format!("node {path:?}"))?;
-            self.lights.extend(PunctualLight::of(json, &name, &place, &mut self.tally));
+            self.lights.add(json, &name, &place, &mut self.tally);
+        }
+        if let Some(profile) = &node.extensions.profile {
+            self.lights.add_profile(profile, &name, &place, &mut self.tally);
         }
         if let Some(mesh) = node.mesh {
             match &node.extensions.instancing {

@@ -128,7 +128,7 @@ pub(crate) const LAMP: [Key; 10] = [
 pub(crate) const LAMP_KEYS: &[&str] = &names(&LAMP);
 
 /// The keys of a `[[plane]]`.
-pub(crate) const PLANE: [Key; 7] = [
+pub(crate) const PLANE: [Key; 8] = [
     Key::new("name", text, "Its figures are shown by it. Default: `plane` and its number."),
     Key::new("origin", point, "A corner of the plane [m].").required(),
     Key::new("u", point, "A side of the plane, from its corner [m].").required(),
@@ -145,14 +145,34 @@ pub(crate) const PLANE: [Key; 7] = [
         "By which the plane is raised along its normal [m]. Default: 0.",
     ),
     Key::new("normal", point, "The direction that the points face. Default: across u and v, upwards."),
+    Key::new("demand", || table(&DEMAND), DEMANDED),
 ];
+
+/// What `demand` is.
+const DEMANDED: &str = "What its figures are to reach; the run says with what confidence they do.";
+
+/// The keys of a `demand`.
+pub(crate) const DEMAND: [Key; 4] = [
+    Key::new("mean", positive, "The least mean [lx]."),
+    Key::new("minimum", positive, "The least illuminance of a point [lx]."),
+    Key::new("uniformity", ratio, "The least U₀, the minimum over the mean."),
+    Key::new("diversity", ratio, "The least U_d, the minimum over the maximum."),
+];
+
+pub(crate) const DEMAND_KEYS: &[&str] = &names(&DEMAND);
+
+/// A number above 0, at most 1.
+fn ratio() -> Value {
+    json!({"type": "number", "exclusiveMinimum": 0, "maximum": 1})
+}
 
 pub(crate) const PLANE_KEYS: &[&str] = &names(&PLANE);
 
 /// The keys of a `[[points]]`.
-pub(crate) const POINTS: [Key; 2] = [
+pub(crate) const POINTS: [Key; 3] = [
     Key::new("name", text, "Their figures are shown by it. Default: the name of the file."),
     Key::new("file", text, "A point a line, x y z dx dy dz, relative to this file.").required(),
+    Key::new("demand", || table(&DEMAND), DEMANDED),
 ];
 
 pub(crate) const POINTS_KEYS: &[&str] = &names(&POINTS);

@@ -3,8 +3,8 @@
 #[cfg(test)]
 mod tests;
 
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use import::{Format, Imported, MaterialOverride, Options};
 use radiosity::{LampsSpec, PaneSpec, Shape, Spectrum, SurfaceSpec};
@@ -94,12 +94,13 @@ impl<'a, 'o> SceneReader<'a, 'o> {
         let materials = read_materials(&mut table)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut sensors = table.take("sensor").map_or(Ok(Vec::new()), read_sensors)?;
-        read_planes(["plane", "points"].map(|list| table.take(list)), folder, &mut sensors)?;
+        let demands = read_planes(["plane", "points"].map(|list| table.take(list)), folder, &mut sensors)?;
         let lamps = table.take("lamp").map(|value| read_lamps(value, folder)).transpose()?;
         let lines = |(name, material): (&String, &MaterialTable)| (name.clone(), material.lines.clone());
         let scene = SceneFile {
             materials: materials.iter().map(lines).collect(),
             sensors,
+            demands,
             luminous: lamps.is_some(),
             ..SceneFile::empty(path)
         };
@@ -141,7 +142,7 @@ impl<'a, 'o> SceneReader<'a, 'o> {
             let keys = [quad, triangle, cells.unwrap_or(0), 0];
             let site = SurfaceSite { material: material.number, header, keys };
             let surface = SurfaceSpec {
-                name: name.map(Cow::into_owned),
+                name: name.map(Arc::from),
                 shape,
                 sides,
                 reflectance: material.reflectance,
@@ -176,7 +177,9 @@ impl<'a, 'o> SceneReader<'a, 'o> {
         if let Some(emittance) = self.sky {
             self.scene.add_sky(emittance);
         }
-        self.scene.spec.lamps = self.lamps;
+        // Those of meshes stand behind those of the scene.
+        let of_meshes = std::mem::replace(&mut self.scene.spec.lamps, self.lamps);
+        self.scene.spec.lamps.append(of_meshes);
         self.scene.spec.panes = self.panes;
         Ok(self.scene)
     }

@@ -102,7 +102,7 @@ pub fn experiment(
     keys: &[&str],
 ) -> Result<(Experiment, f64), Failure> {
     let keys = room.keys(&[&["budget.paths=100000000"], keys].concat());
-    let job = job::load_cut(&room.path, &keys, &partition)?;
+    let job = job::load(&room.path, &keys).and_then(|job| job.cut(&keys, &partition))?;
     let start = seconds();
     let scene = job.build_scene()?;
     Ok((Experiment::new(scene, job.method.walks())?, seconds() - start))
@@ -243,7 +243,7 @@ pub fn on_chosen(room: &ChoiceRoom, keys: &[String]) -> Result<(Experiment, Fore
     let keys: Vec<String> = keys.iter().cloned().chain(auto).collect();
     let open = job::load(&room.path, &keys)?;
     let Some(chosen) = results::choose(&open, 1)? else { return Err("nothing is open".into()) };
-    let job = job::load_cut(&room.path, &keys, &chosen.partition)?;
+    let job = open.cut(&keys, &chosen.partition)?;
     let forecast = job.forecast.ok_or("no forecast")?;
     Ok((Experiment::new(chosen.build_scene(&job)?, job.method.walks())?, forecast, job))
 }

@@ -6,6 +6,7 @@ pub(crate) mod closed;
 pub(crate) mod embree;
 pub(crate) mod gain;
 pub(crate) mod gather;
+pub(crate) mod lamps;
 mod meshes;
 pub(crate) mod methods;
 pub(crate) mod quasi;

@@ -1,30 +1,151 @@
-//! Test cases 5.3 … 5.7 of CIE 171:2006, as far as they are of diffuse light. The illuminance that the report tables at a point is the
-//! configuration factor from the point to what it sees, times the exitance of that: so the point's factor is walked. The rooms are
-//! those of the cases in kind; their sizes are our own, and the truths are closed forms, not the report's tables.
+//! Test cases 5.2 … 5.8 of CIE 171:2006, but for 5.5, which is of glass. The illuminance of diffuse light that the report tables at a point is
+//! the configuration factor from the point to what it sees, times the exitance of that: so the point's factor is walked. Light of point lamps
+//! is shot at squares. The rooms are those of the cases in kind; their sizes are our own, and the truths are closed forms and quadratures, not
+//! the report's tables.
 
-use radiosity::FactorKind;
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use photometry::{Distribution, Luminaire};
+use radiosity::{
+    Emission, Estimator, Experiment, FactorKind, IndexChoice, LampSpec, LampsSpec, Method, Scene, SceneSpec,
+    Shape, SurfaceSpec,
+};
+use stats::Measured;
 
 use super::closed_forms::{element_to_parallel_corner, element_to_perpendicular_corner, parallel_rectangles};
 use super::{KnownFactor, measure, shapes};
+use crate::claim::Claim;
 use crate::lab::Lab;
 use crate::papers::Findings;
 
 pub(super) fn run(lab: &Lab) -> Findings {
     let pairs: Vec<KnownFactor> =
         [area_lamp(), skylight(), reflecting_plane(), obstruction()].into_iter().flatten().collect();
+    let mut rows = point_lamps(lab);
+    rows.extend(measure(lab, FactorKind::FirstHit, &pairs));
+    rows.extend(closed_room(lab));
     Findings {
-        published: "CIE 171:2006, test cases 5.3 (area lamps), 5.4 (conservation of flux through openings), 5.6 (reflection over \
-                    diffuse surfaces) and 5.7 (the same with obstructions). 5.2 is of point sources and 5.5 of glass, which the \
-                    program does not model; 5.8 is among the closed rooms below. The report is sold, so its tables are not held \
-                    against: its cases rest on the configuration factors that are *theory* here. Ward's room of 1990 is left out, \
-                    for its data could not be had."
+        published: "CIE 171:2006, test cases 5.2 (point lamps, even and by a photometric file), 5.3 (area lamps), 5.4 (conservation of flux \
+                    through openings), 5.6 (reflection over diffuse surfaces), 5.7 (the same with obstructions) and 5.8 (what is reflected in a \
+                    closed room). 5.5 is of glass ([daylight](../guide/daylight.md#panes)). The report is sold, so its tables are not held \
+                    against: its cases rest on the formulas that are *theory* here. Of its known errata, table 19 (5.7) and the values of \
+                    5.14, no row depends. Ward's room of 1990 is left out, for its data could not be had."
             .into(),
         experiment: "Points are squares of 1 mm. Light of a diffuse surface at a point is the point's factor to that surface times the \
-                     exitance of the surface."
+                     exitance of the surface. Point lamps of 10,000 lm shine on squares of 0.5 m, 3 m below: theory is the solid angle of the \
+                     square, and the quadrature of I cos θ / d² for a file."
             .into(),
-        rows: measure(lab, FactorKind::FirstHit, &pairs),
+        rows,
         ..Findings::default()
     }
+}
+
+/// The side of the squares under point lamps, and the height of these [m].
+const SQUARE: f64 = 0.5;
+const HEIGHT: f64 = 3.0;
+const FLUX: f64 = 10_000.0;
+
+/// 5.2: squares on the floor, 0 to 3 m aside of a point below the lamp.
+fn point_lamps(lab: &Lab) -> Vec<Claim> {
+    let mut claims = Vec::new();
+    let table = uneven();
+    let strengths = [FLUX / (4.0 * PI), FLUX / table.flux()];
+    let emissions = [("even", Emission::Uniform), ("by a file", Emission::Table(0))];
+    for (light, ((name, emission), strength)) in emissions.into_iter().zip(strengths).enumerate() {
+        for (place, aside) in [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0].into_iter().enumerate() {
+            let corner = DVec3::new(aside - 0.5 * SQUARE, -0.5 * SQUARE, 0.0);
+            let shape = Shape::parallelogram(corner, SQUARE * DVec3::X, SQUARE * DVec3::Y, [1, 1]);
+            let lamp = LampSpec::new(HEIGHT * DVec3::Z, emission, strength);
+            let mut spec = SceneSpec::new(vec![SurfaceSpec::new(shape, 0.0)]);
+            spec.lamps = LampsSpec { tables: vec![table.clone()], list: vec![lamp] };
+            let truth = match emission {
+                Emission::Uniform => {
+                    let [x0, x1, y] = [corner.x, corner.x + SQUARE, 0.5 * SQUARE].map(|x| x / HEIGHT);
+                    strength * 2.0 * (solid_angle(x1, y) - solid_angle(x0, y)) / (SQUARE * SQUARE)
+                }
+                _ => strength * mean_illuminance(&table, corner),
+            };
+            let walks: u64 = lab.pick(1 << 15, 1 << 22);
+            let part = truth * SQUARE * SQUARE / FLUX;
+            let measured = Measured {
+                value: irradiances(spec, (20 * light + place) as u64, walks)[0],
+                standard_error: truth * ((1.0 - part) / part / walks as f64).sqrt(),
+            };
+            claims.push(Claim::equal(
+                format!("5.2, point lamp, {name}, {aside} m aside: E [lx]"),
+                measured,
+                truth,
+            ));
+        }
+    }
+    claims
+}
+
+/// The solid angle of a rectangle from a point above one of its corners, with its sides in units of the height.
+fn solid_angle(a: f64, b: f64) -> f64 {
+    (a * b / (1.0 + a * a + b * b).sqrt()).atan()
+}
+
+/// A table that is brightest at 35° and has no symmetry.
+fn uneven() -> Distribution {
+    let file = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 7 5 1 2 0 0 0\n1 1 10\n0 10 20 35 50 70 90\n0 90 180 270 360\n\
+                700 800 900 1200 600 200 0\n700 760 880 1000 500 100 0\n700 720 800 850 450 90 0\n700 780 870 1100 550 120 0\n\
+                700 800 900 1200 600 200 0\n";
+    Luminaire::read(file.as_bytes()).expect("the file is one").distribution
+}
+
+/// The mean of I cos θ / d² over a square below a lamp of strength 1, by the middle rule at 400 × 400 points.
+fn mean_illuminance(table: &Distribution, corner: DVec3) -> f64 {
+    const POINTS: u32 = 400;
+    let part = |i: u32| SQUARE * (f64::from(i) + 0.5) / f64::from(POINTS);
+    let at = |i: u32, j: u32| {
+        let away = corner + DVec3::new(part(i), part(j), -HEIGHT);
+        table.intensity(away) * HEIGHT / away.length().powi(3)
+    };
+    let sum: f64 = (0..POINTS).flat_map(|i| (0..POINTS).map(move |j| at(i, j))).sum();
+    sum / f64::from(POINTS * POINTS)
+}
+
+/// 5.8: a point lamp in a closed room of 4 × 4 × 4 m, 96 m², all of one reflectance. The mean of what is reflected is Φρ/(S(1 − ρ)). A walk
+/// arrives k + 1 times with probability (1 − ρ)ρᵏ, of which k are of reflected light.
+fn closed_room(lab: &Lab) -> Vec<Claim> {
+    let claim = |(number, rho): (u64, f64)| {
+        let mut spec = SceneSpec::furnace(2, rho);
+        for surface in &mut spec.surfaces {
+            let (corner, u, v) = surface.shape.edges();
+            surface.shape = Shape::parallelogram(4.0 * corner, 4.0 * u, 4.0 * v, [2, 2]);
+            surface.emittance = 0.0.into();
+        }
+        let lamp = LampSpec::new(DVec3::new(2.0, 2.0, 3.0), Emission::Uniform, FLUX / (4.0 * PI));
+        spec.lamps = LampsSpec { tables: Vec::new(), list: vec![lamp] };
+        let walks: u64 = lab.pick(1 << 15, 1 << 22);
+        let faces = irradiances(spec, 50 + number, walks);
+        let direct = FLUX / 96.0;
+        let measured = Measured {
+            value: faces.iter().sum::<f64>() / faces.len() as f64 - direct,
+            standard_error: direct * rho.sqrt() / (1.0 - rho) / (walks as f64).sqrt(),
+        };
+        let truth = direct * rho / (1.0 - rho);
+        Claim::equal(
+            format!("5.8, point lamp in a closed room, ρ = {rho}: reflected E [lx]"),
+            measured,
+            truth,
+        )
+    };
+    (0..).zip([0.1, 0.3, 0.5, 0.7, 0.9, 0.95]).map(claim).collect()
+}
+
+/// The irradiance of every face, by shooting walks.
+fn irradiances(spec: SceneSpec, seed: u64, walks: u64) -> Vec<f64> {
+    let scene = Scene::build(&spec, IndexChoice::Auto).expect("the scene is valid");
+    let experiment =
+        Experiment::new(scene, Method::shooting(Estimator::Collision)).expect("the method takes lamps");
+    let solution = experiment.run(seed, walks).expect("so few walks fit any sum");
+    let of_face = |estimate: &Option<radiosity::Estimate>| {
+        estimate.as_ref().and_then(|estimate| estimate.irradiance).unwrap_or(0.0)
+    };
+    solution.estimates.iter().map(of_face).collect()
 }
 
 /// The factor from an element at the origin to a rectangle of these ranges in the parallel plane at a height.

@@ -2,9 +2,11 @@
 
 #![allow(dead_code, missing_docs)]
 
+use std::f64::consts::PI;
 use std::fmt::Write;
 
 use glam::DVec3;
+use photometry::Luminaire;
 
 /// SplitMix64: the same numbers on every machine.
 pub struct Random(pub u64);
@@ -88,4 +90,43 @@ pub fn ldt(
         }
     }
     text
+}
+
+/// Tables of every kind of photometry, with values that jump between nodes.
+pub fn tables() -> Vec<(&'static str, Luminaire)> {
+    let mut random = Random(11);
+    let mut value = |_: f64, _: f64| (1000.0 * random.next().powi(3)).round();
+    let step = |from: i32, to: i32, by: usize| (from..=to).step_by(by).map(f64::from).collect::<Vec<_>>();
+    let mut made = |kind, c: &[f64], gamma: &[f64]| {
+        let text = ies(2002, kind, c, gamma, &mut value);
+        Luminaire::read(text.as_bytes()).unwrap_or_else(|error| panic!("{error}: {text}"))
+    };
+    vec![
+        ("axial", made(1, &[0.0], &step(0, 180, 15))),
+        ("quadrants", made(1, &[0.0, 10.0, 45.0, 90.0], &step(0, 90, 5))),
+        ("C0", made(1, &step(0, 180, 20), &[0.0, 1.0, 3.0, 60.0, 180.0])),
+        ("C90", made(1, &step(90, 270, 30), &step(0, 90, 10))),
+        ("free", made(1, &step(0, 360, 24), &step(0, 180, 9))),
+        ("upwards", made(1, &step(0, 345, 15), &step(90, 180, 10))),
+        ("type A", made(3, &step(-50, 50, 10), &step(-90, 30, 10))),
+        ("type B", made(2, &step(0, 90, 15), &step(-60, 60, 5))),
+    ]
+}
+
+/// The integral of a function over all directions: the middle rule, which converges with the square of the steps, at two steps,
+/// extrapolated.
+pub fn quadrature(steps: usize, value: impl Fn(DVec3) -> f64) -> f64 {
+    let rule = |n: usize| {
+        let width = PI / n as f64;
+        let mut sum = 0.0;
+        for j in 0..n {
+            let gamma = (j as f64 + 0.5) * width;
+            for i in 0..2 * n {
+                let c = (i as f64 + 0.5) * width;
+                sum += gamma.sin() * value(direction(c.to_degrees(), gamma.to_degrees()));
+            }
+        }
+        sum * width * width
+    };
+    (4.0 * rule(2 * steps) - rule(steps)) / 3.0
 }

@@ -55,6 +55,18 @@ pub struct LampsSpec {
     pub list: Vec<LampSpec>,
 }
 
+impl LampsSpec {
+    /// Adds other lamps with their tables.
+    pub fn append(&mut self, others: LampsSpec) {
+        let first = self.tables.len() as u32;
+        self.tables.extend(others.tables);
+        self.list.extend(others.list.into_iter().map(|lamp| match lamp.emission {
+            Emission::Table(number) => LampSpec { emission: Emission::Table(first + number), ..lamp },
+            _ => lamp,
+        }));
+    }
+}
+
 /// What lengths and angles of axes may be off by.
 const ROUNDING: f64 = 1e-9;
 

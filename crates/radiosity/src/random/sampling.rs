@@ -45,7 +45,8 @@ impl AliasTable {
         let product = u128::from(bits) * self.columns.len() as u128;
         let (column, rest) = ((product >> 64) as usize, product as u64);
         let (threshold, alias) = self.columns[column];
-        if rest < threshold { column } else { alias as usize }
+        // Where weights are uneven, no processor guesses which it is.
+        std::hint::select_unpredictable(rest < threshold, column, alias as usize)
     }
 }
 

@@ -7,10 +7,10 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use photometry::Distribution;
 
+use super::tables::{LightTables, TableBirths};
 use super::{Scene, SceneError};
 use crate::geometry::lamp::{Emission, LampsSpec};
 use crate::geometry::spec::Spectrum;
-use crate::random::rng::unit_32;
 use crate::random::sampling::cosine_direction;
 use crate::trace::ray::Ray;
 
@@ -21,6 +21,8 @@ const LIFT: f64 = 4.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PointLamps {
     tables: Vec<Distribution>,
+    /// The same tables, as births need them.
+    births: Option<Box<LightTables>>,
     list: Vec<PointLamp>,
 }
 
@@ -34,6 +36,13 @@ struct PointLamp {
     flux: f64,
     /// The radius of the disc through which the light of a distant lamp comes: that of a ball around the scene [m].
     reach: f64,
+}
+
+impl PointLamp {
+    /// A direction of the lamp's frame in the scene.
+    fn in_scene(&self, d: DVec3) -> DVec3 {
+        self.axes[0] * d.x + self.axes[1] * d.y + self.axes[2] * d.z
+    }
 }
 
 /// Light on its way from a lamp to a point.
@@ -51,7 +60,7 @@ impl PointLamps {
     /// The lamps of a scene whose box has these corners, and whose facets are larger than their surfaces by `slack` [m].
     pub(super) fn new(spec: &LampsSpec, [min, max]: [DVec3; 2], slack: f64) -> Result<Self, SceneError> {
         let (origin, reach) = (0.5 * (min + max), 0.5 * (max - min).length() * (1.0 + 1e-9));
-        let mut lamps = PointLamps { tables: spec.tables.clone(), list: Vec::new() };
+        let mut lamps = PointLamps { tables: spec.tables.clone(), births: None, list: Vec::new() };
         for lamp in &spec.list {
             if let Some(fault) = lamp.fault(spec.tables.len()) {
                 return Err(SceneError::Whole(format!(
@@ -71,6 +80,17 @@ impl PointLamps {
             let (emission, strength) = (lamp.emission, lamp.strength);
             lamps.list.push(PointLamp { position, axes, emission, strength, flux, reach });
         }
+        let of_lamp = |lamp: &PointLamp| {
+            let axes = match lamp.emission {
+                Emission::Table(number) => {
+                    spec.tables[number as usize].axes().map(|axis| lamp.in_scene(axis))
+                }
+                _ => lamp.axes,
+            };
+            let vectors = [lamp.position, axes[0], axes[1], axes[2]].map(|vector| vector.to_array());
+            std::array::from_fn(|i| vectors.as_flattened()[i])
+        };
+        lamps.births = LightTables::new(&spec.tables, lamps.list.iter().map(of_lamp)).map(Box::new);
         Ok(lamps)
     }
 
@@ -84,8 +104,10 @@ impl PointLamps {
 
     /// What the lamps take of memory [bytes].
     pub(crate) fn bytes(&self) -> usize {
-        let tables = self.tables.iter().map(|table| 3 * size_of::<f64>() * table.numbers().count());
-        size_of_val(&self.list[..]) + tables.sum::<usize>()
+        let tables = self.tables.iter().map(|table| size_of::<f64>() * table.numbers().count());
+        size_of_val(&self.list[..])
+            + tables.sum::<usize>()
+            + self.births.as_ref().map_or(0, |births| births.bytes())
     }
 
     /// The power of a lamp in one channel [W, or lm].
@@ -93,17 +115,35 @@ impl PointLamps {
         self.list[lamp].flux * self.list[lamp].strength[channel]
     }
 
-    /// The ray with which a walk sets out from a lamp, made of twice 64 random bits: its density over directions, and over the
+    /// The tables of lamps; `None` where none has a table.
+    #[inline(always)]
+    pub(crate) fn tables(&self) -> Option<&LightTables> {
+        self.births.as_deref()
+    }
+
+    /// The cell of a lamp's table that 64 random bits choose; `None` for a lamp without a table.
+    #[inline(always)]
+    pub(crate) fn cell(&self, lamp: usize, bits: u64) -> Option<u32> {
+        match (self.list[lamp].emission, &self.births) {
+            (Emission::Table(number), Some(births)) => Some(births.choose(number, bits)),
+            _ => None,
+        }
+    }
+
+    /// The ray with which a walk sets out from a lamp, made of three times 64 random bits: its density over directions, and over the
     /// disc of a distant lamp, is that of the light.
     #[inline(never)]
-    pub(crate) fn birth(&self, lamp: usize, point: u64, direction: u64) -> Ray {
-        let PointLamp { position, axes, emission, reach, .. } = &self.list[lamp];
-        let in_scene = |d: DVec3| axes[0] * d.x + axes[1] * d.y + axes[2] * d.z;
+    pub(crate) fn birth(&self, lamp: usize, [place, point, direction]: [u64; 3]) -> Ray {
+        if let (Some(cell), Some(births)) = (self.cell(lamp, place), self.tables()) {
+            let birth = TableBirths { lamp: [lamp as u32], cell: [cell], direction: [direction] };
+            let [x, y, z, dx, dy, dz] = births.bear_one(&birth);
+            return Ray { origin: DVec3::new(x, y, z), direction: DVec3::new(dx, dy, dz), from: Ray::FREE };
+        }
+        let lamp = &self.list[lamp];
+        let PointLamp { position, emission, reach, .. } = lamp;
+        let in_scene = |d: DVec3| lamp.in_scene(d);
         let (origin, direction) = match *emission {
-            Emission::Table(number) => {
-                let [xi1, xi2] = [(direction >> 32) as u32, direction as u32].map(unit_32);
-                (*position, in_scene(self.tables[number as usize].sample(xi1, xi2)))
-            }
+            Emission::Table(_) => unreachable!("lamps with tables have cells"),
             Emission::Uniform => (*position, in_scene(cone(direction, |u| 1.0 - 2.0 * u))),
             Emission::Spot { inner, outer } => {
                 (*position, in_scene(cone(direction, |u| spot_cosine(inner, outer, u))))
@@ -196,19 +236,15 @@ fn spot_cosine(inner: f64, outer: f64, u: f64) -> f64 {
     }
 }
 
-/// ∛x for x in [0, 1], by Newton's steps from above, which never pass below the root: the same bits on every machine.
+/// ∛x for x in [0, 1], to rounding. A third of the exponent is a first guess that is good to a twentieth; each step of Halley's method trebles its
+/// digits. The same bits on every machine.
 fn cube_root(x: f64) -> f64 {
-    if x == 0.0 {
-        return 0.0;
-    }
-    let mut root = x.sqrt().sqrt().max(x);
-    root = root.max(x / (root * root));
-    for _ in 0..40 {
-        let next = (2.0 * root + x / (root * root)) / 3.0;
-        if next >= root {
-            break;
-        }
-        root = next;
+    /// Two thirds of the exponent of 1, and what makes errors of both signs alike.
+    const SHIFT: u64 = 0x2A9F_7893_0000_0000;
+    let mut root = f64::from_bits(x.to_bits() / 3 + SHIFT);
+    for _ in 0..3 {
+        let cube = root * root * root;
+        root *= (cube + 2.0 * x) / (2.0 * cube + x);
     }
     root
 }
@@ -224,9 +260,10 @@ impl Scene {
         self.parts.lamps.power(lamp, channel)
     }
 
-    /// The ray with which a walk sets out from a lamp without area, made of twice 64 random bits.
-    pub fn lamp_birth(&self, lamp: usize, [point, direction]: [u64; 2]) -> Ray {
-        self.parts.lamps.birth(lamp, point, direction)
+    /// The ray with which a walk sets out from a lamp without area, made of three times 64 random bits, the last of which are those of the
+    /// direction.
+    pub fn lamp_birth(&self, lamp: usize, bits: [u64; 3]) -> Ray {
+        self.parts.lamps.birth(lamp, bits)
     }
 
     /// The irradiance that comes straight from lamps without area to a point, on the side that `normal` points to [W/m², or lx], lamp by
@@ -281,7 +318,7 @@ mod tests {
     fn cube_roots_are_those_of_the_platform() {
         for n in 0..=1000 {
             let x = f64::from(n * n) * 1e-6;
-            assert!((cube_root(x) - x.cbrt()).abs() < 1e-15, "{x}");
+            assert!((cube_root(x) - x.cbrt()).abs() < 1e-15, "{x} {}", cube_root(x));
         }
     }
 }

@@ -146,6 +146,9 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
         while self.len > 0 {
             let parts = &*self.scene.parts;
             self.departures.leave(self.isa, newborns.births.frames(self.scene), self.len, &mut rays);
+            if let Some(tables) = parts.lamps.tables() {
+                self.departures.leave_by_tables(self.isa, tables, &mut rays);
+            }
             B::leave(self.scene, &mut rays);
             self.counts.rays += self.len as u64;
             parts.index.closest_hits(&parts.facets, &rays, &mut scratch, &mut hits);
@@ -191,7 +194,7 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
         let BirthPoint { surface, cell, facing, uv, face } = match born {
             Born::OnPlane(birth) => birth,
             Born::AtLamp(lamp) => {
-                self.begin_at_lamp((lane, lamp), [draws[2], draws[3]]);
+                self.begin_at_lamp((lane, lamp), [draws[1], draws[2], draws[3]]);
                 return true;
             }
         };
@@ -206,10 +209,14 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
 
     /// A walk sets out from a lamp without area: lamps are numbered behind faces.
     #[inline(always)]
-    fn begin_at_lamp(&mut self, (lane, lamp): (usize, usize), [point, direction]: [u64; 2]) {
+    fn begin_at_lamp(&mut self, (lane, lamp): (usize, usize), bits: [u64; 3]) {
         let scene = self.scene;
         self.estimator.begin(lane, (scene.faces().len() + lamp) as u32);
-        self.departures.set_free(lane, &scene.parts.lamps.birth(lamp, point, direction));
+        let lamps = &scene.parts.lamps;
+        match lamps.cell(lamp, bits[0]) {
+            Some(cell) => self.departures.set_tabled(lane, [lamp as u32, cell], bits[2]),
+            None => self.departures.set_free(lane, &lamps.birth(lamp, bits)),
+        }
     }
 
     /// The walks that panes stop, each with a probability; those that go on share their random number with the survival behind.

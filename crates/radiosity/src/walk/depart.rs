@@ -2,6 +2,7 @@
 
 use crate::geometry::frame::{Frames, SurfaceFrame};
 use crate::random::sampling::cosine_directions;
+use crate::scene::tables::{LightTables, TableBirths};
 use crate::simd::batch::{Lanes, WIDTH};
 use crate::simd::isa::{Isa, on_isa};
 use crate::simd::real::Real;
@@ -21,6 +22,12 @@ pub(crate) struct Departures {
     free: Lanes,
     /// Origins and directions of these rays [m].
     known: [[f64; WIDTH]; 6],
+    /// Those that leave lamps with tables.
+    tabled: Lanes,
+    births: TableBirths<WIDTH>,
+    /// The same births side by side, and their rays.
+    queue: TableBirths<WIDTH>,
+    born: [[f64; WIDTH]; 6],
 }
 
 impl Default for Departures {
@@ -32,6 +39,10 @@ impl Default for Departures {
             direction: [0; WIDTH],
             free: Lanes::default(),
             known: [[0.0; WIDTH]; 6],
+            tabled: Lanes::default(),
+            births: TableBirths::default(),
+            queue: TableBirths::default(),
+            born: [[0.0; WIDTH]; 6],
         }
     }
 }
@@ -59,6 +70,41 @@ impl Departures {
         });
     }
 
+    /// Puts the rays of those that leave lamps with tables in their places: side by side, whatever lanes they are in.
+    #[inline(never)]
+    pub(crate) fn leave_by_tables(&mut self, isa: Isa, tables: &LightTables, rays: &mut Rays) {
+        let Departures { births, queue, born, .. } = self;
+        let mut len = 0;
+        self.tabled.each(|lane| {
+            queue.lamp[len] = births.lamp[lane];
+            queue.cell[len] = births.cell[lane];
+            queue.direction[len] = births.direction[lane];
+            len += 1;
+        });
+        tables.expect(&queue.cell[..len]);
+        tables.bear(isa, (queue, len), born);
+        len = 0;
+        self.tabled.each(|lane| {
+            for axis in 0..3 {
+                rays.origin[axis][lane] = born[axis][len];
+                rays.direction[axis][lane] = born[axis + 3][len];
+            }
+            rays.from[lane] = Ray::FREE;
+            len += 1;
+        });
+    }
+
+    /// A departure that leaves a lamp with a table, by the numbers of the lamp and of a cell of its table.
+    #[inline(always)]
+    pub(crate) fn set_tabled(&mut self, lane: usize, [lamp, cell]: [u32; 2], direction: u64) {
+        self.tabled.insert(lane);
+        // The departure reads the frame of this surface, and does not use it.
+        self.surface[lane] = 0;
+        self.births.lamp[lane] = lamp;
+        self.births.cell[lane] = cell;
+        self.births.direction[lane] = direction;
+    }
+
     /// A departure that leaves no surface: its ray is this one.
     pub(crate) fn set_free(&mut self, lane: usize, ray: &Ray) {
         self.free.insert(lane);
@@ -72,6 +118,7 @@ impl Departures {
     #[inline(always)]
     pub(crate) fn bind(&mut self) {
         self.free = Lanes::default();
+        self.tabled = Lanes::default();
     }
 
     /// Puts departure `from` in place of departure `to`.
@@ -84,6 +131,10 @@ impl Departures {
         if self.free.has(from) {
             self.free.insert(to);
             self.known.iter_mut().for_each(|row| row[to] = row[from]);
+        }
+        if self.tabled.has(from) {
+            let TableBirths { lamp, cell, direction } = &self.births;
+            self.set_tabled(to, [lamp[from], cell[from]], direction[from]);
         }
     }
 }
