@@ -67,7 +67,7 @@ const JOBS: &[(&str, &[&str])] = &[
     ("\n[method]\nwalks = \"shooting\"\n", &["j.toml:3: method.walks", "unknown key", "walk, estimator"]),
     ("[budget]\npath = 1\n", &["j.toml:2: budget.path", "unknown key", "paths"]),
     ("[target]\nerror = 1\n", &["j.toml:2: target.error", "unknown key", "relative_error"]),
-    ("[tracing]\nindex = \"tree\"\n", &["j.toml:2: tracing", "unknown key"]),
+    ("[tracing]\nindex = \"tree\"\n", &["j.toml:1: tracing", "unknown key"]),
     ("[outputs]\n", &["j.toml:1: outputs", "unknown key"]),
     ("[output]\nfile = []\n", &["j.toml:2: output.file", "unknown key", "files"]),
     ("method = 3\n", &["j.toml:1: method", "the integer 3", "table"]),
