@@ -1,4 +1,4 @@
-//! Jobs whose patches the program cuts: read, tried by a pilot, and read again with the patches that it has chosen.
+//! Jobs whose patches the program cuts: read, tried by a pilot, and cut as it has chosen.
 
 use std::path::Path;
 
@@ -25,13 +25,14 @@ impl Read {
         self.chosen.is_some()
     }
 
-    /// Builds the scene of the job, with what a pilot has built of it.
+    /// The scene of the job, by what a pilot has built of it, and the job.
     ///
     /// # Errors
     /// Where the scene is refused.
-    pub(crate) fn build_scene(&self) -> Result<Scene, Fault> {
+    pub(crate) fn build(self) -> Result<(Scene, Job), Fault> {
         let Read { job, chosen } = self;
-        Ok(chosen.as_ref().map_or_else(|| job.build_scene(), |chosen| chosen.build_scene(job))?)
+        let scene = chosen.map_or_else(|| job.build_scene(), |chosen| chosen.build_scene(&job))?;
+        Ok((scene, job))
     }
 }
 
@@ -91,8 +92,7 @@ pub(crate) fn choose_for(
     let Some(partition) = kept.as_ref().or(chosen.as_ref().map(|chosen| &chosen.partition)) else {
         return Ok(Read { job, chosen });
     };
-    phase.now("reading the scene");
-    let job = job::load_cut(&args.job, &args.overrides(), partition)?;
+    let job = job.cut(&args.overrides(), partition)?;
     if let Some(forecast) = &job.forecast {
         tell(&job, forecast);
     }

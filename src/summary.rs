@@ -1,5 +1,9 @@
 //! The end of a run: its results written to the folder, and a few lines on screen.
 
+use std::io::{IsTerminal as _, Write as _};
+use std::{env, fs, io};
+
+use job::OutputFile;
 use protocol::Checkpoint;
 use radiosity::Experiment;
 use results::{Latest, RunOutput, Settings, summary_lines};
@@ -38,6 +42,22 @@ pub(crate) fn write(
         summary_lines(&summary, settings, joined).iter().for_each(|line| say(line));
         say(&format!("written to {}", output.path().display()));
         output.left_out_line(settings).iter().for_each(|line| say(line));
+        output.digits_line(settings, experiment.scene()).iter().for_each(|line| say(line));
+        if settings.files.as_ref().is_none_or(|files| files.contains(&OutputFile::Picture)) {
+            show(output);
+        }
     }
     Ok(())
+}
+
+/// Shows the picture of a run where standard output is a terminal that says it can.
+fn show(output: &RunOutput) {
+    let [term, program] = ["TERM", "TERM_PROGRAM"].map(|name| env::var(name).unwrap_or_default());
+    if !(io::stdout().is_terminal() && report::shows_pictures([&term, &program])) {
+        return;
+    }
+    if let Ok(png) = fs::read(output.path().join(OutputFile::Picture.name())) {
+        // A picture that cannot be shown takes nothing from the results, which are in the folder.
+        let _ = io::stdout().write_all(report::in_terminal(&png).as_bytes());
+    }
 }

@@ -16,7 +16,7 @@ import numpy as np
 
 BLOCK = 5
 SAMPLES_OF_TRIAL = 8
-SAMPLES_AT_ONCE = 32
+SAMPLES_AT_ONCE = 16
 DARK = 0.01
 DETAIL = (400, 250)
 
@@ -106,7 +106,7 @@ def compare(args, scene, folder):
     tracer = PathTracer(geometry / "patches.vtu", camera, folder)
     lamps = tracer.draw(16, 1, depth=1)[0].max(axis=2) > 0.0
     a_sample = tracer.draw(SAMPLES_OF_TRIAL, 99)[1] / SAMPLES_OF_TRIAL
-    reference = reference_of(tracer, args.samples, folder / "reference.npy")
+    reference, samples = reference_of(tracer, args.samples, folder / "reference.npz")
     judge = Judge(reference, denoised(tracer, reference.mean(axis=0).astype(np.float32)), lamps)
     ours = np.array(mi.Bitmap(str(out / "radiosity.exr")).convert(mi.Bitmap.PixelFormat.RGB))
     equal_samples = max(1, round(run / a_sample))
@@ -116,7 +116,7 @@ def compare(args, scene, folder):
     np.savez(folder / "judged.npz", ours=ours, lamps=lamps)
     return {
         "seconds": run, "drawing": drawing, "error": judge.error(ours), "equal_samples": equal_samples,
-        "equal_error": judge.error(equal), "denoised_error": judge.error(clean), "samples": args.samples, "noise": judge.noise,
+        "equal_error": judge.error(equal), "denoised_error": judge.error(clean), "samples": samples, "noise": judge.noise,
     }
 
 
@@ -132,16 +132,16 @@ def children_seconds():
 
 
 def reference_of(tracer, samples, path):
-    """Two halves of many samples, kept for another run."""
+    """Two halves of many samples, kept pass by pass so that another run goes on from there, and how many samples there are."""
+    sums, done = np.zeros(()), 0
     if path.exists():
-        return np.load(path)
-    passes = max(2, samples // SAMPLES_AT_ONCE)
-    halves = [[], []]
-    for number in range(passes):
-        halves[number % 2].append(tracer.draw(samples // passes, 1000 + number)[0])
-    reference = np.array([np.mean(half, axis=0) for half in halves])
-    np.save(path, reference)
-    return reference
+        kept = np.load(path)
+        sums, done = kept["sums"], int(kept["passes"])
+    while done < 2 or done * SAMPLES_AT_ONCE < samples:
+        halves = [tracer.draw(SAMPLES_AT_ONCE, 1000 + number)[0].astype(float) for number in (done, done + 1)]
+        sums, done = sums + np.array(halves), done + 2
+        np.savez(path, sums=sums, passes=done)
+    return (2 * sums / done).astype(np.float32), done * SAMPLES_AT_ONCE
 
 
 class Judge:

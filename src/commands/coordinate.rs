@@ -117,9 +117,8 @@ impl Prepared {
         tell_notes(&read.job);
         results::check_memory(&read.job, workers)?;
         phase.now("building the scene");
-        let scene = read.build_scene()?;
         let is_chosen = read.is_chosen();
-        let job = read.job;
+        let (scene, job) = read.build()?;
         let experiment = Experiment::new(scene, job.method.walks())?
             .with_sensors(job.scene.sensors())?
             .with_groups(&job.sources, &job.sensitivity)?;

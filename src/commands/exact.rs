@@ -16,8 +16,7 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
     let read = load_written(&args.job, &phase)?;
     // The job's own error messages know the line of the file that is at fault.
-    let scene = read.build_scene()?;
-    let job = read.job;
+    let (scene, job) = read.build()?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&job));
     let files: &[[&str; 3]] = if scene.channels() == 1 { &GREY_FILES } else { &CHANNEL_FILES };
     let folder = OutputFolder::claim(&path, files.as_flattened(), args.out.force)?;

@@ -15,8 +15,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
     let read = load_anew(&args.job, &phase)?;
     results::check_memory(&read.job, 1)?;
-    let scene = read.build_scene()?;
-    let job = read.job;
+    let (scene, job) = read.build()?;
     let experiment = Experiment::new(scene, job.method.walks())?
         .with_sensors(job.scene.sensors())?
         .with_groups(&job.sources, &job.sensitivity)?;

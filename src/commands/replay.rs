@@ -12,7 +12,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
     let read = load_anew(&args.job, &phase)?;
     drop(phase);
-    let (scene, job) = (read.build_scene()?, read.job);
+    let (scene, job) = read.build()?;
     let experiment = Experiment::new(scene, job.method.walks())?;
     if !experiment.unit().is_walk() {
         return Err(Fault::NoWalks);

@@ -51,14 +51,18 @@ fn intervals_are_true_where_light_hides() {
 }
 
 /// The dark end of a long box, where a link to the bright end is rare: the mean of eight chains and their spread are too low together.
-/// Student's intervals as such cover 92 % there, six standard errors of the coverage below what they say. False alarm: 6·10⁻⁵.
+/// Student's intervals as such cover 92 % there with 43 rays a patch, six standard errors of the coverage below what they say, and with 32, the fewest, those that
+/// allow for a part of one more link 93.6 %. With all of it they may cover up to 97 %. False alarm: 6·10⁻⁵.
 #[test]
 fn intervals_are_true_where_a_dark_end_hangs_on_few_links() {
     let long_box = scenes::corridor(8);
     let truth = exactly(&long_box);
-    let coverage = judge(&chains(&long_box, 43 * truth.len() as u64), &truth, 100).coverage;
-    assert!(coverage.error < 0.006, "the test is blunt: {coverage:?}");
-    assert!(coverage.is(CONFIDENCE, 4.0), "{coverage:?}");
+    for rays in [32, 43] {
+        let coverage = judge(&chains(&long_box, rays * truth.len() as u64), &truth, 100).coverage;
+        assert!(coverage.error < 0.006, "the test is blunt: {coverage:?}");
+        assert!(coverage.value + 4.0 * coverage.error > CONFIDENCE, "{rays}: {coverage:?}");
+        assert!(coverage.value - 4.0 * coverage.error < 0.97, "{rays}: {coverage:?}");
+    }
 }
 
 /// The closed cube of 54 patches with R everywhere.

@@ -50,6 +50,40 @@ fn a_job_chooses_its_files_and_the_rest_is_made_from_the_tally() {
     assert!(told.contains("output: tally.bin, scene.glb"), "{told}");
 }
 
+/// Where a job names no files, a long table is short in its digits, and all of them are beside it.
+#[test]
+fn a_long_table_has_the_digits_of_its_errors_and_all_beside_it() {
+    let folder = tempdir().unwrap();
+    let scene = path(&folder, "plain.toml");
+    let text_of = |rows: u32| {
+        let quads =
+            [("floor", 0, "[[0,0,0],[1,0,0],[0,1,0]]", 0), ("lamp", 1, "[[0,0,1],[0,1,1],[1,0,1]]", 1)];
+        let surface = |(name, cells, quad, light): (&str, u32, &str, u32)| {
+            let patches = if cells == 0 { rows } else { 1 };
+            format!(
+                "[material.{name}]\nreflectance = 0.5\nemittance = {light}.0\n[[surface]]\nname = \"{name}\"\n\
+                 material = \"{name}\"\nquad = {quad}\npatches = [{patches}, 1]\n"
+            )
+        };
+        quads.map(surface).concat()
+    };
+    for (rows, is_long) in [(19_999, false), (20_000, true)] {
+        std::fs::write(&scene, text_of(rows)).unwrap();
+        let out = path(&folder, if is_long { "long" } else { "short" });
+        let keys = ["--set", "method.walk=shooting", "--set", "view.size=[8, 8]", "--paths", "100000"];
+        let run_it = [&["run", text(&scene), "--out", text(&out)], &keys[..]].concat();
+        let (code, told, stderr) = run(&run_it);
+        assert_eq!(code, 0, "{stderr}");
+        assert_eq!(out.join("patches.parquet").exists(), is_long);
+        assert_eq!(told.contains("patches.parquet has all digits"), is_long, "{told}");
+        let table = std::fs::read_to_string(out.join("patches.csv")).unwrap();
+        let longest = table.lines().skip(1).flat_map(|line| line.split(',')).map(str::len).max().unwrap();
+        assert_eq!(longest <= 12, is_long, "{longest}");
+        let (code, _, stderr) = run(&["audit", text(&out), "--share", "1"]);
+        assert_eq!(code, 0, "{stderr}");
+    }
+}
+
 /// Resume, merge and audit need the tally alone, and end with the answer of a run that wrote everything.
 #[test]
 fn a_tally_alone_is_resumed_merged_and_audited() {

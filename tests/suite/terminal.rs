@@ -5,6 +5,7 @@ use std::io::Read;
 use std::os::fd::{AsFd, OwnedFd};
 use std::process::Stdio;
 
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 use tempfile::tempdir;
@@ -70,4 +71,31 @@ fn the_bar_fits_eighty_columns_and_no_fact_is_cut() {
         lines.iter().filter(|line| line.contains(" % ") && line.contains("worker")).collect();
     let fits = |line: &str| line.chars().count() <= COLUMNS && is_whole(line);
     assert!(!bars.is_empty() && bars.iter().all(|line| fits(line)), "{bars:#?}");
+}
+
+/// What a run writes to a terminal that is of some kind, and the picture in its folder.
+fn shown_on(kind: &str) -> (String, Vec<u8>) {
+    let folder = tempdir().unwrap();
+    let (mut owner, user) = terminal();
+    let mut command = radwalk();
+    command.args(["run", "configs/cube54.toml", "--paths", "1e4", "--out"]).arg(path(&folder, "out"));
+    command.env("TERM", kind).env_remove("TERM_PROGRAM").stdout(user).stderr(Stdio::null());
+    let run = command.spawn().unwrap();
+    drop(command);
+    let (mut drawn, mut buffer) = (Vec::new(), [0; 4096]);
+    while let Ok(bytes @ 1..) = owner.read(&mut buffer) {
+        drawn.extend_from_slice(&buffer[..bytes]);
+    }
+    assert_eq!(finish(run).0, 0);
+    (String::from_utf8(drawn).unwrap(), std::fs::read(path(&folder, "out").join("radiosity.png")).unwrap())
+}
+
+#[test]
+fn a_terminal_that_can_shows_the_picture() {
+    let (drawn, picture) = shown_on("xterm-kitty");
+    let pieces = drawn.split("\x1b_G").skip(1).map(|piece| piece.split("\x1b\\").next().unwrap());
+    let shown: String = pieces.map(|piece| piece.split_once(';').unwrap().1).collect();
+    assert_eq!(BASE64_STANDARD.decode(shown).unwrap(), picture);
+    let (drawn, _) = shown_on("xterm-256color");
+    assert!(drawn.contains("written to") && !drawn.contains('\x1b'), "{drawn}");
 }

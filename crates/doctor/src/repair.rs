@@ -59,8 +59,13 @@ pub fn turn_flipped(spec: &mut SceneSpec) -> Result<Vec<String>, SceneError> {
             }
         }
     }
-    let name = |&number: &u32| spec.surfaces[number as usize].name.clone().unwrap_or(number.to_string());
+    let name = |&number: &u32| name_of(number, &spec.surfaces[number as usize]);
     Ok(turned.iter().map(name).collect())
+}
+
+/// The name of a surface, else its number.
+fn name_of(number: u32, surface: &SurfaceSpec) -> String {
+    surface.name.as_deref().map_or_else(|| number.to_string(), str::to_owned)
 }
 
 impl Repair {
@@ -93,7 +98,7 @@ impl Repair {
         self.spec.surfaces.retain(|surface| {
             let keep = !doubles.contains(&number);
             if !keep {
-                removed.push(surface.name.clone().unwrap_or_else(|| number.to_string()));
+                removed.push(name_of(number as u32, surface));
             }
             number += 1;
             keep

@@ -127,7 +127,11 @@ fn leg(name: &str, corner: [f64; 3]) -> Vec<SurfaceSpec> {
 }
 
 fn names(spec: &SceneSpec, finding: &Finding) -> Vec<String> {
-    finding.surfaces.iter().map(|&surface| spec.surfaces[surface as usize].name.clone().unwrap()).collect()
+    finding
+        .surfaces
+        .iter()
+        .map(|&surface| spec.surfaces[surface as usize].name.as_deref().unwrap().into())
+        .collect()
 }
 
 /// (case, scene, kind and a surface that some finding must name)
@@ -368,7 +372,7 @@ fn connected_surfaces_are_turned_together() {
 fn findings_about_one_part_are_one() {
     let lamps = (0..3).map(|i| {
         let mut one = lamp([1.0 + f64::from(i), 1.25, 2.49]);
-        one.name = Some(format!("Lamps:{i}"));
+        one.name = Some(format!("Lamps:{i}").into());
         turned(one)
     });
     let findings = examine(&changed(|surfaces| {

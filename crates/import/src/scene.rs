@@ -343,7 +343,7 @@ impl Mesh {
         let triangle = &self.triangles[face.triangle];
         let finish = &finishes.of[triangle.material as usize];
         SurfaceSpec {
-            name: Some(self.name(triangle)),
+            name: Some(self.name(triangle).into()),
             shape,
             sides: finish.sides,
             reflectance: finish.reflectance,

@@ -84,6 +84,7 @@ pub struct Job {
     pub auto: Option<Auto>,
     /// What a pilot has foretold of the patches, where it has chosen them.
     pub forecast: Option<Forecast>,
+    origin: JobOrigin,
 }
 
 impl Job {
@@ -93,6 +94,17 @@ impl Job {
     /// As [`SceneFile::build`].
     pub fn build_scene(&self) -> Result<Scene, Error> {
         self.scene.build(self.index)
+    }
+
+    /// The job with patches that are chosen, in place of all that its files say of them. The job file is read again with the overrides of
+    /// [`load`], the scene is not.
+    ///
+    /// # Errors
+    /// As [`load`], and a partition of another scene.
+    pub fn cut(self, overrides: &[String], partition: &Partition) -> Result<Job, Error> {
+        let Job { path, scene, origin, .. } = self;
+        let source = read_source(&path, origin)?.with_overrides(overrides)?;
+        read((&path, origin), &source, (Some(partition), Unsaid::Chosen), |_, _, _| Ok(scene))
     }
 
     /// [`Job::build_scene`], with what rays find surfaces by taken from a scene of the same surfaces, however they are cut there. Where the scene
@@ -114,7 +126,7 @@ impl Job {
 /// # Errors
 /// A file that cannot be read, is not TOML, or says what is unknown, missing, not allowed or not built yet.
 pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
-    load_for(path, overrides, (None, Unsaid::Chosen))
+    load_for(path, overrides, Unsaid::Chosen)
 }
 
 /// [`load`] for what is about given patches: a job that names no method, or no patches, leaves nothing to the program by that. Its method is the
@@ -123,19 +135,11 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
 /// # Errors
 /// As [`load`].
 pub fn load_as_written(path: &Path, overrides: &[String]) -> Result<Job, Error> {
-    load_for(path, overrides, (None, Unsaid::AsWritten))
-}
-
-/// [`load`] of a job whose patches are chosen: the partition takes the place of all that the files say of it.
-///
-/// # Errors
-/// As [`load`], and a partition of another scene.
-pub fn load_cut(path: &Path, overrides: &[String], partition: &Partition) -> Result<Job, Error> {
-    load_for(path, overrides, (Some(partition), Unsaid::Chosen))
+    load_for(path, overrides, Unsaid::AsWritten)
 }
 
 /// What a job is read from.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum JobOrigin {
     /// A job file.
     Job,
@@ -154,18 +158,18 @@ enum Unsaid {
     AsWritten,
 }
 
-fn load_for(
-    path: &Path,
-    overrides: &[String],
-    (partition, unsaid): (Option<&Partition>, Unsaid),
-) -> Result<Job, Error> {
+fn read_source(path: &Path, origin: JobOrigin) -> Result<SourceText, Error> {
+    match origin {
+        JobOrigin::Job => SourceText::read(path, "scene = \"…\" and a [budget]"),
+        JobOrigin::Scene | JobOrigin::Arrays => Ok(SourceText::of_scene(path, "")),
+    }
+}
+
+fn load_for(path: &Path, overrides: &[String], unsaid: Unsaid) -> Result<Job, Error> {
     let bare = is_bare_scene(path);
-    let (origin, source) = match bare {
-        true => (JobOrigin::Scene, SourceText::of_scene(path, "")),
-        false => (JobOrigin::Job, SourceText::read(path, "scene = \"…\" and a [budget]")?),
-    };
-    let source = source.with_overrides(overrides)?;
-    read((path, origin), &source, (partition, unsaid), |named, table, options| match named {
+    let origin = if bare { JobOrigin::Scene } else { JobOrigin::Job };
+    let source = read_source(path, origin)?.with_overrides(overrides)?;
+    read((path, origin), &source, (None, unsaid), |named, table, options| match named {
         None if bare => load_scene_with(path, options),
         named => read_scene(named, table, path, options),
     })
@@ -177,30 +181,8 @@ fn load_for(
 /// # Errors
 /// As [`load`], and a job that names another scene.
 pub fn load_mesh(name: &Path, mesh: Mesh, overrides: &[String]) -> Result<Job, Error> {
-    load_mesh_for(name, mesh, overrides, None)
-}
-
-/// [`load_mesh`] of a job whose patches are chosen.
-///
-/// # Errors
-/// As [`load_mesh`], and a partition of another scene.
-pub fn load_mesh_cut(
-    name: &Path,
-    mesh: Mesh,
-    overrides: &[String],
-    partition: &Partition,
-) -> Result<Job, Error> {
-    load_mesh_for(name, mesh, overrides, Some(partition))
-}
-
-fn load_mesh_for(
-    name: &Path,
-    mesh: Mesh,
-    overrides: &[String],
-    partition: Option<&Partition>,
-) -> Result<Job, Error> {
     let source = SourceText::of_scene(name, "").with_overrides(overrides)?;
-    read((name, JobOrigin::Arrays), &source, (partition, Unsaid::Chosen), |named, _, options| match named {
+    read((name, JobOrigin::Arrays), &source, (None, Unsaid::Chosen), |named, _, options| match named {
         // Arrays are what a program means: nothing of them has to be guessed.
         None => SceneFile::of_mesh(name, mesh, &Options { strict: true, ..options.clone() }),
         Some(value) => Err(value.refuse(
@@ -309,6 +291,7 @@ fn read(
         chooses_method,
         auto: open,
         forecast,
+        origin,
     })
 }
 

@@ -111,7 +111,8 @@ fn patches_of(
     let Some((cell, patch)) = missing else { return Ok(patches) };
     let first_cells = first_cells(scene);
     let surface = first_cells.partition_point(|&first| first <= cell) - 1;
-    let name = scene.spec().surfaces[surface].name.clone().unwrap_or_else(|| surface.to_string());
+    let name =
+        scene.spec().surfaces[surface].name.as_deref().map_or_else(|| surface.to_string(), str::to_owned);
     Err(Error::Refused {
         place: place.clone().into(),
         problem: format!("patch {patch} is a group of faces of which some are named, and {name} is not"),

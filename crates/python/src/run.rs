@@ -56,12 +56,7 @@ impl JobSource<'_> {
         }
         .map_err(refuse)?;
         let Some(chosen) = choose(&job, all_threads()).map_err(refuse)? else { return Ok(job) };
-        let partition = &chosen.partition;
-        match self {
-            JobSource::Mesh(mesh) => job::load_mesh_cut(&mesh.name, mesh.mesh.clone(), overrides, partition),
-            JobSource::File(path) => job::load_cut(path, overrides, partition),
-        }
-        .map_err(refuse)
+        job.cut(overrides, &chosen.partition).map_err(refuse)
     }
 }
 

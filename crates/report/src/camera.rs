@@ -17,7 +17,7 @@ mod tests;
 mod troubles;
 
 use glam::DVec3;
-use radiosity::{Lookout, Ray, Scene, Surface};
+use radiosity::{Lookout, Ray, Scene, Side, Surface};
 use serde::Serialize;
 
 use crate::bounds::Bounds;
@@ -34,6 +34,8 @@ pub(crate) struct Sight {
     pub piece: u32,
     /// The surface that the piece is on.
     pub surface: u32,
+    /// The side of it that the piece is on.
+    pub side: Side,
     /// Where on the piece's surface it is, in local coordinates.
     pub uv: [f64; 2],
     /// Whether it is seen through the back of a one-sided surface.
@@ -138,6 +140,7 @@ impl Camera {
                         let sight = Sight {
                             piece: surface.piece(surface.cell_at(hit.uv), hit.side),
                             surface: hit.surface,
+                            side: hit.side,
                             uv: hit.uv,
                             is_behind: rays[number].from != Ray::FREE,
                             distance: glance.distance,

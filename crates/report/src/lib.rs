@@ -39,6 +39,7 @@ mod sensors;
 mod smooth;
 mod sources;
 mod summary;
+mod terminal;
 mod values;
 pub mod words;
 
@@ -65,7 +66,7 @@ pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
 pub use partition::{ChoiceSummary, PartitionSummary};
-pub use patches::{face_words, flags, side_name, write_patches};
+pub use patches::{Digits, face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
 pub use planes::{
     DemandSummary, FigureInterval, PerChannel, PlaneSource, PlaneSummary, plane_summaries, write_planes,
@@ -80,4 +81,5 @@ pub use summary::{
     Check, Energy, PartSummary, Provenance, RunFacts, SessionSummary, Summary, TargetReport, Units, Verdict,
     WorkerSummary, WorstPatch, target_scope,
 };
+pub use terminal::{in_terminal, shows_pictures};
 pub use values::Values;

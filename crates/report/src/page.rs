@@ -23,7 +23,7 @@ use crate::flow::{Flow, losses};
 use crate::isolux::isolux_svg;
 use crate::outlines::outlines;
 use crate::pack::{pack, write_point};
-use crate::patches::{per_channel, write_patches};
+use crate::patches::{Digits, per_channel, write_patches};
 use crate::picture::Shot;
 use crate::planes::{PerChannel, PlaneSummary};
 use crate::precision::HeadlineSummary;
@@ -343,10 +343,10 @@ impl Page<'_> {
     fn table(&self) -> io::Result<String> {
         let faces = self.estimates.scene().faces();
         if !faces.are_grouped() {
-            return pack(|zlib| write_patches(zlib, self.estimates));
+            return pack(|zlib| write_patches(zlib, self.estimates, Digits::All));
         }
         let mut table = Vec::new();
-        write_patches(&mut table, self.estimates)?;
+        write_patches(&mut table, self.estimates, Digits::All)?;
         let mut rows = table.split_inclusive(|&byte| byte == b'\n');
         pack(|zlib| {
             rows.next().map_or(Ok(()), |header| zlib.write_all(header))?;

@@ -1,12 +1,14 @@
 //! `patches.csv`: one row per patch, in patch order; two, one for each side, where a patch has two.
 //!
-//! Numbers are the shortest decimals that read back as the same f64. A whole number keeps its ".0", so that
+//! Numbers are the shortest decimals that read back as the same f64, or [`Digits::Told`]. A whole number keeps its ".0", so that
 //! a reader that guesses column types from the first rows never takes a column of them for integers.
 
 use std::io::{self, Write};
 use std::ops::Deref;
 
 use radiosity::{Estimate, Estimates, Face, Mix, Scene, Side, Slopes};
+
+use crate::bounds::Bounds;
 
 /// Columns before those of the channels; between them, where some surfaces are two-sided, [`SIDE`].
 const PLACE: [&[&str]; 2] = [&["patch", "surface", "u", "v"], &["x", "y", "z", "area"]];
@@ -38,28 +40,99 @@ const SLOPES: &[&str] =
 /// A column of one channel: its name.
 const CHANNELS: [&str; 3] = ["r", "g", "b"];
 
+/// How exactly numbers are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Digits {
+    /// So that they read back as they are.
+    All,
+    /// To three digits of their standard error, which moves no number by more than half a hundredth of it; to [`SHORT`] digits what has no
+    /// error, and places to that many of the scene's extent.
+    Told,
+}
+
+/// Digits of numbers without an error where tables are short.
+const SHORT: i32 = 6;
+
 /// Writes the patches of a scene and what was estimated of them.
 ///
 /// # Errors
 /// Those of `writer`.
-pub fn write_patches(writer: impl Write, estimates: &Estimates) -> io::Result<()> {
+pub fn write_patches(writer: impl Write, estimates: &Estimates, digits: Digits) -> io::Result<()> {
+    write_some(writer, (estimates, digits), estimates.scene().faces().by_patch())
+}
+
+/// [`write_patches`] of some rows, each the number of a face.
+pub(crate) fn write_some(
+    writer: impl Write,
+    (estimates, digits): (&Estimates, Digits),
+    rows: impl Iterator<Item = usize>,
+) -> io::Result<()> {
     let (scene, method) = (estimates.scene(), estimates.experiment().method());
-    let bias = estimates.experiment().is_biased();
-    let extras = Extras { bias, mix: method.is_mix(), slopes: method.is_linear() };
+    let form = Form {
+        bias: estimates.experiment().is_biased(),
+        mix: method.is_mix(),
+        slopes: method.is_linear(),
+        rounding: Rounding::new(digits, Bounds::of(scene).size().max_element()),
+    };
     let faces = scene.faces();
-    let rows = faces.by_patch().map(|i| {
+    let rows = rows.map(|i| {
         let more = More { mix: estimates.mix(i), slopes: estimates.slopes(i) };
         (faces.get(i), estimates.face(i), more)
     });
-    write_rows(writer, scene, extras, rows)
+    write_rows(writer, scene, form, rows)
 }
 
-/// Which columns there are that most methods have not.
+/// What numbers are rounded to.
 #[derive(Clone, Copy, Default)]
-struct Extras {
+struct Rounding {
+    /// The last digit of places, as an exponent of 10; `None` where nothing is rounded.
+    of_places: Option<i32>,
+}
+
+impl Rounding {
+    fn new(digits: Digits, extent: f64) -> Self {
+        Rounding { of_places: (digits == Digits::Told).then(|| first_digit(extent) - SHORT) }
+    }
+
+    fn place(self, x: f64) -> f64 {
+        self.of_places.map_or(x, |last| to_digit(x, last))
+    }
+
+    /// A number that has no error.
+    fn exact(self, x: f64) -> f64 {
+        self.of_places.map_or(x, |_| to_digit(x, first_digit(x) - SHORT + 1))
+    }
+
+    /// A number with a standard error, which may be unknown.
+    fn measured(self, x: f64, error: Option<f64>) -> f64 {
+        match error.filter(|error| *error > 0.0 && self.of_places.is_some()) {
+            Some(error) => to_digit(x, first_digit(error) - 2),
+            None => self.exact(x),
+        }
+    }
+}
+
+/// The place of the first digit of a number, as an exponent of 10; 0 of 0.
+fn first_digit(x: f64) -> i32 {
+    if x == 0.0 || !x.is_finite() { 0 } else { x.abs().log10().floor() as i32 }
+}
+
+/// The number nearest to x that ends at the digit worth 10^`last`, where such numbers are exact.
+fn to_digit(x: f64, last: i32) -> f64 {
+    // Powers of 10 up to this one are exact, so that whole numbers over them are the nearest to their decimals.
+    const EXACT: i32 = 22;
+    let power = 10_f64.powi(last.abs());
+    let rounded = if last < 0 { (x * power).round() / power } else { (x / power).round() * power };
+    if last.abs() <= EXACT && rounded.is_finite() { rounded } else { x }
+}
+
+/// Which columns there are that most methods have not, and how numbers are written.
+#[derive(Clone, Copy, Default)]
+struct Form {
     bias: bool,
     mix: bool,
     slopes: bool,
+    rounding: Rounding,
 }
 
 /// What most methods do not tell of a face.
@@ -72,42 +145,42 @@ struct More {
 fn write_rows<K: Deref<Target = [Estimate]>>(
     writer: impl Write,
     scene: &Scene,
-    extras: Extras,
+    form: Form,
     rows: impl Iterator<Item = (Face, Option<K>, More)>,
 ) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
-    table.write_record(header(scene, extras))?;
+    table.write_record(header(scene, form))?;
     let mut flags = String::new();
     for (face, known, more) in rows {
         let known = known.as_deref();
         set_flags(&mut flags, &face, known);
         table.serialize((
-            place(scene, &face),
-            light(&face, scene.channels(), known),
+            place(scene, &face, form.rounding),
+            light(&face, (scene.channels(), form.rounding), known),
             known.map(|channels| channels[0].hits),
             &flags,
-            bias(scene.channels(), extras, known),
-            mix(extras, more.mix),
-            slopes(scene.channels(), extras, more.slopes.as_deref()),
+            bias(scene.channels(), form, known),
+            mix(form, more.mix),
+            slopes(scene.channels(), form, more.slopes.as_deref()),
         ))?;
     }
     table.flush()
 }
 
-fn header(scene: &Scene, extras: Extras) -> Vec<String> {
+fn header(scene: &Scene, form: Form) -> Vec<String> {
     let channels = scene.channels();
     let side: &[&str] = if scene.faces().two_sided() { &[SIDE] } else { &[] };
     let place = [PLACE[0], side, PLACE[1]].concat();
     let mut names: Vec<String> = place.into_iter().map(String::from).collect();
     names.extend(LIGHT.iter().flat_map(|name| per_channel(name, channels)));
     names.extend(["hits", "flags"].map(String::from));
-    if extras.bias {
+    if form.bias {
         names.extend(per_channel("bias_bound", channels));
     }
-    if extras.mix {
+    if form.mix {
         names.extend(MIX.iter().copied().map(String::from));
     }
-    if extras.slopes {
+    if form.slopes {
         names.extend(SLOPES.iter().flat_map(|name| per_channel(name, channels)));
     }
     names
@@ -123,10 +196,11 @@ pub(crate) fn per_channel(name: &str, channels: usize) -> Vec<String> {
 /// The values of the columns [`PLACE`] and [`SIDE`].
 type Columns<'a> = (u32, &'a str, [u32; 2], Vec<&'static str>, [f64; 3], f64);
 
-fn place<'a>(scene: &'a Scene, face: &Face) -> Columns<'a> {
+fn place<'a>(scene: &'a Scene, face: &Face, rounding: Rounding) -> Columns<'a> {
     let side = side_columns(scene, face);
     let name = scene.surface_name(face.surface);
-    (face.patch, name, face.cell, side, face.centroid.to_array(), face.area)
+    let centroid = face.centroid.to_array().map(|x| rounding.place(x));
+    (face.patch, name, face.cell, side, centroid, rounding.exact(face.area))
 }
 
 /// The head of the column that tells sides, where some surfaces are two-sided.
@@ -156,8 +230,11 @@ pub fn side_name(side: Side) -> &'static str {
     }
 }
 
-/// The columns [`LIGHT`] that are estimated; an unknown number is missing.
-pub(crate) const ESTIMATED: [fn(&Estimate) -> Option<f64>; 8] = [
+/// A column that is estimated; an unknown number is missing.
+type Column = fn(&Estimate) -> Option<f64>;
+
+/// The columns [`LIGHT`] that are estimated.
+pub(crate) const ESTIMATED: [Column; 8] = [
     Estimate::known_radiosity,
     known_error,
     |e| Some(e.ci_low),
@@ -168,47 +245,81 @@ pub(crate) const ESTIMATED: [fn(&Estimate) -> Option<f64>; 8] = [
     |e| e.irradiance_interval.map(|[_, high]| high),
 ];
 
+/// The standard errors of [`ESTIMATED`].
+const ERRORS: [Column; 8] = {
+    let [b, h]: [Column; 2] = [known_error, |e| e.irradiance_error];
+    [b, b, b, b, h, h, h, h]
+};
+
 /// The standard error of B; missing where nothing was scored, even where no score could change B.
 pub(crate) fn known_error(estimate: &Estimate) -> Option<f64> {
     estimate.std_error.filter(|_| !estimate.is_unsampled())
 }
 
 /// The columns [`LIGHT`], the channels of each side by side; empty where nothing is known.
-fn light(face: &Face, channels: usize, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
+fn light(
+    face: &Face,
+    (channels, rounding): (usize, Rounding),
+    known: Option<&[Estimate]>,
+) -> Vec<Option<f64>> {
     let given = [face.reflectance, face.emittance];
-    let given = given.into_iter().flat_map(|spectrum| (0..channels).map(move |c| Some(spectrum[c])));
-    let estimated = ESTIMATED.iter().flat_map(|of| (0..channels).map(move |c| of(&known?[c])));
+    let given =
+        given.into_iter().flat_map(|spectrum| (0..channels).map(move |c| Some(rounding.exact(spectrum[c]))));
+    let told = |(of, error): (&Column, &Column), c: usize| {
+        let estimate = &known?[c];
+        of(estimate).map(|x| rounding.measured(x, error(estimate)))
+    };
+    let estimated = ESTIMATED.iter().zip(&ERRORS).flat_map(|of| (0..channels).map(move |c| told(of, c)));
     given.chain(estimated).collect()
 }
 
 /// The columns that only biased methods have.
-fn bias(channels: usize, extras: Extras, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
-    let channels = if extras.bias { channels } else { 0 };
-    (0..channels).map(|c| known.map(|known| known[c].bias_bound)).collect()
+fn bias(channels: usize, form: Form, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
+    let channels = if form.bias { channels } else { 0 };
+    (0..channels).map(|c| known.map(|known| form.rounding.exact(known[c].bias_bound))).collect()
 }
 
 /// The columns [`MIX`] where they were asked for.
-fn mix(extras: Extras, best: Option<Mix>) -> Vec<Option<f64>> {
+fn mix(form: Form, best: Option<Mix>) -> Vec<Option<f64>> {
     match best {
-        Some(mix) => vec![mix.alpha, Some(mix.radiosity), mix.std_error, mix.collision_excess],
-        None => vec![None; if extras.mix { MIX.len() } else { 0 }],
+        Some(mix) => {
+            let radiosity = form.rounding.measured(mix.radiosity, mix.std_error);
+            let [alpha, error, excess] =
+                [mix.alpha, mix.std_error, mix.collision_excess].map(|x| x.map(|x| form.rounding.exact(x)));
+            vec![alpha, Some(radiosity), error, excess]
+        }
+        None => vec![None; if form.mix { MIX.len() } else { 0 }],
     }
 }
 
+/// A number of a slope, and its error.
+type WithError = fn(&Slopes) -> (f64, Option<f64>);
+
 /// The columns [`SLOPES`], the channels of each side by side; empty where nothing is known.
-fn slopes(channels: usize, extras: Extras, known: Option<&[Slopes]>) -> Vec<Option<f64>> {
-    if !extras.slopes {
+fn slopes(channels: usize, form: Form, known: Option<&[Slopes]>) -> Vec<Option<f64>> {
+    if !form.slopes {
         return Vec::new();
     }
-    let columns: [fn(&Slopes) -> Option<f64>; 6] = [
-        |s| Some(s.gradient[0]),
-        |s| Some(s.gradient_error?[0]),
-        |s| Some(s.gradient[1]),
-        |s| Some(s.gradient_error?[1]),
-        |s| Some(s.spread()),
-        Slopes::spread_error,
+    let rounded = |x: f64, error: Option<f64>| {
+        [
+            Some(form.rounding.measured(x, error)),
+            error.map(|error| form.rounding.measured(error, Some(error))),
+        ]
+    };
+    let columns: [WithError; 3] = [
+        |s| (s.gradient[0], s.gradient_error.map(|error| error[0])),
+        |s| (s.gradient[1], s.gradient_error.map(|error| error[1])),
+        |s| (s.spread(), s.spread_error()),
     ];
-    columns.into_iter().flat_map(|of| (0..channels).map(move |c| of(&known?[c]))).collect()
+    let of = |column: WithError, which: usize, c: usize| {
+        let (x, error) = column(&known?[c]);
+        rounded(x, error)[which]
+    };
+    columns
+        .into_iter()
+        .flat_map(|column| [(column, 0), (column, 1)])
+        .flat_map(|(column, which)| (0..channels).map(move |c| of(column, which, c)))
+        .collect()
 }
 
 /// The flags of one face, joined by bars; `known` holds the estimates of its channels.
@@ -249,7 +360,7 @@ mod tests {
 
     fn table(experiment: &Experiment, tally: &Tally) -> String {
         let mut bytes = Vec::new();
-        write_patches(&mut bytes, &Estimates::new(experiment, tally, 0.95)).unwrap();
+        write_patches(&mut bytes, &Estimates::new(experiment, tally, 0.95), Digits::All).unwrap();
         String::from_utf8(bytes).unwrap()
     }
 
@@ -264,7 +375,7 @@ mod tests {
             (face, Some(vec![estimate]), More::default())
         });
         let mut bytes = Vec::new();
-        write_rows(&mut bytes, estimates.scene(), Extras::default(), rows).unwrap();
+        write_rows(&mut bytes, estimates.scene(), Form::default(), rows).unwrap();
         String::from_utf8(bytes).unwrap()
     }
 
@@ -306,6 +417,51 @@ mod tests {
             let record = record.unwrap();
             assert_eq!(record[10].parse::<f64>().unwrap().to_bits(), value.to_bits());
             assert!(record[10].len() <= 24, "{}", &record[10]);
+        }
+    }
+
+    /// Beside a table with all digits, numbers move by less than half a hundredth of their errors, and none is long.
+    #[test]
+    fn told_digits_are_those_of_the_errors() {
+        let (experiment, mut tables) = (experiment(&cube()), Vec::new());
+        let tally = shot(&experiment);
+        for digits in [Digits::All, Digits::Told] {
+            let mut bytes = Vec::new();
+            write_patches(&mut bytes, &Estimates::new(&experiment, &tally, 0.95), digits).unwrap();
+            let mut reader = csv::Reader::from_reader(&bytes[..]);
+            tables.push(reader.records().map(Result::unwrap).collect::<Vec<_>>());
+        }
+        let at = |name: &str| HEADER.split(',').position(|column| column == name).unwrap();
+        let columns = [("std_error", ["radiosity", "ci_low", "ci_high"])];
+        let columns = columns
+            .into_iter()
+            .chain([("irradiance_error", ["irradiance", "irradiance_low", "irradiance_high"])]);
+        for (error, of) in columns {
+            for (all, told) in tables[0].iter().zip(&tables[1]) {
+                let Ok(sigma) = all[at(error)].parse::<f64>() else { continue };
+                let number = |row: &csv::StringRecord, name| row[at(name)].parse::<f64>().unwrap();
+                for name in of {
+                    let moved = (number(all, name) - number(told, name)).abs();
+                    assert!(moved <= 0.005_001 * sigma, "{name}: {} for {}", &told[at(name)], &all[at(name)]);
+                }
+                assert!(told.iter().skip(at("x")).all(|cell| cell.len() <= 12), "{told:?}");
+                let digits = told[at(error)].trim_start_matches(['0', '.']);
+                assert!(digits.chars().filter(char::is_ascii_digit).count() <= 4, "{digits}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_end_at_a_digit_where_that_is_exact() {
+        for (x, last, rounded) in [
+            (1234.5678, -2, 1234.57),
+            (1234.5678, 2, 1200.0),
+            (0.1 + 0.2, -3, 0.3),
+            (-7.6e-9, -9, -8e-9),
+            (1e300, -22, 1e300),
+            (1e-300, -40, 1e-300),
+        ] {
+            assert_eq!(to_digit(x, last), rounded);
         }
     }
 

@@ -1,6 +1,7 @@
 //! `radiosity.png`: the scene in its light.
 
 mod field;
+mod filter;
 mod lamps;
 mod light;
 mod numbers;
@@ -9,6 +10,7 @@ mod spot;
 mod studio;
 #[cfg(test)]
 mod tests;
+mod tracer;
 
 use std::io::{self, Write};
 

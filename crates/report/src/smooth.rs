@@ -12,7 +12,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use radiosity::{Estimate, Estimates, Face, Side};
+use radiosity::{Estimate, Estimates, Scene, Side};
 
 use crate::bounds::Bounds;
 
@@ -37,52 +37,58 @@ pub struct Smooth {
 }
 
 /// A piece of a face as its neighbours see it.
+#[derive(Clone, Copy, Default)]
 struct Shown {
-    piece: Face,
+    face: u32,
+    /// Equal where reflectance and emittance are.
+    material: u32,
+    area: f64,
     normal: DVec3,
-    /// B and its standard error in each channel [W/m²].
-    light: Vec<[f64; 2]>,
-    /// By corner and channel, what the linear fit adds to B there [W/m²]; empty where none is known.
-    tilt: Vec<Vec<f64>>,
 }
 
-/// A piece that has a corner at a place.
-type Touch = (u32, u32);
+/// All pieces as their neighbours see them.
+struct Neighbours {
+    channels: usize,
+    pieces: Vec<Shown>,
+    /// By face and channel, B and its standard error [W/m²].
+    light: Vec<[f64; 2]>,
+}
+
+/// A corner of a piece, and where it is on a grid whose points are one place: 4 times the piece, and the corner.
+type Touch = ([i32; 3], u32);
 
 impl Smooth {
     /// The corners of all pieces.
     pub fn new(estimates: &Estimates) -> Self {
         let scene = estimates.scene();
         let (faces, channels) = (scene.faces(), scene.channels());
-        let shown: Vec<Shown> =
-            (0..faces.piece_count() as u32).map(|piece| Shown::of(estimates, piece)).collect();
-        let mut places: HashMap<[i64; 3], Vec<Touch>> = HashMap::new();
-        let grid = 1.0 / (SAME_PLACE * Bounds::of(scene).size().max_element());
-        for piece in 0..faces.piece_count() as u32 {
-            for (corner, place) in (0..).zip(faces.piece_corners(piece)) {
-                let key = ((place - scene.origin()) * grid).round().to_array().map(|x| x as i64);
-                places.entry(key).or_default().push((piece, corner));
-            }
-        }
-        let mut values = vec![0.0; 4 * channels * faces.piece_count()];
-        for touching in places.values() {
-            for &(piece, corner) in touching {
-                let own = &shown[piece as usize];
-                let all = touching.iter().map(|&(other, corner)| (&shown[other as usize], corner as usize));
-                let with: Vec<(&Shown, usize)> = all.filter(|(other, _)| own.goes_on(other)).collect();
-                let area: f64 = with.iter().map(|(other, _)| other.piece.area).sum();
+        let (neighbours, fitted) = Neighbours::of(estimates);
+        let mut values = fitted.clone();
+        let corners = touches(scene);
+        for touching in corners.chunk_by(|(a, _), (b, _)| a == b) {
+            for &(_, own) in touching {
+                let with = touching.iter().filter(|(_, other)| neighbours.goes_on(own / 4, other / 4));
+                let with: Vec<(f64, usize)> =
+                    with.map(|&(_, other)| (neighbours.area(other / 4), other as usize * channels)).collect();
+                let area: f64 = with.iter().map(|(area, _)| area).sum();
                 for channel in 0..channels {
-                    let light: f64 =
-                        with.iter().map(|(other, at)| other.piece.area * other.light_at(*at, channel)).sum();
-                    values[(4 * piece as usize + corner as usize) * channels + channel] = light / area;
+                    let light: f64 = with.iter().map(|(area, at)| area * fitted[at + channel]).sum();
+                    values[own as usize * channels + channel] = light / area;
                 }
             }
         }
         let mut smooth = Smooth { channels, values };
         (0..faces.piece_count())
-            .filter(|&piece| faces.piece_corners(piece as u32).len() == 3)
+            .filter(|&piece| faces.is_triangle(piece as u32))
             .for_each(|piece| smooth.repeat_third(piece));
         smooth
+    }
+
+    /// The same B everywhere [W/m²].
+    #[cfg(test)]
+    pub(crate) fn even(scene: &radiosity::Scene, radiosity: f64) -> Self {
+        let channels = scene.channels();
+        Smooth { channels, values: vec![radiosity; 4 * channels * scene.faces().piece_count()] }
     }
 
     fn repeat_third(&mut self, piece: usize) {
@@ -105,50 +111,85 @@ impl Smooth {
     }
 }
 
+/// The corners of all pieces, those of one place next to each other, in the order of pieces.
+fn touches(scene: &Scene) -> Vec<Touch> {
+    let faces = scene.faces();
+    let grid = 1.0 / (SAME_PLACE * Bounds::of(scene).size().max_element());
+    let on_grid = |place: DVec3| ((place - scene.origin()) * grid).round().to_array().map(|x| x as i32);
+    let of_piece = |piece: u32| (4 * piece..).zip(faces.piece_corners(piece).into_iter().map(on_grid));
+    let mut touches: Vec<Touch> = Vec::with_capacity(4 * faces.piece_count());
+    touches.extend((0..faces.piece_count() as u32).flat_map(of_piece).map(|(corner, place)| (place, corner)));
+    touches.sort_unstable();
+    touches
+}
+
 /// The standard error of B; where nothing was scored, a quarter of the interval's width [W/m²].
 fn error(estimate: &Estimate) -> f64 {
     let bound = estimate.is_unsampled().then_some(0.25 * (estimate.ci_high - estimate.ci_low));
     estimate.std_error.or(bound).unwrap_or(f64::INFINITY)
 }
 
-impl Shown {
-    fn of(estimates: &Estimates, number: u32) -> Self {
+impl Neighbours {
+    /// All pieces, and the fit of B at their corners as [`Smooth`] has its values.
+    fn of(estimates: &Estimates) -> (Self, Vec<f64>) {
         let scene = estimates.scene();
-        let face = scene.faces().face_of(number) as usize;
-        let (piece, known) = (scene.faces().piece(number), estimates.face(face));
-        let corners = scene.faces().piece_corners(number);
-        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
-        let light = |c: usize| match known.as_deref() {
-            Some(known) => [known[c].radiosity, error(&known[c])],
-            None => [piece.emittance[c], f64::INFINITY],
-        };
-        let slopes = estimates.slopes(face).unwrap_or_default();
-        let places = if slopes.is_empty() { Vec::new() } else { scene.corners_on_fit(number) };
-        let mut tilts: Vec<Vec<f64>> = slopes.iter().map(|s| s.at(&places)).collect();
-        if piece.side == Side::Back {
-            // Whose corners run the other way round.
-            tilts.iter_mut().for_each(|tilt| tilt.reverse());
+        let (faces, channels) = (scene.faces(), scene.channels());
+        let mut fitted = vec![0.0; 4 * channels * faces.piece_count()];
+        let mut pieces = vec![Shown::default(); faces.piece_count()];
+        let mut light = Vec::with_capacity(channels * faces.len());
+        let mut materials = HashMap::new();
+        for (number, _, known) in estimates.iter() {
+            let slopes = estimates.slopes(number).unwrap_or_default();
+            for piece in faces.pieces(number) {
+                let own = faces.piece(piece);
+                let corners = faces.piece_corners(piece);
+                let key = [own.reflectance, own.emittance].map(|of| of.channels().map(f64::to_bits));
+                let next = materials.len() as u32;
+                pieces[piece as usize] = Shown {
+                    face: number as u32,
+                    material: *materials.entry(key).or_insert(next),
+                    area: own.area,
+                    normal: (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize(),
+                };
+                let places = if slopes.is_empty() { Vec::new() } else { scene.corners_on_fit(piece) };
+                for channel in 0..channels {
+                    let mean =
+                        known.as_deref().map_or(own.emittance[channel], |known| known[channel].radiosity);
+                    let mut tilt = slopes.get(channel).map(|slopes| slopes.at(&places)).unwrap_or_default();
+                    if own.side == Side::Back {
+                        // Its corners run the other way round.
+                        tilt.reverse();
+                    }
+                    for corner in 0..corners.len() {
+                        fitted[(4 * piece as usize + corner) * channels + channel] =
+                            tilt.get(corner).map_or(mean, |tilt| (mean + tilt).max(0.0));
+                    }
+                }
+            }
+            light.extend((0..channels).map(|c| match known.as_deref() {
+                Some(known) => [known[c].radiosity, error(&known[c])],
+                None => [0.0, f64::INFINITY],
+            }));
         }
-        let tilt = |corner: usize| tilts.iter().map(|tilt| tilt[corner]).collect();
-        let tilt = if tilts.is_empty() { Vec::new() } else { (0..corners.len()).map(tilt).collect() };
-        Shown { piece, normal, light: (0..scene.channels()).map(light).collect(), tilt }
+        (Neighbours { channels, pieces, light }, fitted)
     }
 
-    /// B at a corner [W/m²].
-    fn light_at(&self, corner: usize, channel: usize) -> f64 {
-        let mean = self.light[channel][0];
-        self.tilt.get(corner).map_or(mean, |tilt| (mean + tilt[channel]).max(0.0))
+    fn area(&self, piece: u32) -> f64 {
+        self.pieces[piece as usize].area
     }
 
-    /// Whether another face is the same surface to the eye, in the same light.
-    fn goes_on(&self, other: &Shown) -> bool {
-        let same_material = self.piece.reflectance == other.piece.reflectance
-            && self.piece.emittance == other.piece.emittance;
-        same_material && self.normal.dot(other.normal) >= BEND && !self.is_told_apart(other)
+    /// Whether another piece is the same surface to the eye, in the same light.
+    fn goes_on(&self, own: u32, other: u32) -> bool {
+        let [own, other] = [own, other].map(|piece| &self.pieces[piece as usize]);
+        own.material == other.material
+            && own.normal.dot(other.normal) >= BEND
+            && !self.are_told_apart(own.face, other.face)
     }
 
-    fn is_told_apart(&self, other: &Shown) -> bool {
-        self.light.iter().zip(&other.light).any(|(&[a, a_error], &[b, b_error])| {
+    fn are_told_apart(&self, own: u32, other: u32) -> bool {
+        let channels = self.channels;
+        let [own, other] = [own, other].map(|face| &self.light[face as usize * channels..][..channels]);
+        own.iter().zip(other).any(|(&[a, a_error], &[b, b_error])| {
             let difference = (a - b).abs();
             difference > CERTAIN * a_error.hypot(b_error) && difference > STEP * a.max(b)
         })

@@ -9,6 +9,7 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
+use job::OutputFile;
 use judge::MOMENTS;
 use protocol::digest::{self, Digest, Digester};
 use protocol::{Checkpoint, Contributor, Delivery, WalkRange};
@@ -18,6 +19,7 @@ use serde_json::Value;
 use crate::checkpoints::{PLANES, SENSITIVITIES, SENSORS, SOURCES};
 use crate::error::Error;
 use crate::kept::{Kept, unusable};
+use crate::outputs;
 use crate::replica::Replica;
 use crate::settings::Settings;
 
@@ -116,7 +118,8 @@ fn check_files(run: &Path, Kept { checkpoint, settings, experiment }: &Kept) -> 
         write(&mut expected).map_err(in_memory)?;
         if table == expected { Ok(()) } else { Err(other(name)) }
     };
-    check("patches.csv", &|table| report::write_patches(table, &estimates))?;
+    let digits = outputs::digits(experiment.scene(), run.join(OutputFile::Parquet.name()).exists());
+    check("patches.csv", &|table| report::write_patches(table, &estimates, digits))?;
     let tally = &checkpoint.tally;
     if let Some(readings) = Readings::new(experiment, tally, settings.sensor_level(experiment)) {
         check(SENSORS, &|table| report::write_sensors(table, &readings))?;

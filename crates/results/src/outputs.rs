@@ -7,11 +7,11 @@ use std::sync::Arc;
 use job::{Beside, Forecast, Light, OutputFile, WalkKind, Word};
 use judge::{Control, bounces, checks_of_result, is_discretised, target};
 use protocol::{Book, Checkpoint, Contributor, Look, Session, WalkRange};
-use radiosity::{Estimates, Experiment, Influences, Precision, Quantity, Readings};
+use radiosity::{Estimates, Experiment, Influences, Precision, Quantity, Readings, Scene};
 use report::words::{counted, percent, quantity};
 use report::{
-    AccuracySummary, ChoiceSummary, DiscretisedSummary, Draft, Live, Milestone, Model, OutputFolder, Page,
-    PartSummary, PartitionSummary, Photo, Provenance, RunFacts, SessionSummary, Shot, Smooth, Summary,
+    AccuracySummary, ChoiceSummary, Digits, DiscretisedSummary, Draft, Live, Milestone, Model, OutputFolder,
+    Page, PartSummary, PartitionSummary, Photo, Provenance, RunFacts, SessionSummary, Shot, Smooth, Summary,
     TotalSummary, Units, WorkerSummary,
 };
 
@@ -29,6 +29,18 @@ type Drafts = Vec<(&'static str, Draft)>;
 /// The files that are written where a job names none.
 const DEFAULT: [OutputFile; 4] =
     [OutputFile::Csv, OutputFile::Summary, OutputFile::Picture, OutputFile::Report];
+
+/// A table of more rows than this goes to data frames, too, where a job names no files. Beside that, `patches.csv` is short.
+const LONG_TABLE: usize = 20_000;
+
+/// The digits of `patches.csv`, beside a table for data frames or alone.
+pub(crate) fn digits(scene: &Scene, has_parquet: bool) -> Digits {
+    if has_parquet && is_long(scene) { Digits::Told } else { Digits::All }
+}
+
+fn is_long(scene: &Scene) -> bool {
+    scene.faces().len() > LONG_TABLE
+}
 
 /// The output folder of a run.
 pub struct RunOutput {
@@ -106,15 +118,22 @@ impl RunOutput {
     }
 
     /// The files that a result has.
-    fn files(&self, settings: &Settings) -> Vec<OutputFile> {
+    fn files(&self, settings: &Settings, scene: &Scene) -> Vec<OutputFile> {
         let mut files = settings.files.clone().unwrap_or_else(|| DEFAULT.into());
         files.extend(&self.exports);
+        files.extend((settings.files.is_none() && is_long(scene)).then_some(OutputFile::Parquet));
         OutputFile::ALL.iter().copied().filter(|file| files.contains(file)).collect()
+    }
+
+    /// The digits of `patches.csv`.
+    pub(crate) fn digits(&self, settings: &Settings, scene: &Scene) -> Digits {
+        digits(scene, self.files(settings, scene).contains(&OutputFile::Parquet))
     }
 
     /// The usual files that a job leaves out.
     pub(crate) fn left_out(&self, settings: &Settings) -> Vec<OutputFile> {
-        let written = self.files(settings);
+        let Some(named) = &settings.files else { return Vec::new() };
+        let written = [&named[..], &self.exports].concat();
         DEFAULT.into_iter().filter(|file| !written.contains(file)).collect()
     }
 
@@ -180,7 +199,8 @@ impl RunOutput {
         now("estimating every patch");
         let scene = experiment.scene();
         let estimates = Estimates::new(experiment, &checkpoint.tally, settings.level(scene));
-        let files = self.files(settings);
+        let files = self.files(settings, scene);
+        let digits = self.digits(settings, scene);
         now("checking the result");
         let mut summary = summarise(settings, &estimates, &checkpoint.book, self.git, true);
         now("drawing the picture");
@@ -193,7 +213,7 @@ impl RunOutput {
         drafts.extend(self.partition(settings, experiment)?);
         for &file in &files {
             let draft = self.folder.draft(file.name(), |writer| match (file, &view) {
-                (OutputFile::Csv, _) => report::write_patches(writer, &estimates),
+                (OutputFile::Csv, _) => report::write_patches(writer, &estimates, digits),
                 (OutputFile::Summary, _) => summary.write(writer),
                 (OutputFile::Vtu, _) => report::write_vtu(writer, &estimates),
                 (OutputFile::Parquet, _) => report::write_parquet(writer, &estimates),

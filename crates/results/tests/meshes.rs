@@ -85,7 +85,8 @@ fn groups_are_a_function_of_the_job_and_given_on_by_files() {
     let job = load(&path, 3, 11_000);
     let partition = chosen(&job, 1);
     assert_eq!(chosen(&job, 5), partition);
-    let cut = job::load_cut(&path, &keys(3, 11_000), &partition).unwrap();
+    let cut =
+        job::load(&path, &keys(3, 11_000)).and_then(|job| job.cut(&keys(3, 11_000), &partition)).unwrap();
 
     let is_ball = |surface: usize| job.scene.spec().surfaces[surface].shape.area() < 0.01;
     let mut first = 0;
@@ -152,7 +153,9 @@ fn coverage(seeds: u64, paths: u64) -> (f64, f64, u64) {
     let mut parts = Vec::new();
     for seed in 0..seeds {
         let partition = chosen(&load(&path, seed, paths), 2);
-        let job = job::load_cut(&path, &keys(seed, paths), &partition).unwrap();
+        let job = job::load(&path, &keys(seed, paths))
+            .and_then(|job| job.cut(&keys(seed, paths), &partition))
+            .unwrap();
         let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
         let [own, long] =
             [tally(&experiment, seed, paths), tally(&experiment, seed + (1 << 40), 100 * paths)];

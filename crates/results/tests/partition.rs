@@ -85,7 +85,7 @@ fn what_is_foretold_of_even_light_is_true_at_high_reflectance() {
             let partition = chosen(&load(&path, seed, PATHS), 2);
             foretold += partition.forecast.unwrap().total();
             let overrides = [format!("seed={seed}"), format!("budget.paths={PATHS}")];
-            let job = job::load_cut(&path, &overrides, &partition).unwrap();
+            let job = job::load(&path, &overrides).and_then(|job| job.cut(&overrides, &partition)).unwrap();
             let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
             let tally = tally(&experiment, seed, PATHS);
             let estimates = Estimates::new(&experiment, &tally, 0.95);
@@ -125,7 +125,7 @@ fn methods_without_a_linear_basis_get_constants() {
         let partition = chosen(&job, 2);
         assert!(!partition.linear && !partition.forecast.unwrap().linear, "{method}");
         let overrides = ["budget.paths=1e6".to_owned()];
-        let cut = job::load_cut(&path, &overrides, &partition).unwrap();
+        let cut = job::load(&path, &overrides).and_then(|job| job.cut(&overrides, &partition)).unwrap();
         assert!(cut.auto.is_none() && !cut.method.walks().is_linear(), "{method}");
         Experiment::new(cut.build_scene().unwrap(), cut.method.walks()).unwrap();
     }
@@ -141,7 +141,9 @@ fn truth(path: &Path, n: u32, walks: u64) -> Vec<Vec<f64>> {
         space: radiosity::Space::Continuous,
         forecast: None,
     };
-    let job = job::load_cut(path, &["budget.paths=1".into()], &partition).unwrap();
+    let job = job::load(path, &["budget.paths=1".into()])
+        .and_then(|job| job.cut(&["budget.paths=1".into()], &partition))
+        .unwrap();
     let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
     let tally = tally(&experiment, 1 << 50, walks);
     let estimates = Estimates::new(&experiment, &tally, 0.95);
@@ -169,7 +171,7 @@ fn coverage(seeds: u64, paths: u64, known: u64) -> (f64, f64, u64) {
     for seed in 0..seeds {
         let partition = chosen(&load(&path, seed, paths), 2);
         let overrides = [format!("seed={seed}"), format!("budget.paths={paths}")];
-        let job = job::load_cut(&path, &overrides, &partition).unwrap();
+        let job = job::load(&path, &overrides).and_then(|job| job.cut(&overrides, &partition)).unwrap();
         let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
         let tally = tally(&experiment, seed, paths);
         let estimates = Estimates::new(&experiment, &tally, 0.95);

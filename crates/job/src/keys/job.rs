@@ -91,7 +91,7 @@ pub(crate) const SENSITIVITY_KEYS: &[&str] = &names(&SENSITIVITY);
 pub(crate) const OUTPUT: [Key; 1] = [Key::new(
     "files",
     || json!({"type": "array", "items": word::<OutputFile>(), "uniqueItems": true}),
-    "The files that are written. Default: csv, summary, picture and report.",
+    "The files that are written. Default: csv, summary, picture and report, and parquet where there are more than 20,000 rows.",
 )];
 
 pub(crate) const OUTPUT_KEYS: &[&str] = &names(&OUTPUT);

@@ -3,8 +3,8 @@
 #[cfg(test)]
 mod tests;
 
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use import::{Format, Imported, MaterialOverride, Options};
 use radiosity::{LampsSpec, PaneSpec, Shape, Spectrum, SurfaceSpec};
@@ -142,7 +142,7 @@ impl<'a, 'o> SceneReader<'a, 'o> {
             let keys = [quad, triangle, cells.unwrap_or(0), 0];
             let site = SurfaceSite { material: material.number, header, keys };
             let surface = SurfaceSpec {
-                name: name.map(Cow::into_owned),
+                name: name.map(Arc::from),
                 shape,
                 sides,
                 reflectance: material.reflectance,

@@ -1,5 +1,7 @@
 //! A `[[surface]]` table, read with its keys' lines.
 
+use std::sync::Arc;
+
 use radiosity::{Shape, Sides, SurfaceSpec};
 
 use super::label;
@@ -36,7 +38,7 @@ pub(super) fn read_surface(
     }
     let cell_emittance = emit.map(|value| read_emit(value, &shape)).transpose()?;
     let surface = SurfaceSpec {
-        name,
+        name: name.map(Arc::from),
         shape,
         sides,
         reflectance: material.reflectance,

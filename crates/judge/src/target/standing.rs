@@ -47,16 +47,19 @@ pub fn about<'a>(
 
 /// The accuracy of all faces that a target is about: where it names no patches, of those that a headline is about, too.
 pub(super) fn standings(estimates: &Estimates, target: &Target) -> Vec<(usize, Standing)> {
-    let scene = estimates.scene();
-    let mut hit = vec![false; scene.faces().len()];
+    let mut hit = vec![false; estimates.scene().faces().len()];
     let mut all = Vec::new();
     for (i, face, channels) in about(estimates, target) {
         hit[i] = !channels.iter().any(Estimate::is_unsampled);
         all.extend(Standing::new(&face, &channels, target).map(|standing| (i, standing)));
     }
     if target.patches.is_none() {
-        let reach = Reach::new(scene, &hit);
-        all.retain(|&(i, _)| reach.of(i as u32, hit[i]) == Place::Room);
+        let reach = Reach::new(estimates, &hit);
+        all.retain_mut(|(i, standing)| {
+            let Place::Room { part } = reach.of(*i as u32, hit[*i]) else { return false };
+            standing.area *= part;
+            true
+        });
     }
     all
 }

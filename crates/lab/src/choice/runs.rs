@@ -78,7 +78,7 @@ pub fn experiment(
     keys: &[&str],
 ) -> Result<(Experiment, f64), Failure> {
     let keys = room.keys(&[&["budget.paths=100000000"], keys].concat());
-    let job = job::load_cut(&room.path, &keys, &partition)?;
+    let job = job::load(&room.path, &keys).and_then(|job| job.cut(&keys, &partition))?;
     let start = seconds();
     let scene = job.build_scene()?;
     Ok((Experiment::new(scene, job.method.walks())?, seconds() - start))
@@ -148,7 +148,7 @@ pub fn chosen(room: &ChoiceRoom, truth: &RoomReference) -> Result<Vec<JobOutcome
         let start = seconds();
         let Some(chosen) = results::choose(&open, 1)? else { return Err("nothing is open".into()) };
         let choosing = seconds() - start;
-        let job = job::load_cut(&room.path, &keys, &chosen.partition)?;
+        let job = job::load(&room.path, &keys).and_then(|job| job.cut(&keys, &chosen.partition))?;
         let forecast = job.forecast.ok_or("no forecast")?;
         let experiment = Experiment::new(chosen.build_scene(&job)?, job.method.walks())?;
         let tally = walk(&experiment, 1, forecast.for_paths.min(job.budget.paths));

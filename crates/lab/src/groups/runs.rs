@@ -63,7 +63,8 @@ pub fn experiment(
     partition: &Partition,
     build: impl Fn(&Job) -> Result<Scene, job::Error>,
 ) -> Result<(Experiment, f64), Failure> {
-    let job = job::load_cut(job, &["budget.paths=1".into()], partition)?;
+    let job = job::load(job, &["budget.paths=1".into()])
+        .and_then(|job| job.cut(&["budget.paths=1".into()], partition))?;
     let start = seconds();
     let scene = build(&job)?;
     let building = seconds() - start;

@@ -125,9 +125,9 @@ pub struct MethodRow {
     pub headline: Option<[ToldAndTrue; 3]>,
     /// Checks that failed, with the part of the runs.
     pub alarms: BTreeMap<String, f64>,
-    /// The total error of the answer: as told, and as predicted before.
-    pub total: Option<ToldAndTrue>,
-    pub predicted: Option<ToldAndTrue>,
+    /// The total error of the answer: as told, and as predicted before, with the relative standard errors of told over true by the jackknife.
+    pub total: Option<(ToldAndTrue, f64)>,
+    pub predicted: Option<(ToldAndTrue, f64)>,
     pub reached: Option<Reached>,
     pub total_reached: Option<TotalReached>,
     pub distance: Option<Distance>,
@@ -142,7 +142,7 @@ pub fn all(site: &HonestyScene) -> Result<Vec<MethodRow>, Failure> {
     let discrete = FaceReference::discrete(site, &spec, faces)?;
     let of_chains = if site.made { discrete.clone() } else { FaceReference::of_chains(site, faces)? };
     let truths = [discrete, FaceReference::continuous(site, faces)?, of_chains];
-    let fine = Fine::new(site)?;
+    let fine = Fine::new(site, faces)?;
     let distance = true_distance(&scene, &truths);
     let mut rows = Vec::new();
     for method in METHODS.iter().filter(|method| site.made || method.in_rooms) {
@@ -243,7 +243,7 @@ fn of_given(
     let mut row = MethodRow::new(site, method, seeds, paths);
     patches.judge(&mut row, &runs);
     row.alarms = alarms(&runs);
-    (row.total, row.predicted) = totals(&done.iter().filter_map(|(_, error, _)| *error).collect::<Vec<_>>());
+    [row.total, row.predicted] = totals(&done.iter().filter_map(|(_, error, _)| *error).collect::<Vec<_>>());
     if TARGETS.contains(&method.name) && (site.made || method.name == METHODS[0].name) {
         row.reached = reached(site, method, paths, &patches, &runs)?;
     }
@@ -320,7 +320,7 @@ fn of_chosen(
     })?;
     let mut row = MethodRow::new(site, method, seeds, paths);
     row.alarms = alarms(&done.iter().map(|(run, _)| run).collect::<Vec<_>>());
-    (row.total, row.predicted) = totals(&done.iter().map(|(_, error)| *error).collect::<Vec<_>>());
+    [row.total, row.predicted] = totals(&done.iter().map(|(_, error)| *error).collect::<Vec<_>>());
     if row.predicted.is_some() {
         row.total_reached = total_reached(site, method, paths, fine, row.total)?;
     }
@@ -334,16 +334,17 @@ fn total(kept: &Kept, summary: &Value, fine: &Fine) -> [f64; 3] {
     [number("/accuracy/total"), number("/predicted/total"), fine.error(kept, linear)]
 }
 
-/// Root mean squares over runs of what is told and of what is true, where both are known.
-fn totals(found: &[[f64; 3]]) -> (Option<ToldAndTrue>, Option<ToldAndTrue>) {
+/// Root mean squares over runs of what is told and of what is true, where both are known, with the relative standard error of their ratio.
+fn totals(found: &[[f64; 3]]) -> [Option<(ToldAndTrue, f64)>; 2] {
     let root = |of: &dyn Fn(&[f64; 3]) -> f64| {
         (found.iter().map(|run| of(run).powi(2)).sum::<f64>() / found.len() as f64).sqrt()
     };
     let pair = |k: usize| {
-        Some(ToldAndTrue { told: root(&|run| run[k]), truth: root(&|run| run[2]) })
-            .filter(|pair| pair.told.is_finite())
+        let squares: Vec<[f64; 2]> = found.iter().map(|run| [run[k] * run[k], run[2] * run[2]]).collect();
+        let pair = ToldAndTrue { told: root(&|run| run[k]), truth: root(&|run| run[2]) };
+        Some((pair, ratio_of_roots(&squares).1)).filter(|(pair, _)| pair.told.is_finite())
     };
-    if found.is_empty() { (None, None) } else { (pair(0), pair(1)) }
+    if found.is_empty() { [None, None] } else { [pair(0), pair(1)] }
 }
 
 /// Reads what a run tells.
@@ -586,9 +587,9 @@ fn total_reached(
     method: &HonestyMethod,
     paths: u64,
     fine: &Fine,
-    told: Option<ToldAndTrue>,
+    told: Option<(ToldAndTrue, f64)>,
 ) -> Result<Option<TotalReached>, Failure> {
-    let Some(ToldAndTrue { told, .. }) = told else { return Ok(None) };
+    let Some((ToldAndTrue { told, .. }, _)) = told else { return Ok(None) };
     let target = TOTAL_TARGET * told;
     let more = [format!("target.total_error={target}")];
     let done = for_seeds(TOTAL_SEEDS, |seed| {

@@ -119,6 +119,8 @@ impl HonestyMethod {
 
     pub fn seeds(&self, site: &HonestyScene) -> usize {
         match (site.made, site.slow) {
+            // Where walks are long, the noise of all patches goes together, so that fewer seeds would tell nothing of a total.
+            (true, true) if self.chooses() => 4 * self.seeds,
             (true, false) => self.seeds,
             (true, true) => self.seeds.div_ceil(4),
             (false, _) => 10,
@@ -148,7 +150,7 @@ impl HonestyMethod {
         let overrides = self.overrides(paths, seed, more);
         let mut job = job::load(&site.path, &overrides)?;
         if let Some(chosen) = choose(&job, 1.try_into().expect("not 0"))? {
-            job = job::load_cut(&site.path, &overrides, &chosen.partition)?;
+            job = job::load(&site.path, &overrides).and_then(|job| job.cut(&overrides, &chosen.partition))?;
         }
         let scene = job.build_scene()?;
         let experiment = Experiment::new(scene, job.method.walks())?;

@@ -52,10 +52,9 @@ impl BandPosition {
 }
 
 /// Why rows are outside of their bands: scene (or any), method and figure, each from its beginning, the side, and the reason.
-const WHY: [(&str, &str, &str, BandPosition, &str); 13] = [
+const WHY: [(&str, &str, &str, BandPosition, &str); 12] = [
     ("", "infinite, cut off", "standard errors", BandPosition::Below, CUT_OFF_BIAS),
     ("", "infinite, cut off", "", BandPosition::Above, CUT_OFF),
-    ("corridor", "chains", "coverage", BandPosition::Below, FEW_LINKS),
     ("", "chains", "", BandPosition::Above, ONE_MORE),
     ("bright", "", "coverage", BandPosition::Above, LONG_WALKS),
     ("", "", "half-widths, 1 scores", BandPosition::Above, FEW_SCORES),
@@ -67,9 +66,8 @@ const WHY: [(&str, &str, &str, BandPosition, &str); 13] = [
     ("office2.mgf", "", "check backs", BandPosition::Below, ONE_SIDED),
     ("", "", "9 tenths", BandPosition::Above, UNHIT),
 ];
-const CUT_OFF: &str = "The bound on what is cut off is added to the upper end, and the truth is nearer than the bound: the interval is wider than it need be, and covers more, as the check `bias` says";
+const CUT_OFF: &str = "The bound on what is cut off is added to the upper end, and the truth is nearer than the bound. The tally knows how much was cut off, not where, and nothing smaller follows from that ([derivation](../theory/intervals.md#walks))";
 const CUT_OFF_BIAS: &str = "A standard error knows nothing of a bias. What is cut off here is as large as the noise; the interval has the bound on it, and the check `bias` fails";
-const FEW_LINKS: &str = "The dark end hangs on so few links of 32 rays a patch, the fewest that a job may have, that many runs have none of those that matter; the widening by one more link is calibrated at 43 rays and makes up for most of it, not for all ([few links](../theory/intervals.md#chains-and-batches)). Twice the rays are within the band";
 const ONE_MORE: &str = "Intervals and standard errors of chains allow for one more link, which a run cannot know that it lacks: where links are few, most runs lack none ([few links](../theory/intervals.md#chains-and-batches))";
 const LONG_WALKS: &str = "With R = 0.99 one walk may score a hundred times on a patch, and intervals allow for a walk that does so more often than any that was seen: on the safe side";
 const GAPS: &str =
@@ -451,17 +449,21 @@ impl HonestyPage {
             self.text,
             "## Total errors\n\n\
              The relative L2 error of the reflected light, noise and discretisation together: as `accuracy` tells it, as it was predicted before the run, and true, by a\n\
-             run of 2·10⁶ walks on patches that a pilot chose for these. Band of the ratios: {:.2} to {}.\n\n\
+             run of 2·10⁶ walks, 64 times the run at least, on patches that a pilot chose for these. Band of the ratios: {:.2} to {}. Each has its relative standard error: where the light is even, the noise of all patches goes together,\n\
+             and many seeds tell little.\n\n\
              | scene | method | paths | told | predicted | true | told over true | predicted over true |\n|---|---|---|---|---|---|---|---|",
             TOTAL[0], TOTAL[1]
         )?;
-        let percent = |pair: Option<ToldAndTrue>| {
-            pair.map_or("–".into(), |pair| format!("{:.2} %", 100.0 * pair.told))
+        let percent = |pair: Option<(ToldAndTrue, f64)>| {
+            pair.map_or("–".into(), |(pair, _)| format!("{:.2} %", 100.0 * pair.told))
         };
         for row in rows {
-            let Some(known) = row.total.or(row.predicted) else { continue };
-            let mut of = |what: &str, pair: Option<ToldAndTrue>| match pair {
-                Some(pair) => self.ratio(row, what, pair, TOTAL),
+            let Some((known, _)) = row.total.or(row.predicted) else { continue };
+            let mut of = |what: &str, known: Option<(ToldAndTrue, f64)>| match known {
+                Some((pair, chance)) => {
+                    let ratio = self.ratio_but_for(row, what, (pair, chance), TOTAL);
+                    format!("{ratio} ± {:.0} %", 100.0 * chance)
+                }
                 None => "–".into(),
             };
             let ratios = [of("total told", row.total), of("total predicted", row.predicted)];

@@ -12,7 +12,7 @@ use super::scenes::HonestyScene;
 const LONGER: u64 = 256;
 const LONGER_IN_ROOMS: u64 = 64;
 
-/// The walks of a reference whose patches are chosen for them, and the places along each edge of one of its patches.
+/// The walks of a reference whose patches are chosen for them, at least, and the places along each edge of one of its patches.
 const FINE_WALKS: u64 = 1 << 21;
 const PLACES: u32 = 4;
 
@@ -84,10 +84,11 @@ struct Sample {
 }
 
 impl Fine {
-    /// The light of a scene.
-    pub fn new(site: &HonestyScene) -> Result<Self, Failure> {
+    /// The light of a scene of so many faces.
+    pub fn new(site: &HonestyScene, faces: usize) -> Result<Self, Failure> {
         let chosen = METHODS.iter().find(|method| method.chooses()).expect("patches are chosen");
-        let kept = chosen.run(site, FINE_WALKS, 1 << 41, &[])?;
+        let walks = FINE_WALKS.max(LONGER_IN_ROOMS * chosen.paths(site, faces));
+        let kept = chosen.run(site, walks, 1 << 41, &[])?;
         let mut fine = Fine { linear: is_linear(&kept), kept, places: Vec::new() };
         let (estimates, mut places) = (fine.kept.estimates(), Vec::new());
         let faces = estimates.scene().faces();

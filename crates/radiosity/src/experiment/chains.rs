@@ -12,8 +12,8 @@ use crate::walk::estimator::Estimator;
 /// How much shorter the lower half of an interval is, by the relative standard error, as Garwood's limits of a Poisson number are.
 const LEAN_BELOW: f64 = 0.5;
 
-/// The part of one more link that the standard error is widened by: calibrated. Of 0.5, 0.6, 0.7 and 1 it is the one with which coverage is between
-/// 94.5 and 97 % and mean squared z nearest to 1 where links are few (docs/theory/intervals.md).
+/// The part of one more link that the standard error is widened by: calibrated. Of 0.5, 0.6, 0.7 and 1 it is the one with which mean squared z
+/// is nearest to 1 where links are few (docs/theory/intervals.md).
 const MORE: f64 = 0.6;
 
 /// The estimate from the mean of n independent chains: its error follows Student's t with n − 1 degrees of freedom.
@@ -41,7 +41,8 @@ impl Student {
     ///
     /// Elsewhere `most` stays out: an upper end that it cuts off makes half-widths smaller than the error of the mean, which may be above it.
     ///
-    /// Links: one more of them in one of the chains would add its square u² to the square of s/√n. [`MORE`]·u is added beforehand.
+    /// Links: one more of them in one of the chains would add its square u² to the square of s/√n. The upper end has it beforehand, and the
+    /// standard error [`MORE`]·u.
     /// Hits: the interval is that of a count ([`stats::batches_interval`]). Where nothing has come in, what could have come has stayed out
     /// with probability ½(1 − confidence) at least.
     pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64, by: By) -> ChainEstimate {
@@ -52,7 +53,10 @@ impl Student {
             By::Many => 0.0,
             By::Links(one) | By::Hits { one, .. } => one,
         };
-        let error = if let By::Links(one) = by { sample_error.hypot(MORE * one) } else { sample_error };
+        let with_links = |links: f64| {
+            let one = if let By::Links(one) = by { one } else { 0.0 };
+            sample_error.hypot(links * one)
+        };
         let (low, high) = match (quantile, by) {
             (Some(_), By::Links(_) | By::Hits { .. }) if mean == 0.0 && one > 0.0 => {
                 let ratio = if let By::Hits { ratio_bound, .. } = by { ratio_bound } else { 1.0 };
@@ -64,11 +68,11 @@ impl Student {
             }
             (Some(quantile), _) if sample_error > 0.0 => {
                 let below = quantile * sample_error * (1.0 - LEAN_BELOW * (sample_error / mean).min(1.0));
-                ((mean - below).max(0.0), mean + quantile * error)
+                ((mean - below).max(0.0), mean + quantile * with_links(1.0))
             }
             _ => (0.0, most.max(mean)),
         };
-        let error = Some(error).filter(|_| sample_error > 0.0).zip(self.deviation);
+        let error = Some(with_links(MORE)).filter(|_| sample_error > 0.0).zip(self.deviation);
         ChainEstimate { mean, error: error.map(|(error, deviation)| deviation * error), low, high }
     }
 }

@@ -6,6 +6,7 @@ use super::solution::{Channels, Estimate, Estimates};
 use crate::geometry::face::Face;
 use crate::scene::Scene;
 use crate::scene::sealed::Sealed;
+use crate::walk::Space;
 
 /// The quantity whose half-widths are judged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -100,7 +101,8 @@ pub struct Precision {
 }
 
 /// Half-widths over the area that light can reach. Each is divided by the larger of the estimate and a floor; that of a face that no
-/// walk has hit is half of its bound, over the floor.
+/// walk has hit is half of its bound, over the floor. Of a face that light reaches a part of, the part counts: its area, and of the floor, since
+/// the mean over the face is that part of the mean over what is lit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Headline {
     /// The quantity that is judged.
@@ -151,6 +153,8 @@ impl Apart {
 struct Ranked {
     face: u32,
     area: f64,
+    /// The part of the area that light reaches.
+    part: f64,
     is_hit: bool,
     channels: [Option<Judged>; 3],
 }
@@ -167,7 +171,13 @@ impl Estimates<'_> {
             let judged = |c: usize| quantity.of(&face, c, channels.get(c)?);
             let ranked = [0, 1, 2].map(judged);
             if ranked.iter().any(Option::is_some) {
-                ranks.push(Ranked { face: i as u32, area: face.area, is_hit: !is_unhit, channels: ranked });
+                ranks.push(Ranked {
+                    face: i as u32,
+                    area: face.area,
+                    part: 1.0,
+                    is_hit: !is_unhit,
+                    channels: ranked,
+                });
             }
             let unknown = channels.iter().enumerate().filter(|(c, _)| self.is_lit(*c));
             let errors = || unknown.clone().filter_map(|(c, e)| Quantity::Irradiance.of(&face, c, e));
@@ -177,13 +187,15 @@ impl Estimates<'_> {
                 of_dark.add(i, face.area, reflects.filter_map(|(c, e)| Quantity::Irradiance.of(&face, c, e)));
             }
         }
-        let reach = Reach::new(self.scene(), &hit);
+        let reach = Reach::new(self, &hit);
         let all: f64 = self.scene().faces().iter().map(|face| face.area).sum();
         let (mut unhit, mut sealed_area) = (Apart::default(), 0.0);
-        ranks.retain(|ranked| match reach.of(ranked.face, ranked.is_hit) {
-            Place::Room => {
+        ranks.retain_mut(|ranked| match reach.of(ranked.face, ranked.is_hit) {
+            Place::Room { part } => {
+                ranked.part = part;
+                sealed_area += (1.0 - part) * ranked.area;
                 if !ranked.is_hit {
-                    unhit.add(ranked.area / all);
+                    unhit.add(part * ranked.area / all);
                 }
                 true
             }
@@ -206,10 +218,13 @@ impl Estimates<'_> {
 }
 
 /// Where a face is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
-    /// In the room, where light comes: headlines and targets are about such faces.
-    Room,
+    /// In the room, where light comes to this part of the face's area, above 0: headlines and targets are about such faces.
+    Room {
+        /// The part.
+        part: f64,
+    },
     /// Where no path of light was found to come, and no walk either.
     Sealed,
     /// On the box that stands for the sky ([`Scene::surfaces_before_sky`]).
@@ -220,28 +235,48 @@ pub enum Place {
 pub struct Reach<'a> {
     scene: &'a Scene,
     before_sky: usize,
-    /// Groups of faces that no path of light was found to, and which of them walks have hit.
-    sealed: Option<(&'a Sealed, Vec<bool>)>,
+    dark: Dark<'a>,
+}
+
+/// What light does not reach.
+enum Dark<'a> {
+    /// Nothing: every face was hit.
+    Nowhere,
+    /// Whole faces, between which light goes: groups of them, and which of the groups walks have hit.
+    Faces(&'a Sealed, Vec<bool>),
+    /// Parts of faces: by face, the part that light reaches.
+    Parts(Vec<f64>),
 }
 
 impl<'a> Reach<'a> {
-    /// The faces of a scene, each of which was `hit` or not.
-    pub fn new(scene: &'a Scene, hit: &[bool]) -> Self {
-        let sealed = hit.contains(&false).then(|| scene.sealed());
-        // What walks have hit is reached by light, and so is all that is joined to it.
-        let sealed = sealed.map(|sealed| (sealed, sealed.groups_with(|face| hit[face as usize])));
-        Reach { scene, before_sky: scene.surfaces_before_sky(), sealed }
+    /// The faces of a solved scene, each of which was `hit` or not. What walks have hit is reached by light, and so is all that is
+    /// joined to it. Walks that go on from where they arrive light parts of faces, others whole faces.
+    pub fn new(estimates: &Estimates<'a>, hit: &[bool]) -> Self {
+        let scene = estimates.scene();
+        let dark = match estimates.experiment().method().space() {
+            _ if !hit.contains(&false) => Dark::Nowhere,
+            Space::Discrete => {
+                let sealed = scene.sealed();
+                Dark::Faces(sealed, sealed.groups_with(|face| hit[face as usize]))
+            }
+            Space::Continuous => Dark::Parts(scene.lit_parts(hit)),
+        };
+        Reach { scene, before_sky: scene.surfaces_before_sky(), dark }
     }
 
     /// Where a face is.
     pub fn of(&self, face: u32, is_hit: bool) -> Place {
-        let in_the_dark = |(sealed, lit): &(&Sealed, Vec<bool>)| {
-            sealed.group_of(face).is_some_and(|group| !lit[group as usize])
+        let part = match &self.dark {
+            Dark::Parts(parts) => parts[face as usize],
+            Dark::Faces(sealed, lit) if !is_hit => {
+                sealed.group_of(face).map_or(1.0, |group| f64::from(u8::from(lit[group as usize])))
+            }
+            _ => 1.0,
         };
         match self.scene.faces().get(face as usize).surface as usize >= self.before_sky {
             true => Place::Sky,
-            false if !is_hit && self.sealed.as_ref().is_some_and(in_the_dark) => Place::Sealed,
-            false => Place::Room,
+            false if part == 0.0 => Place::Sealed,
+            false => Place::Room { part },
         }
     }
 }
@@ -278,17 +313,19 @@ impl Spread {
 
 /// The headline of judged faces.
 fn headline(quantity: Quantity, ranks: Vec<Ranked>) -> Headline {
-    let area: f64 = ranks.iter().map(|ranked| ranked.area).sum();
+    let area: f64 = ranks.iter().map(|ranked| ranked.part * ranked.area).sum();
     let floor = [0, 1, 2].map(|c| {
         let value = |ranked: &Ranked| ranked.channels[c].and_then(|judged| judged.value).unwrap_or(0.0);
         FLOOR * ranks.iter().map(|ranked| ranked.area * value(ranked).abs()).sum::<f64>() / area
     });
     let error = |ranked: &Ranked| {
         let channels = ranked.channels.iter().zip(floor);
-        channels.filter_map(|(judged, floor)| Some(judged.as_ref()?.relative(floor))).fold(0.0, f64::max)
+        channels
+            .filter_map(|(judged, floor)| Some(judged.as_ref()?.relative(ranked.part * floor)))
+            .fold(0.0, f64::max)
     };
     let mut errors: Vec<(f64, f64, u32)> =
-        ranks.iter().map(|ranked| (error(ranked), ranked.area, ranked.face)).collect();
+        ranks.iter().map(|ranked| (error(ranked), ranked.part * ranked.area, ranked.face)).collect();
     errors.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(b.2.cmp(&a.2)));
     let worst = errors.iter().rev().find(|(_, of_face, _)| *of_face >= TINY * area);
     Headline {

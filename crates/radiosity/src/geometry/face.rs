@@ -139,6 +139,11 @@ impl Faces {
         self.pieces.corners(piece)
     }
 
+    /// Whether a piece is a triangle, which has three corners; all others have four.
+    pub fn is_triangle(&self, piece: u32) -> bool {
+        self.pieces.is_triangle(piece)
+    }
+
     /// The corners of a piece in the local coordinates of its surface, in the order of its front's.
     pub(crate) fn corners_on_surface(&self, piece: u32) -> Vec<[f64; 2]> {
         self.pieces.corners_on_surface(piece)

@@ -58,12 +58,56 @@ struct Backs {
     surface: u32,
 }
 
+/// Runs of consecutive numbers, found by a number in them.
+#[derive(Clone, Debug)]
+struct Runs {
+    /// The first number of each run, in ascending order.
+    firsts: Vec<u32>,
+    /// By number in steps of 2^`shift`, the run that holds it: searches begin there. There are no more steps than runs.
+    guide: Vec<u32>,
+    shift: u32,
+}
+
+impl Runs {
+    /// Runs that begin so and end before a number.
+    fn new(firsts: Vec<u32>, end: u32) -> Self {
+        let Some(&begin) = firsts.first() else { return Runs { firsts, guide: Vec::new(), shift: 0 } };
+        let mut shift = 0;
+        while (end - begin) as usize >> shift > firsts.len() {
+            shift += 1;
+        }
+        let mut run = 0;
+        let guide = (0..=(end - begin) >> shift).map(|step| {
+            while firsts.get(run + 1).is_some_and(|&first| first - begin <= step << shift) {
+                run += 1;
+            }
+            run as u32
+        });
+        Runs { guide: guide.collect(), firsts, shift }
+    }
+
+    /// The run of a number; `None` where it is before all of them.
+    #[inline(always)]
+    fn of(&self, number: u32) -> Option<usize> {
+        let step = (number.checked_sub(*self.firsts.first()?)? >> self.shift) as usize;
+        let low = self.guide[step] as usize;
+        let high = self.guide.get(step + 1).map_or(self.firsts.len(), |&run| run as usize + 1);
+        Some(low + self.firsts[low..high].partition_point(|&first| first <= number) - 1)
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.firsts[..]) + size_of_val(&self.guide[..])
+    }
+}
+
 /// The pieces of a scene, by number.
 #[derive(Clone, Debug)]
 pub(crate) struct Pieces {
     surfaces: Vec<Common>,
-    /// The numbers of the first fronts of the surfaces, next to each other: searches read nothing else.
-    firsts: Vec<u32>,
+    /// The fronts of each surface.
+    fronts: Runs,
+    /// The backs of each of `backs`.
+    behind: Runs,
     /// Runs of backs, in the order of their numbers.
     backs: Vec<Backs>,
     /// Emittances of single cells, in ascending order.
@@ -81,15 +125,17 @@ impl Pieces {
     /// What the pieces take of memory [bytes].
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&self.surfaces[..])
-            + size_of_val(&self.firsts[..])
+            + self.fronts.bytes()
+            + self.behind.bytes()
             + size_of_val(&self.backs[..])
             + size_of_val(&self.single[..])
     }
 
     /// The pieces of a valid scene.
     pub(crate) fn new(spec: &SceneSpec) -> Self {
-        let (surfaces, firsts) = (Vec::with_capacity(spec.surfaces.len()), Vec::new());
-        let mut pieces = Pieces { surfaces, firsts, backs: vec![], single: vec![], cells: 0, len: 0 };
+        let [fronts, behind] = [(); 2].map(|()| Runs::new(Vec::new(), 0));
+        let surfaces = Vec::with_capacity(spec.surfaces.len());
+        let mut pieces = Pieces { surfaces, fronts, behind, backs: vec![], single: vec![], cells: 0, len: 0 };
         for surface in &spec.surfaces {
             let cells = surface.shape.cell_count();
             let first = pieces.cells as u32;
@@ -104,12 +150,15 @@ impl Pieces {
             pieces.single.extend(single);
             pieces.cells += cells as usize;
         }
-        pieces.firsts = pieces.surfaces.iter().map(|surface| surface.first).collect();
+        let firsts = pieces.surfaces.iter().map(|surface| surface.first).collect();
+        pieces.fronts = Runs::new(firsts, pieces.cells as u32);
         pieces.len = pieces.cells;
         for (number, surface) in (0..).zip(&spec.surfaces).filter(|(_, s)| s.sides == Sides::Both) {
             pieces.backs.push(Backs { first: pieces.len as u32, surface: number });
             pieces.len += surface.shape.cell_count() as usize;
         }
+        let firsts = pieces.backs.iter().map(|backs| backs.first).collect();
+        pieces.behind = Runs::new(firsts, pieces.len as u32);
         // Of several for one cell the last one counts.
         pieces.single.reverse();
         pieces.single.sort_by_key(|&(cell, _)| cell);
@@ -216,6 +265,11 @@ impl Pieces {
         weights
     }
 
+    /// Whether a piece is a triangle.
+    pub(super) fn is_triangle(&self, i: u32) -> bool {
+        matches!(self.shape_of(i).0, Shape::Triangle { .. })
+    }
+
     /// The surface of a piece, the cell on it, and the side.
     fn shape_of(&self, i: u32) -> (&Shape, u32, Side) {
         let (cell, side) = self.cell_of(i);
@@ -225,13 +279,12 @@ impl Pieces {
 
     /// The surface that a cell lies on.
     pub(super) fn surface_of(&self, cell: u32) -> usize {
-        self.firsts.partition_point(|first| *first <= cell) - 1
+        self.fronts.of(cell).expect("the first surface has the first cell")
     }
 
     /// The cell of a piece, counted through all surfaces, and the side of it.
     pub(crate) fn cell_of(&self, piece: u32) -> (u32, Side) {
-        let before = self.backs.partition_point(|backs| backs.first <= piece);
-        match before.checked_sub(1).map(|i| self.backs[i]) {
+        match self.behind.of(piece).map(|run| self.backs[run]) {
             None => (piece, Side::Front),
             Some(backs) => (self.surfaces[backs.surface as usize].first + (piece - backs.first), Side::Back),
         }

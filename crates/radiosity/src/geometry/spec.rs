@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 use std::ops::Index;
+use std::sync::Arc;
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -141,7 +142,7 @@ impl Index<usize> for Spectrum {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceSpec {
     /// The name that outputs show; `None` shows the surface's number.
-    pub name: Option<String>,
+    pub name: Option<Arc<str>>,
     /// The outline of the surface and its cells.
     pub shape: Shape,
     /// The sides that reflect and emit.

@@ -75,8 +75,11 @@ impl<const M: usize> ChainBoard<M> {
 
 /// max E/(1 − max R) [W/m²] of each channel: no radiosity, and so no irradiance, exceeds it. 1 where there is no light.
 pub(crate) fn largest_radiosity(scene: &Scene) -> [f64; 3] {
+    let faces = scene.faces();
+    let lit = faces.pieces_of_emitters().map(|piece| faces.piece(piece).emittance);
+    let most = lit.fold([0.0_f64; 3], |most, emittance| std::array::from_fn(|c| most[c].max(emittance[c])));
     std::array::from_fn(|channel| {
-        let emittance = scene.faces().iter().map(|face| face.emittance[channel]).fold(0.0, f64::max);
+        let emittance = most[channel];
         if emittance > 0.0 { emittance / (1.0 - scene.max_reflectance()[channel]) } else { 1.0 }
     })
 }

@@ -4,6 +4,7 @@ pub(crate) mod births;
 mod check;
 mod groups;
 pub(crate) mod lamps;
+mod lit_parts;
 pub(crate) mod panes;
 pub(crate) mod retracing;
 pub(crate) mod scatter;
@@ -39,6 +40,7 @@ use crate::trace::ray::Ray;
 use crate::trace::stack::Stack;
 use births::{Birthplace, Births, Origin};
 use lamps::PointLamps;
+use lit_parts::LitParts;
 use panes::Panes;
 use scatter::Scatter;
 use sealed::Sealed;
@@ -82,7 +84,7 @@ pub struct Scene {
 /// What a scene consists of.
 #[derive(Clone, Debug)]
 pub(crate) struct Parts {
-    names: Vec<String>,
+    names: Vec<Arc<str>>,
     surfaces: Vec<Surface>,
     faces: Faces,
     channels: usize,
@@ -104,6 +106,7 @@ pub(crate) struct Parts {
     planes: OnceLock<Option<Planes>>,
     /// Faces that light cannot reach, found when precision is first judged with faces unhit.
     sealed: OnceLock<Sealed>,
+    lit_parts: OnceLock<Arc<LitParts>>,
     stacks: Arc<[Stack]>,
     pub(crate) facets: Arc<Facets>,
     pub(crate) index: Arc<Index>,
@@ -209,6 +212,7 @@ impl Scene {
             places,
             planes: OnceLock::new(),
             sealed: OnceLock::new(),
+            lit_parts: OnceLock::new(),
             scatter: OnceLock::new(),
             surfaces,
             faces,
@@ -280,7 +284,7 @@ impl Scene {
     /// What the scene takes of memory while it is walked in.
     pub fn memory(&self) -> Memory {
         let parts = &*self.parts;
-        let names: usize = parts.names.iter().map(|name| size_of::<String>() + name.capacity()).sum();
+        let names: usize = parts.names.iter().map(|name| size_of_val(name) + name.len()).sum();
         let stacks: usize = parts.stacks.iter().map(|stack| size_of_val(&stack.surfaces[..])).sum();
         let leaves = parts.surfaces.iter().filter_map(Surface::leaves).map(LeafTable::bytes).sum();
         let tables = [
@@ -385,7 +389,12 @@ impl Scene {
         self.parts.planes.get_or_init(make).as_ref()
     }
 
-    /// The faces that no path of light joins to an emitter.
+    /// By face: the part of its area that light comes to by paths that go on from where they arrive, above 0 where a face was `hit`.
+    pub fn lit_parts(&self, hit: &[bool]) -> Vec<f64> {
+        self.parts.lit_parts.get_or_init(|| Arc::new(LitParts::new(self))).given(self, hit)
+    }
+
+    /// The faces that no path of light joins to an emitter, where paths go on from any point of a face.
     pub fn sealed(&self) -> &Sealed {
         self.parts.sealed.get_or_init(|| Sealed::new(self))
     }
@@ -454,9 +463,9 @@ fn slack(min: DVec3, max: DVec3) -> f64 {
     largest / (1_u64 << 46) as f64
 }
 
-fn names(spec: &SceneSpec) -> Vec<String> {
+fn names(spec: &SceneSpec) -> Vec<Arc<str>> {
     let name = |(number, surface): (usize, &crate::SurfaceSpec)| {
-        surface.name.clone().unwrap_or_else(|| number.to_string())
+        surface.name.clone().unwrap_or_else(|| number.to_string().into())
     };
     spec.surfaces.iter().enumerate().map(name).collect()
 }

@@ -1,4 +1,5 @@
-//! Faces that no path of light joins to an emitter: backs, gaps between bodies, closed boxes.
+//! Faces that no path of light joins to an emitter, for walks that go on from any point of a face that they arrive on: backs, gaps
+//! between bodies, closed boxes. [`super::lit_parts`] is for walks that go on from where they arrive.
 //!
 //! Light comes to a face that sees an emitter, or that sees a reflecting face which light comes to. Rays in random directions find out
 //! which faces see each other, and rays towards emitters and lit faces find what is small; reflecting faces that see each other are joined into
@@ -114,7 +115,7 @@ impl<'a> LightSearch<'a> {
             rng: Sequence::new(SEED).walk(0),
             reflects: faces().map(|face| face.reflectance.is_lit()).collect(),
             emits: faces().map(|face| face.emittance.is_lit()).collect(),
-            joined: Joined((0..scene.faces().len() as u32).collect()),
+            joined: Joined::new(scene.faces().len()),
             lit: vec![false; scene.faces().len()],
             waiting: Vec::new(),
             shining: Vec::new(),
@@ -262,10 +263,15 @@ impl<'a> LightSearch<'a> {
 }
 
 /// Faces in groups: each points to another of its group, the root to itself.
-struct Joined(Vec<u32>);
+pub(super) struct Joined(Vec<u32>);
 
 impl Joined {
-    fn root(&mut self, mut face: u32) -> u32 {
+    /// Each face, or point, in a group of its own.
+    pub(super) fn new(many: usize) -> Self {
+        Joined((0..many as u32).collect())
+    }
+
+    pub(super) fn root(&mut self, mut face: u32) -> u32 {
         while self.0[face as usize] != face {
             let next = self.0[self.0[face as usize] as usize];
             self.0[face as usize] = next;
@@ -275,7 +281,7 @@ impl Joined {
     }
 
     /// Joins two groups; returns the root of both.
-    fn join(&mut self, a: u32, b: u32) -> u32 {
+    pub(super) fn join(&mut self, a: u32, b: u32) -> u32 {
         let (a, b) = (self.root(a), self.root(b));
         self.0[b as usize] = a;
         a

@@ -14,28 +14,45 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 use radiosity::Estimates;
 
-use super::table::{Column, ColumnCells, columns, corners};
+use super::table::{Column, ColumnCells, columns_of};
+
+/// Rows that are written at a time, and stand together in the file.
+const GROUP: usize = 1 << 16;
 
 /// Writes the table with the corners of the patches.
 ///
 /// # Errors
 /// Those of `writer`.
 pub fn write_parquet(writer: impl Write + Send, estimates: &Estimates) -> std::io::Result<()> {
-    let mut columns = columns(estimates)?;
-    columns.extend(corner_columns(estimates));
-    write(writer, &columns).map_err(std::io::Error::other)
+    let rows: Vec<usize> = estimates.scene().faces().by_patch().collect();
+    let mut groups = rows.chunks(GROUP).map(|rows| {
+        let mut columns = columns_of(estimates, rows.iter().copied())?;
+        columns.extend(corner_columns(estimates, rows));
+        Ok::<_, std::io::Error>(columns)
+    });
+    let first = groups.next().expect("a scene has faces")?;
+    let mut file = open(writer, &first).map_err(std::io::Error::other)?;
+    for columns in std::iter::once(Ok(first)).chain(groups) {
+        write_group(&mut file, &columns?).map_err(std::io::Error::other)?;
+    }
+    file.close().map(drop).map_err(std::io::Error::other)
 }
 
-fn write(writer: impl Write + Send, columns: &[Column]) -> Result<(), ParquetError> {
+/// A file whose columns are like these.
+fn open<W: Write + Send>(writer: W, columns: &[Column]) -> Result<SerializedFileWriter<W>, ParquetError> {
     let fields = columns.iter().map(|column| field(column).map(Arc::new)).collect::<Result<_, _>>()?;
     let schema = Type::group_type_builder("patches").with_fields(fields).build()?;
     let properties = WriterProperties::builder().set_compression(Compression::UNCOMPRESSED).build();
-    let mut file = SerializedFileWriter::new(writer, Arc::new(schema), Arc::new(properties))?;
+    SerializedFileWriter::new(writer, Arc::new(schema), Arc::new(properties))
+}
+
+fn write_group<W: Write + Send>(
+    file: &mut SerializedFileWriter<W>,
+    columns: &[Column],
+) -> Result<(), ParquetError> {
     let mut rows = file.next_row_group()?;
     columns.iter().try_for_each(|column| write_column(&mut rows, column))?;
-    rows.close()?;
-    file.close()?;
-    Ok(())
+    rows.close().map(drop)
 }
 
 fn field(column: &Column) -> Result<Type, ParquetError> {
@@ -75,12 +92,14 @@ fn present<T: Copy>(cells: &[Option<T>]) -> (Vec<T>, Vec<i16>) {
     (cells.iter().flatten().copied().collect(), cells.iter().map(|cell| cell.is_some().into()).collect())
 }
 
-/// The corners of the faces, a column a coordinate. Those of groups, which are outlines of several cells, are left out.
-fn corner_columns(estimates: &Estimates) -> Vec<Column> {
+/// The corners of faces, a column a coordinate. Those of groups, which are outlines of several cells, are left out.
+fn corner_columns(estimates: &Estimates, rows: &[usize]) -> Vec<Column> {
+    let faces = estimates.scene().faces();
     let mut columns: Vec<Vec<Option<f64>>> = vec![Vec::new(); 12];
-    let outlines: Vec<_> = corners(estimates).collect();
-    for outlines in outlines.chunk_by(|a, b| a.0 == b.0) {
-        let corners = if let [(_, corners)] = outlines { &corners[..] } else { &[] };
+    for &face in rows {
+        let mut pieces = faces.pieces(face);
+        let alone = pieces.next().filter(|_| pieces.next().is_none());
+        let corners = alone.map(|piece| faces.piece_corners(piece)).unwrap_or_default();
         for (at, column) in columns.iter_mut().enumerate() {
             column.push(corners.get(at / 3).map(|corner| corner[at % 3]));
         }

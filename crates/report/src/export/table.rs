@@ -7,7 +7,7 @@ use std::io;
 use glam::DVec3;
 use radiosity::Estimates;
 
-use crate::patches::write_patches;
+use crate::patches::{Digits, write_some};
 
 /// A column of a table.
 pub struct Column {
@@ -38,8 +38,16 @@ const WORDS: &[&str] = &["surface", "side", "flags", "sensor", "source", "materi
 /// # Errors
 /// A number that its column cannot hold.
 pub fn columns(estimates: &Estimates) -> io::Result<Vec<Column>> {
+    columns_of(estimates, estimates.scene().faces().by_patch())
+}
+
+/// [`columns`] of some rows, each the number of a face.
+pub(super) fn columns_of(
+    estimates: &Estimates,
+    rows: impl Iterator<Item = usize>,
+) -> io::Result<Vec<Column>> {
     let mut csv = Vec::new();
-    write_patches(&mut csv, estimates)?;
+    write_some(&mut csv, (estimates, Digits::All), rows)?;
     read_table(&csv)
 }
 

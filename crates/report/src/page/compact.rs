@@ -26,6 +26,9 @@ const ROWS_UP_TO: usize = 450_000;
 /// Steps of the finest grid of corners, and of the coarsest that is tried.
 const GRID: [u32; 2] = [65_535, 128];
 
+/// Steps of the first grid that is tried where the finest leaves more rows than a page holds.
+const COARSER: u32 = 8_192;
+
 /// Numbers in 16 bits are rounded to steps of this many to the octave: half a step is 0.02 %.
 const STEPS: f64 = 1_536.0;
 
@@ -71,7 +74,7 @@ impl CompactLayout {
         } else {
             String::new()
         };
-        format!("{numbers}; patches.csv has all digits, names and columns.{shown}")
+        format!("{numbers}; patches.csv has more digits, names and columns.{shown}")
     }
 }
 
@@ -107,26 +110,29 @@ pub(super) fn compact(estimates: &Estimates, smooth: &Smooth) -> io::Result<(Com
         value => (2.0 + ((value.log2() - least) * steps).round().max(0.0)) as u16,
     };
 
-    let mut vertices: HashMap<([u16; 3], Vec<u16>), u32> = HashMap::new();
+    // Place and light, 16 bits each.
+    let mut vertices: HashMap<u128, u32> = HashMap::new();
     let mut places: [Vec<u16>; 3] = Default::default();
     let mut lights: Vec<Vec<u16>> = vec![Vec::new(); channels];
     let mut indices: [Vec<u32>; 4] = Default::default();
     for row in &rows {
         for (corner, light) in smooth.corners(row.piece as usize).chunks_exact(channels).enumerate() {
-            let light: Vec<u16> = light.iter().map(|&b| log(b, SEEN_STEPS)).collect();
+            let mut codes = [0; 3];
+            codes.iter_mut().zip(light).for_each(|(code, &b)| *code = log(b, SEEN_STEPS));
+            let place = row.corners[corner];
+            let key = place.iter().chain(&codes).fold(0, |key, &part| key << 16 | u128::from(part));
             let next = vertices.len() as u32;
-            let vertex =
-                *vertices.entry((row.corners[corner], light)).or_insert_with_key(|(place, light)| {
-                    (0..3).for_each(|axis| places[axis].push(place[axis]));
-                    (0..channels).for_each(|c| lights[c].push(light[c]));
-                    next
-                });
+            let vertex = *vertices.entry(key).or_insert_with(|| {
+                (0..3).for_each(|axis| places[axis].push(place[axis]));
+                lights.iter_mut().zip(codes).for_each(|(light, code)| light.push(code));
+                next
+            });
             // 0 for a new one; most others have been met a short while ago.
             indices[corner].push(next - vertex);
         }
     }
 
-    let mut materials: HashMap<Vec<u64>, u16> = HashMap::new();
+    let mut materials: HashMap<[[u64; 3]; 2], u16> = HashMap::new();
     let mut numbers: Vec<Vec<f64>> = Vec::new();
     let (mut material_of, mut sides, mut patches) = (Vec::new(), Vec::new(), Vec::new());
     let mut light: Vec<Vec<u16>> = vec![Vec::new(); channels * if ends { 3 } else { 1 }];
@@ -134,12 +140,10 @@ pub(super) fn compact(estimates: &Estimates, smooth: &Smooth) -> io::Result<(Com
     for row in &rows {
         let face = faces.piece(row.piece);
         let known = estimates.face(row.face);
-        let of = |spectrum: radiosity::Spectrum| spectrum.channels().into_iter().take(channels);
-        let material: Vec<f64> = of(face.reflectance).chain(of(face.emittance)).collect();
+        let material = [face.reflectance, face.emittance].map(radiosity::Spectrum::channels);
         let next = materials.len().min(usize::from(u16::MAX)) as u16;
-        let key = material.iter().map(|x| x.to_bits()).collect();
-        let number = *materials.entry(key).or_insert_with(|| {
-            numbers.push(material);
+        let number = *materials.entry(material.map(|of| of.map(f64::to_bits))).or_insert_with(|| {
+            numbers.push(material.iter().flat_map(|of| &of[..channels]).copied().collect());
             next
         });
         material_of.push(number);
@@ -202,28 +206,35 @@ fn rows(estimates: &Estimates) -> (Vec<CompactRows>, DVec3, f64) {
     let bounds = crate::bounds::Bounds::of(estimates.scene());
     let low = bounds.min + estimates.scene().origin();
     let size = bounds.size().max_element().max(f64::MIN_POSITIVE);
-    let mut steps = GRID[0];
-    loop {
-        let step = size / f64::from(steps);
-        let is_coarse = steps < GRID[0];
-        let on_grid = |corner: DVec3| ((corner - low) / step).round().to_array().map(|x| x as u16);
-        let mut met = HashSet::new();
-        let rows: Vec<CompactRows> = faces
-            .pieces_by_patch()
-            .filter_map(|(face, piece)| {
-                let corners = faces.piece_corners(piece);
-                let corners: [[u16; 3]; 4] =
-                    std::array::from_fn(|i| on_grid(corners[i.min(corners.len() - 1)]));
-                // A face without area, or where another of that outline is.
-                let is_lost = is_coarse && (has_no_area(&corners) || !met.insert(corners));
-                (!is_lost).then_some(CompactRows { face, piece, corners })
-            })
-            .collect();
-        if rows.len() <= most || steps <= GRID[1] {
-            return (rows, low, step);
-        }
-        steps = if is_coarse { steps * 3 / 4 } else { 8_192 };
+    let on_grid =
+        |corner: DVec3| ((corner - low) * (f64::from(GRID[0]) / size)).round().to_array().map(|x| x as u16);
+    let on_finest = |(face, piece): (usize, u32)| {
+        let corners = faces.piece_corners(piece);
+        let corners = std::array::from_fn(|i| on_grid(corners[i.min(corners.len() - 1)]));
+        CompactRows { face, piece, corners }
+    };
+    let finest: Vec<CompactRows> = faces.pieces_by_patch().map(on_finest).collect();
+    if finest.len() <= most {
+        return (finest, low, size / f64::from(GRID[0]));
     }
+    let kept = |steps: u32| -> Vec<CompactRows> {
+        let times = f64::from(steps) / f64::from(GRID[0]);
+        let coarse = |row: &CompactRows| CompactRows {
+            corners: row.corners.map(|corner| corner.map(|x| (f64::from(x) * times).round() as u16)),
+            ..*row
+        };
+        let mut met = HashSet::new();
+        // A face without area, or where another of that outline is, is lost.
+        let is_kept = |row: &CompactRows| !has_no_area(&row.corners) && met.insert(row.corners);
+        finest.iter().map(coarse).filter(is_kept).collect()
+    };
+    let mut coarser = vec![COARSER];
+    while let Some(&steps) = coarser.last().filter(|&&steps| steps > GRID[1]) {
+        coarser.push(steps * 3 / 4);
+    }
+    let fits = coarser.partition_point(|&steps| kept(steps).len() > most);
+    let steps = coarser[fits.min(coarser.len() - 1)];
+    (kept(steps), low, size / f64::from(steps))
 }
 
 fn has_no_area(corners: &[[u16; 3]; 4]) -> bool {

@@ -28,6 +28,8 @@ pub(super) struct Lamps {
     lamps: Vec<Lamp>,
     /// The tree; the root is the last.
     nodes: Vec<Node>,
+    /// By node what is below it, apart from the rest, which a way down the tree does not read.
+    children: Vec<Children>,
     /// By node, the one above it; the root is above itself.
     above: Vec<u32>,
     /// By lamp, its node.
@@ -98,7 +100,6 @@ struct Node {
     sin_cone: f64,
     /// Power in all channels [W].
     power: f64,
-    children: Children,
 }
 
 #[derive(Clone, Copy)]
@@ -149,14 +150,15 @@ impl Lamps {
                 lamps.extend(bright);
             }
         }
-        let mut tree = Lamps { lamp_of, lamps, nodes: Vec::new(), above: Vec::new(), leaves: Vec::new() };
-        let leaves = (0..).zip(&tree.lamps).map(|(number, lamp)| Node::of(scene, number, lamp)).collect();
+        let (nodes, children, above) = Default::default();
+        let mut tree = Lamps { lamp_of, lamps, nodes, children, above, leaves: Vec::new() };
+        let leaves = (0..).zip(&tree.lamps).map(|(number, lamp)| (Node::of(scene, lamp), number)).collect();
         tree.grow(leaves);
         tree.above = (0..tree.nodes.len() as u32).collect();
         tree.leaves = vec![NONE; tree.lamps.len()];
-        for (number, node) in (0..).zip(&tree.nodes) {
-            match node.children {
-                Children::Lamp(lamp) => tree.leaves[lamp as usize] = number,
+        for (number, children) in (0..).zip(&tree.children) {
+            match children {
+                Children::Lamp(lamp) => tree.leaves[*lamp as usize] = number,
                 Children::Nodes(children) => {
                     children.iter().for_each(|child| tree.above[*child as usize] = number);
                 }
@@ -170,27 +172,33 @@ impl Lamps {
         self.lamp_of[piece as usize] != NONE
     }
 
+    /// Whether nothing shines.
+    pub(super) fn is_empty(&self) -> bool {
+        self.lamps.is_empty()
+    }
+
     /// Puts a tree over some leaves and returns the number of its root.
-    fn grow(&mut self, mut leaves: Vec<Node>) -> u32 {
-        let node = match &leaves[..] {
+    fn grow(&mut self, mut leaves: Vec<(Node, u32)>) -> u32 {
+        let (node, children) = match &leaves[..] {
             [] => return 0,
-            [leaf] => *leaf,
+            &[(leaf, lamp)] => (leaf, Children::Lamp(lamp)),
             _ => {
-                let middles = || leaves.iter().map(|leaf| leaf.middle);
+                let middles = || leaves.iter().map(|leaf| leaf.0.middle);
                 let (low, high) = (
                     middles().fold(DVec3::INFINITY, DVec3::min),
                     middles().fold(DVec3::NEG_INFINITY, DVec3::max),
                 );
                 let size = (high - low).to_array();
                 let widest = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
-                leaves.sort_by(|a, b| a.middle[widest].total_cmp(&b.middle[widest]));
+                leaves.sort_by(|a, b| a.0.middle[widest].total_cmp(&b.0.middle[widest]));
                 let right = leaves.split_off(leaves.len() / 2);
                 let children = [self.grow(leaves), self.grow(right)];
                 let [a, b] = children.map(|child| self.nodes[child as usize]);
-                a.joined(&b, children)
+                (a.joined(&b), Children::Nodes(children))
             }
         };
         self.nodes.push(node);
+        self.children.push(children);
         self.nodes.len() as u32 - 1
     }
 
@@ -199,7 +207,7 @@ impl Lamps {
         let (mut node, mut probability) = (self.leaves[lamp as usize], 1.0);
         while self.above[node as usize] != node {
             let above = self.above[node as usize];
-            if let Children::Nodes(children) = self.nodes[above as usize].children {
+            if let Children::Nodes(children) = self.children[above as usize] {
                 let left = odds.left(self, above as usize, children);
                 probability *= if children[0] == node { left } else { 1.0 - left };
             }
@@ -241,7 +249,7 @@ impl Lamps {
     ) -> Option<Aim> {
         let (mut node, mut probability) = (self.nodes.len().checked_sub(1)?, 1.0);
         let lamp = loop {
-            match self.nodes[node].children {
+            match self.children[node] {
                 Children::Lamp(lamp) => break &self.lamps[lamp as usize],
                 Children::Nodes(children) => {
                     let left = odds.left(self, node, children);
@@ -310,7 +318,7 @@ impl Lamp {
 }
 
 impl Node {
-    fn of(scene: &Scene, number: u32, lamp: &Lamp) -> Self {
+    fn of(scene: &Scene, lamp: &Lamp) -> Self {
         let surface = &scene.surfaces()[lamp.surface as usize];
         let corners = match lamp.cell {
             Some(cell) => {
@@ -328,12 +336,11 @@ impl Node {
             cos_cone: 1.0,
             sin_cone: 0.0,
             power: lamp.area * lamp.radiosity.iter().sum::<f64>(),
-            children: Children::Lamp(number),
         }
     }
 
     /// The node above two.
-    fn joined(&self, other: &Node, children: [u32; 2]) -> Node {
+    fn joined(&self, other: &Node) -> Node {
         let way = other.middle - self.middle;
         let distance = way.length();
         let radius = (0.5 * (distance + self.radius + other.radius)).max(self.radius).max(other.radius);
@@ -351,7 +358,6 @@ impl Node {
             cos_cone: cone.cos(),
             sin_cone: cone.sin(),
             power: self.power + other.power,
-            children: Children::Nodes(children),
         }
     }
 

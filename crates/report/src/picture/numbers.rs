@@ -14,6 +14,11 @@ pub(super) enum Use {
     /// The place on the first lamp, and on the second.
     OnLamp,
     OnSecond,
+    /// The same for the rays from a place close by.
+    NextDirection,
+    NextLamp,
+    OnNextLamp,
+    OnNextSecond,
 }
 
 /// The number of a pixel in Z-order.

@@ -1,6 +1,6 @@
 //! What is seen at points of a picture.
 
-use radiosity::Scene;
+use radiosity::{Scene, Side};
 
 use crate::camera::{Camera, Sight};
 
@@ -14,6 +14,8 @@ pub(super) struct Spot {
     piece: u32,
     /// The surface that the piece is on.
     pub(super) surface: u32,
+    /// The side in sight.
+    pub(super) side: Side,
     /// Where on the surface.
     uv: [f32; 2],
 }
@@ -23,11 +25,11 @@ impl Spot {
     const NONE: u32 = u32::MAX;
 
     /// Beyond the scene.
-    const NOTHING: Spot = Spot { piece: Spot::NONE, surface: Spot::NONE, uv: [0.0; 2] };
+    const NOTHING: Spot = Spot { piece: Spot::NONE, surface: Spot::NONE, side: Side::Front, uv: [0.0; 2] };
 
     fn of(sight: &Sight) -> Self {
         let [u, v] = sight.uv;
-        Spot { piece: sight.piece, surface: sight.surface, uv: [u as f32, v as f32] }
+        Spot { piece: sight.piece, surface: sight.surface, side: sight.side, uv: [u as f32, v as f32] }
     }
 
     /// What it is on.

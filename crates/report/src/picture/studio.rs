@@ -3,9 +3,9 @@
 use glam::Vec3;
 use job::View;
 use parallel::on_all_cores;
-use radiosity::{Face, Scene, Side};
+use radiosity::{Scene, Side};
 
-use super::field::{Field, Lights, samples};
+use super::field::{Field, Lights, left, samples};
 use super::lamps::Lamps;
 use super::light::{
     BACKGROUND, Light, SHINING, Shades, balanced, exposure, mean, of_piece, tone, value, white_balance,
@@ -26,7 +26,7 @@ const LIT: f64 = 1e-3;
 const FINE_AT_ONCE: usize = 256;
 
 /// Shades (0 … 1, encoded) beside each other that differ by less than this make no edge.
-const SAME_SHADE: f64 = 1.5 / 255.0;
+const SAME_SHADE: f32 = 1.5 / 255.0;
 
 /// The cosine between the normals of surfaces that go on one into the other.
 const GOES_ON: f64 = 0.98;
@@ -92,7 +92,7 @@ impl<'a> Studio<'a> {
         });
         let spots = bands.concat();
         let lit = smooth.zip(samples(rays, spots.len())).map(|(smooth, samples)| {
-            let lights = Lights { scene, smooth, lamps: Lamps::new(scene, radiosity) };
+            let lights = Lights::new(scene, smooth, radiosity);
             let field = Field::new(&lights, &camera, &spots, samples);
             (lights.lamps, field)
         });
@@ -140,9 +140,10 @@ impl<'a> Studio<'a> {
         let [width, height] = self.camera.size;
         let channels = self.scene.channels();
         let pixels = on_all_cores(height as usize, |row| self.middles(row)).concat();
+        let shades: Vec<[f32; 3]> = pixels.iter().map(|pixel| self.shades_of(pixel)).collect();
         let bands = on_all_cores((height as usize).div_ceil(BAND), |band| {
             let first = band * BAND;
-            self.band(first..(first + BAND).min(height as usize), &pixels)
+            self.band(first..(first + BAND).min(height as usize), &pixels, &shades)
         });
         let pixels = bands.concat();
         let byte = |&light: &f64| (self.shades.of(light) * 255.0 + 0.5) as u8;
@@ -159,12 +160,17 @@ impl<'a> Studio<'a> {
         (row * width..(row + 1) * width).map(|pixel| self.pixel(&[self.of_pixel(pixel)])).collect()
     }
 
+    /// The shades of a pixel, channel by channel (0 … 1, encoded).
+    fn shades_of(&self, pixel: &Pixel) -> [f32; 3] {
+        pixel.light.map(|light| self.shades.of(light) as f32)
+    }
+
     /// Some rows of pixels, those with edges looked at more closely.
-    fn band(&self, rows: std::ops::Range<usize>, middles: &[Pixel]) -> Vec<Pixel> {
+    fn band(&self, rows: std::ops::Range<usize>, middles: &[Pixel], shades: &[[f32; 3]]) -> Vec<Pixel> {
         let width = self.camera.size[0] as usize;
         let mut pixels = middles[rows.start * width..rows.end * width].to_vec();
         let edges = rows.clone().flat_map(|y| (0..width).map(move |x| [x, y]));
-        let edges: Vec<[usize; 2]> = edges.filter(|&pixel| self.has_edge(pixel, middles)).collect();
+        let edges: Vec<[usize; 2]> = edges.filter(|&pixel| self.has_edge(pixel, shades)).collect();
         for some in edges.chunks(FINE_AT_ONCE) {
             for (&[x, y], pixel) in some.iter().zip(self.fine_pixels(some)) {
                 pixels[(y - rows.start) * width + x] = pixel;
@@ -174,16 +180,13 @@ impl<'a> Studio<'a> {
     }
 
     /// Whether a pixel shows something else than those around it.
-    fn has_edge(&self, [x, y]: [usize; 2], middles: &[Pixel]) -> bool {
+    fn has_edge(&self, [x, y]: [usize; 2], shades: &[[f32; 3]]) -> bool {
         let [width, height] = self.camera.size.map(|side| side as usize);
         let own = y * width + x;
         let mut around = (y.saturating_sub(1)..=(y + 1).min(height - 1))
             .flat_map(|y| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |x| y * width + x));
         around.any(|other| {
-            let differs = (0..self.scene.channels()).any(|c| {
-                let [a, b] = [own, other].map(|pixel| self.shades.of(middles[pixel].light[c]));
-                (a - b).abs() >= SAME_SHADE
-            });
+            let differs = shades[own].iter().zip(&shades[other]).any(|(a, b)| (a - b).abs() >= SAME_SHADE);
             differs && !self.goes_on(&self.spots[own], &self.spots[other])
         })
     }
@@ -262,9 +265,4 @@ impl<'a> Studio<'a> {
         }
         tone(light)
     }
-}
-
-/// B = E + ϱH of a face [W/m²].
-fn left(face: &Face, irradiance: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|c| face.emittance[c] + face.reflectance[c] * irradiance[c])
 }

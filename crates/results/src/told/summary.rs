@@ -1,10 +1,11 @@
 //! The summary of a run, for people.
 
 use job::{OutputFile, Unhit, Word};
+use radiosity::Scene;
 use report::words::{counted, duration, percent, quantity};
 use report::{
-    AccuracySummary, ChoiceSummary, PartitionSummary, PlaneSummary, SensitivitySummary, SensorSummary,
-    SensorsSummary, SourceSummary, Summary, TargetReport, TotalSummary, Verdict, WorstPatch,
+    AccuracySummary, ChoiceSummary, Digits, PartitionSummary, PlaneSummary, SensitivitySummary,
+    SensorSummary, SensorsSummary, SourceSummary, Summary, TargetReport, TotalSummary, Verdict, WorstPatch,
 };
 
 use crate::outputs::RunOutput;
@@ -57,6 +58,17 @@ impl RunOutput {
             self.path().display(),
             list(OutputFile::word, ",")
         ))
+    }
+
+    /// Where all digits are, where the table has not all of them.
+    pub fn digits_line(&self, settings: &Settings, scene: &Scene) -> Option<String> {
+        let is_short = self.digits(settings, scene) == Digits::Told;
+        is_short.then(|| {
+            format!(
+                "patches.csv has {} rows, each number to three digits of its error; patches.parquet has all digits",
+                scene.faces().len()
+            )
+        })
     }
 }
 

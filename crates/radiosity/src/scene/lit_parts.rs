@@ -1,0 +1,468 @@
+//! The part of each face's area that light comes to, for walks that go on from where they arrive.
+//!
+//! A patch of a floor that lies half beneath a box is lit outside of the box and dark within. So it is points of faces that are lit or
+//! dark here, not faces as in [`super::sealed`]: each face has points drawn at random, more where it is large, and light comes to a point if a
+//! path of reflections joins the point to an emitter. Every ray goes from a point to a point, so that no path passes a wall which it
+//! does not pass in a walk: *lit* is a proof (but for rounding). *Dark* is evidence: paths from a point try emitters, places known to be lit,
+//! and the points beside those that they meet; points that see each other are joined into groups, and a group is dark if none of its paths has
+//! found light. If one path in q finds light, n paths overlook it with probability (1 − 1/q)ⁿ; n is 7 for each point of a group at
+//! least, and [`PATHS`] for all points together. The part of a face is that of its points, an unbiased estimate, so that the
+//! area over many faces is right even where a sliver of one is overlooked.
+
+use std::collections::HashMap;
+use std::sync::Mutex;
+
+use glam::DVec3;
+
+use super::Scene;
+use super::sealed::Joined;
+use super::view::Lookout;
+use crate::geometry::spec::Side;
+use crate::random::rng::{Sequence, WalkRng};
+use crate::scene::births::Birthplace;
+use crate::trace::ray::{Hit, Ray};
+
+/// The seed of points and paths: what is lit is a function of the scene alone.
+const SEED: u64 = 0x11A7;
+
+/// The points of a scene: so many by number of faces, and as many by area.
+const POINTS: usize = 1 << 14;
+
+/// The most points of a face.
+const POINTS_PER_FACE: usize = 64;
+
+/// The paths that all dark points may start, beside [`PATHS_PER_POINT`] of each.
+const PATHS: usize = 1 << 16;
+const PATHS_PER_POINT: usize = 7;
+
+/// The most rays that a path goes on by.
+const LENGTH: usize = 8;
+
+/// Paths from emitters, which find places known to be lit.
+const FROM_LIGHT: usize = 1 << 11;
+
+/// The points at which a face that walks have hit is searched for a lit sliver.
+const SLIVER_POINTS: usize = 1024;
+
+/// The group of points that light comes to.
+const LIT: u32 = u32::MAX;
+
+/// Points of the faces of a scene, lit or in dark groups.
+#[derive(Debug)]
+pub(crate) struct LitParts {
+    /// By face, and one more: its first point.
+    first: Vec<u32>,
+    /// By point: the number of its dark group, or [`LIT`].
+    groups: Vec<u32>,
+    count: usize,
+    /// Places known to be lit.
+    lit_places: Vec<Point>,
+    /// Of faces that walks have hit, and of which every point is dark: the lit part that was found, if any.
+    slivers: Mutex<HashMap<u32, Option<f64>>>,
+}
+
+/// A point on one side of a surface.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    surface: u32,
+    side: Side,
+    uv: [f64; 2],
+}
+
+impl LitParts {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let mut rng = Sequence::new(SEED).walk(0);
+        let (points, first) = points_of_faces(scene, &mut rng);
+        let lit_places = places_from_light(scene, &mut rng);
+        let reflects = faces_of(&first).map(|face| scene.faces().get(face).reflectance.is_lit()).collect();
+        let mut search = Search {
+            paths: Paths { scene, points: &points, first: &first, rng },
+            reflects,
+            joined: Joined::new(points.len()),
+            lit: vec![false; points.len()],
+            waiting: Vec::new(),
+        };
+        let dark = search.run(lit_places.clone());
+        let (mut numbers, mut groups) = (vec![LIT; points.len()], vec![LIT; points.len()]);
+        let mut count = 0;
+        for point in dark {
+            let number = &mut numbers[search.joined.root(point) as usize];
+            if *number == LIT {
+                *number = count;
+                count += 1;
+            }
+            groups[point as usize] = *number;
+        }
+        LitParts { first, groups, count: count as usize, lit_places, slivers: Mutex::default() }
+    }
+
+    /// By face: the part of its area that light comes to, above 0 where walks have hit the face.
+    ///
+    /// A hit on a face all of whose points are dark has one of two reasons. Either the face has a lit sliver between its points, which is looked for;
+    /// or light comes to a group by a way that no path has found, and then all of that group counts as lit.
+    pub(crate) fn given(&self, scene: &Scene, hit: &[bool]) -> Vec<f64> {
+        let mut found = vec![false; self.count];
+        for face in (0..hit.len()).filter(|&face| hit[face] && self.is_dark(face)) {
+            if self.sliver(scene, face as u32).is_none() {
+                self.of_face(face).iter().for_each(|&group| found[group as usize] = true);
+            }
+        }
+        let is_lit = |group: &&u32| **group == LIT || found[**group as usize];
+        let part = |face: usize| {
+            let groups = self.of_face(face);
+            match groups.iter().filter(is_lit).count() {
+                0 if hit[face] => self.sliver(scene, face as u32).expect("its groups are lit if it has none"),
+                lit => lit as f64 / groups.len() as f64,
+            }
+        };
+        (0..hit.len()).map(part).collect()
+    }
+
+    /// The groups of the points of a face.
+    fn of_face(&self, face: usize) -> &[u32] {
+        &self.groups[self.first[face] as usize..self.first[face + 1] as usize]
+    }
+
+    fn is_dark(&self, face: usize) -> bool {
+        !self.of_face(face).contains(&LIT)
+    }
+
+    /// The lit part of a face whose own points are all dark; `None` where more points are dark, too.
+    fn sliver(&self, scene: &Scene, face: u32) -> Option<f64> {
+        let mut known = self.slivers.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        *known.entry(face).or_insert_with(|| {
+            let mut paths =
+                Paths { scene, points: &[], first: &[], rng: Sequence::new(SEED).walk(1 + u64::from(face)) };
+            let mut tried = 0;
+            while tried < SLIVER_POINTS {
+                let batch: Vec<Point> = (0..64).map(|_| point_of(scene, face, &mut paths.rng)).collect();
+                tried += batch.len();
+                let mut lit = 0;
+                paths.follow(&batch, &self.lit_places, |_, seen| {
+                    lit += usize::from(matches!(seen, Seen::Light))
+                });
+                if lit > 0 {
+                    return Some(lit as f64 / tried as f64);
+                }
+            }
+            None
+        })
+    }
+}
+
+/// By point: its face.
+fn faces_of(first: &[u32]) -> impl Iterator<Item = usize> {
+    first
+        .windows(2)
+        .enumerate()
+        .flat_map(|(face, ends)| std::iter::repeat_n(face, (ends[1] - ends[0]) as usize))
+}
+
+/// Points of all faces, by face, and the first of each: by number or by area, where that is more, and one at least.
+fn points_of_faces(scene: &Scene, rng: &mut WalkRng) -> (Vec<Point>, Vec<u32>) {
+    let all: f64 = scene.faces().iter().map(|face| face.area).sum();
+    let (mut points, mut first) = (Vec::new(), vec![0]);
+    let by_number = POINTS / scene.faces().len();
+    for (number, face) in (0..).zip(scene.faces().iter()) {
+        let by_area = (POINTS as f64 * face.area / all).ceil() as usize;
+        let many = by_number.max(by_area);
+        points.extend((0..many.clamp(1, POINTS_PER_FACE)).map(|_| point_of(scene, number, rng)));
+        first.push(points.len() as u32);
+    }
+    (points, first)
+}
+
+/// A uniform point of a face.
+fn point_of(scene: &Scene, face: u32, rng: &mut WalkRng) -> Point {
+    let faces = scene.faces();
+    let piece = faces.piece(faces.pieces(face as usize).next().expect("a face has a piece"));
+    let cell = (piece.surface, scene.surfaces()[piece.surface as usize].cell_of(&piece));
+    let (surface, uv) = scene.scatter(cell, face, rng.bits());
+    Point { surface, side: piece.side, uv }
+}
+
+/// Reflecting places that paths from emitters arrive at.
+fn places_from_light(scene: &Scene, rng: &mut WalkRng) -> Vec<Point> {
+    let mut places = Vec::new();
+    let mut lookout = Lookout::new(scene);
+    let mut rays: Vec<Ray> = (0..FROM_LIGHT).map(|_| scene.emit(rng)).collect();
+    for _ in 0..LENGTH {
+        let arrived: Vec<Point> = lookout
+            .closest_hits(&rays)
+            .into_iter()
+            .flatten()
+            .filter_map(|hit| reflecting(scene, &hit))
+            .collect();
+        rays = arrived.iter().map(|place| place.scattered(scene, rng)).collect();
+        places.extend(arrived);
+    }
+    places
+}
+
+/// Where a hit is on an active side that reflects: the point.
+fn reflecting(scene: &Scene, hit: &Hit) -> Option<Point> {
+    let face = face_met(scene, hit)?;
+    let uv = scene.surfaces()[hit.surface as usize].inside(hit.uv);
+    let reflects = scene.faces().get(face as usize).reflectance.is_lit();
+    reflects.then_some(Point { surface: hit.surface, side: hit.side, uv })
+}
+
+/// The face that a ray has met; `None` where that is an inactive back.
+fn face_met(scene: &Scene, hit: &Hit) -> Option<u32> {
+    let surface = &scene.surfaces()[hit.surface as usize];
+    surface.is_active(hit.side).then(|| scene.face_at(hit.surface, surface.cell_at(hit.uv), hit.side))
+}
+
+impl Point {
+    fn place(&self, scene: &Scene) -> DVec3 {
+        scene.surfaces()[self.surface as usize].point(self.uv)
+    }
+
+    /// The normal on the point's side.
+    fn normal(&self, scene: &Scene) -> DVec3 {
+        scene.surfaces()[self.surface as usize].normal() * self.side.sign()
+    }
+
+    /// A ray by the cosine law.
+    fn scattered(&self, scene: &Scene, rng: &mut WalkRng) -> Ray {
+        let direction = scene.surfaces()[self.surface as usize].direction(self.side, rng.bits());
+        Ray { origin: self.place(scene), direction, from: self.surface }
+    }
+
+    /// The ray to a place; `None` where the place is not on the point's side.
+    fn towards(&self, scene: &Scene, place: DVec3) -> Option<Ray> {
+        let origin = self.place(scene);
+        let direction = (place - origin).try_normalize()?;
+        (direction.dot(self.normal(scene)) > 0.0).then_some(Ray { origin, direction, from: self.surface })
+    }
+
+    /// Whether a ray that was aimed at this point has met it: a surface is flat, so that there is no other place where it may be met.
+    fn is_met(&self, hit: &Hit) -> bool {
+        (hit.surface, hit.side) == (self.surface, self.side)
+    }
+}
+
+/// What a path has seen.
+enum Seen {
+    /// An emitter, or a place known to be lit.
+    Light,
+    /// One of the points of faces.
+    Point(u32),
+}
+
+/// Paths of reflections backwards, from points.
+struct Paths<'a> {
+    scene: &'a Scene,
+    points: &'a [Point],
+    first: &'a [u32],
+    rng: WalkRng,
+}
+
+impl Paths<'_> {
+    /// Follows a path from each of these points; `tell` is told the number of the start, and what the path has seen. A path ends where it
+    /// sees light, leaves the scene, or meets what does not reflect.
+    fn follow(&mut self, starts: &[Point], lit_places: &[Point], mut tell: impl FnMut(usize, Seen)) {
+        let mut lookout = Lookout::new(self.scene);
+        let mut at: Vec<(usize, Point)> = starts.iter().copied().enumerate().collect();
+        for _ in 0..LENGTH {
+            at.retain(|&(start, point)| {
+                let is_lit = self.sees_lamp(&point);
+                if is_lit {
+                    tell(start, Seen::Light);
+                }
+                !is_lit
+            });
+            self.look_for_light(&mut lookout, &mut at, lit_places, &mut tell);
+            self.go_on(&mut lookout, &mut at, &mut tell);
+        }
+    }
+
+    /// Whether a lamp without area, chosen at random, lights a point.
+    fn sees_lamp(&mut self, point: &Point) -> bool {
+        let scene = self.scene;
+        if scene.lamp_count() == 0 {
+            return false;
+        }
+        let [lamp, bits] = std::array::from_fn(|_| self.rng.bits());
+        let at = (point.place(scene), point.normal(scene), point.surface);
+        scene.lamp_light(choice(lamp, scene.lamp_count()), at, bits).is_some()
+    }
+
+    /// From each point, a ray to an emitter or to a place known to be lit.
+    fn look_for_light(
+        &mut self,
+        lookout: &mut Lookout,
+        at: &mut Vec<(usize, Point)>,
+        lit_places: &[Point],
+        tell: &mut impl FnMut(usize, Seen),
+    ) {
+        let scene = self.scene;
+        let mut aimed: Vec<(usize, Option<Point>)> = Vec::new();
+        let mut rays = Vec::new();
+        for (number, (_, point)) in at.iter().enumerate() {
+            let lit = lit_places.get(choice(self.rng.bits(), lit_places.len())).copied();
+            let target = if self.rng.bits() & 1 == 0 { None } else { lit };
+            let place = target.map_or_else(|| self.place_on_emitter(), |lit| Some(lit.place(scene)));
+            if let Some(ray) = place.and_then(|place| point.towards(scene, place)) {
+                rays.push(ray);
+                aimed.push((number, target));
+            }
+        }
+        let mut lit = vec![false; at.len()];
+        lookout.each_closest_hit(&rays, |ray, hit| {
+            let Some(hit) = hit else { return };
+            let (number, target) = aimed[ray];
+            lit[number] |= emits(scene, &hit) || target.is_some_and(|target| target.is_met(&hit));
+        });
+        let mut number = 0;
+        at.retain(|&(start, _)| {
+            number += 1;
+            if lit[number - 1] {
+                tell(start, Seen::Light);
+            }
+            !lit[number - 1]
+        });
+    }
+
+    /// From each point, a ray by the cosine law; and one to the nearest of the points of the face that it meets.
+    fn go_on(
+        &mut self,
+        lookout: &mut Lookout,
+        at: &mut Vec<(usize, Point)>,
+        tell: &mut impl FnMut(usize, Seen),
+    ) {
+        let scene = self.scene;
+        let rays: Vec<Ray> = at.iter().map(|(_, point)| point.scattered(scene, &mut self.rng)).collect();
+        let (mut next, mut beside, mut to_points) = (Vec::new(), Vec::new(), Vec::new());
+        lookout.each_closest_hit(&rays, |ray, hit| {
+            let Some(hit) = hit else { return };
+            let (start, from) = at[ray];
+            if emits(scene, &hit) {
+                return tell(start, Seen::Light);
+            }
+            let Some(met) = reflecting(scene, &hit) else { return };
+            if let Some((ray, number)) = self.beside(&hit, &from) {
+                to_points.push(ray);
+                beside.push((start, number));
+            }
+            next.push((start, met));
+        });
+        lookout.each_closest_hit(&to_points, |ray, hit| {
+            let (start, number) = beside[ray];
+            if hit.is_some_and(|hit| self.points[number as usize].is_met(&hit)) {
+                tell(start, Seen::Point(number));
+            }
+        });
+        *at = next;
+    }
+
+    /// The ray to the nearest point of the face that was met, and the number of that point.
+    fn beside(&self, hit: &Hit, from: &Point) -> Option<(Ray, u32)> {
+        let face = face_met(self.scene, hit)? as usize;
+        let ends = self.first.get(face).zip(self.first.get(face + 1))?;
+        let met = Point { surface: hit.surface, side: hit.side, uv: hit.uv }.place(self.scene);
+        let distance = |number: &u32| self.points[*number as usize].place(self.scene).distance_squared(met);
+        let nearest = (*ends.0..*ends.1).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        let ray = from.towards(self.scene, self.points[nearest as usize].place(self.scene))?;
+        Some((ray, nearest))
+    }
+
+    /// A place on an emitter; `None` where a lamp without area was chosen.
+    fn place_on_emitter(&mut self) -> Option<DVec3> {
+        let scene = self.scene;
+        let [choice, place, point, direction] = std::array::from_fn(|_| self.rng.bits());
+        match scene.emitters().choose::<1>([choice, place]).0 {
+            Birthplace::Lamp(_) => None,
+            Birthplace::Cell(_) => Some(scene.birth([choice, place, point, direction]).origin),
+        }
+    }
+}
+
+/// Whether a ray has met an emitter.
+fn emits(scene: &Scene, hit: &Hit) -> bool {
+    face_met(scene, hit).is_some_and(|face| scene.faces().get(face as usize).emittance.is_lit())
+}
+
+/// One of so many by 64 random bits.
+fn choice(bits: u64, many: usize) -> usize {
+    ((u128::from(bits) * many as u128) >> 64) as usize
+}
+
+/// What paths have found so far.
+struct Search<'a> {
+    paths: Paths<'a>,
+    /// By point: whether its face reflects.
+    reflects: Vec<bool>,
+    /// Reflecting points that see each other.
+    joined: Joined,
+    /// Roots of what light comes to; points of black faces are their own roots.
+    lit: Vec<bool>,
+    /// Points of black faces, and the reflecting points that they see.
+    waiting: Vec<[u32; 2]>,
+}
+
+impl Search<'_> {
+    /// Searches until every point is lit or has started its paths; returns those that are dark.
+    fn run(&mut self, mut lit_places: Vec<Point>) -> Vec<u32> {
+        let from_light = lit_places.len();
+        let all = self.lit.len() as u32;
+        let most = PATHS.max(PATHS_PER_POINT * all as usize);
+        let mut dark: Vec<u32> = (0..all).collect();
+        let (mut spent, mut each) = (0, 1);
+        while !dark.is_empty() && spent < most {
+            each = each.min((most - spent).div_ceil(dark.len()));
+            for _ in 0..each {
+                self.follow(&dark, &lit_places);
+            }
+            spent += each * dark.len();
+            each *= 2;
+            self.light_what_waits();
+            dark.retain(|&point| !self.is_lit(point));
+            lit_places.truncate(from_light);
+            let shining = (0..all).filter(|&point| self.reflects[point as usize] && self.is_lit(point));
+            let shining: Vec<u32> = shining.collect();
+            lit_places.extend(shining.iter().map(|&point| self.paths.points[point as usize]));
+        }
+        dark
+    }
+
+    /// Follows a path from each of these points.
+    fn follow(&mut self, from: &[u32], lit_places: &[Point]) {
+        let starts: Vec<Point> = from.iter().map(|&point| self.paths.points[point as usize]).collect();
+        let mut seen = Vec::new();
+        self.paths.follow(&starts, lit_places, |start, what| seen.push((from[start], what)));
+        for (start, what) in seen {
+            match what {
+                Seen::Light => self.light(start),
+                Seen::Point(point) if !self.reflects[point as usize] => {}
+                Seen::Point(point) if !self.reflects[start as usize] => self.waiting.push([start, point]),
+                Seen::Point(point) => {
+                    let lit = self.is_lit(start) || self.is_lit(point);
+                    let root = self.joined.join(start, point);
+                    self.lit[root as usize] = lit;
+                }
+            }
+        }
+    }
+
+    fn light(&mut self, point: u32) {
+        let root = self.joined.root(point);
+        self.lit[root as usize] = true;
+    }
+
+    fn is_lit(&mut self, point: u32) -> bool {
+        let root = self.joined.root(point);
+        self.lit[root as usize]
+    }
+
+    /// Light comes to points of black faces that see lit ones.
+    fn light_what_waits(&mut self) {
+        for [black, seen] in std::mem::take(&mut self.waiting) {
+            if self.is_lit(seen) {
+                self.light(black);
+            } else {
+                self.waiting.push([black, seen]);
+            }
+        }
+    }
+}
