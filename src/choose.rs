@@ -86,7 +86,7 @@ pub(crate) fn choose_for(
         Some(_) => None,
         None => {
             phase.now("walking a pilot that chooses the patches");
-            choose_by(&job, walk)?
+            choose_by(&job, all_threads(), walk)?
         }
     };
     let Some(partition) = kept.as_ref().or(chosen.as_ref().map(|chosen| &chosen.partition)) else {

@@ -469,7 +469,7 @@ fn chosen(spec: &SceneSpec, paths: u64, seed: u64) -> Experiment {
     let auto = ["scene.patches=auto".to_owned()];
     let open = job::load(&file, &auto).unwrap();
     let partition = results::choose(&open, 1.try_into().unwrap()).unwrap().unwrap().partition;
-    let cut = job::load_cut(&file, &auto, &partition).unwrap();
+    let cut = open.cut(&auto, &partition).unwrap();
     Experiment::new(cut.build_scene().unwrap(), cut.method.walks()).unwrap()
 }
 

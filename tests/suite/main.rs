@@ -6,6 +6,7 @@ mod support;
 mod verdict;
 
 mod against_exact;
+mod ages;
 mod chaos;
 mod choice;
 mod chosen;

@@ -22,7 +22,6 @@ fn workers_threads_streams_and_index_leave_no_trace_in_the_answer() {
         &["--workers", "7", "--set", "budget.stream_paths=4097"],
         &["--workers", "1", "--threads", "2"],
         &["--workers", "2", "--threads", "2", "--set", "budget.stream_paths=300000"],
-        &["--workers", "2", "--set", "tracing.index=tree"],
         &["--workers", "1", "--set", "confidence=0.95"],
     ];
     for (i, variant) in variants.iter().enumerate() {

@@ -10,9 +10,7 @@ use crate::document::{KeyTable, Value};
 use crate::error::{Error, SourceLocation, SourceSpot};
 use crate::goals::{AskedGoals, DEFAULT_MIN_PATHS, Goals};
 use crate::imports::{read_grouping, read_options};
-use crate::keys::{
-    BUDGET_KEYS, IMPORT_KEYS, JOB_KEYS, METHOD_KEYS, OUTPUT_KEYS, TARGET_KEYS, TRACING_KEYS, VIEW_KEYS,
-};
+use crate::keys::{BUDGET_KEYS, IMPORT_KEYS, JOB_KEYS, METHOD_KEYS, OUTPUT_KEYS, TARGET_KEYS, VIEW_KEYS};
 use crate::method::{BasisKey, MethodTable, PatchPurpose, WalkKind, read_method};
 use crate::output::{View, read_output, read_view};
 use crate::partition::{Auto, Forecast, Partition, Patches, misfit, read_scene_key};
@@ -63,8 +61,6 @@ pub struct Job {
     pub sensor_target: Option<SensorTarget>,
     /// When noise and discretisation together are small enough; `None`: nothing is asked of them.
     pub total_target: Option<TotalTarget>,
-    /// How rays look for surfaces; the answer is the same with each.
-    pub index: IndexChoice,
     /// What the numbers measure. Default: luminous for a mesh whose format gives lumens, as MGF does, or whose light was assumed, and for a
     /// scene with a `[[lamp]]`, else radiant.
     pub light: Light,
@@ -88,12 +84,12 @@ pub struct Job {
 }
 
 impl Job {
-    /// Builds the scene with the job's index.
+    /// Builds the scene.
     ///
     /// # Errors
     /// As [`SceneFile::build`].
     pub fn build_scene(&self) -> Result<Scene, Error> {
-        self.scene.build(self.index)
+        self.scene.build(IndexChoice::Auto)
     }
 
     /// The job with patches that are chosen, in place of all that its files say of them. The job file is read again with the overrides of
@@ -216,12 +212,10 @@ fn read(
     let asks_nothing =
         origin == JobOrigin::Scene && chooses_method && target.is_none() && !budget.has_any(&["paths"]);
     let by_number = target.as_ref().is_some_and(|target| target.has_any(&["patches"]));
-    let index = table.table("tracing", TRACING_KEYS)?.take("index");
     let files = read_output(table.table("output", OUTPUT_KEYS)?)?;
     let view = read_view(table.table("view", VIEW_KEYS)?)?;
     let budget = read_budget(budget, (origin != JobOrigin::Job).then_some(DEFAULT_PATHS))?;
     let target = target.map(Goals::read).transpose()?.unwrap_or_default();
-    let index = index.map(|value| value.word()).transpose()?.unwrap_or_default();
     let name = read_name(&mut table, path)?;
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
     let confidence = table.take("confidence").as_ref().map_or(Ok(DEFAULT_CONFIDENCE), read_confidence)?;
@@ -281,7 +275,6 @@ fn read(
         target,
         sensor_target,
         total_target,
-        index,
         light,
         files,
         view,

@@ -1,6 +1,6 @@
 //! Choices that files and outputs write as one word.
 
-use radiosity::{EstimatorKind, IndexChoice, Quantity, RayBirths, Sampler, Space};
+use radiosity::{EstimatorKind, Quantity, RayBirths, Sampler, Space};
 
 /// A choice that files and outputs write as one word.
 pub trait Word: Copy + 'static {
@@ -56,18 +56,6 @@ impl Word for RayBirths {
         match self {
             RayBirths::Systematic => "systematic",
             RayBirths::Multinomial => "multinomial",
-        }
-    }
-}
-
-impl Word for IndexChoice {
-    const ALL: &'static [Self] = &[Self::Auto, Self::Flat, Self::Tree];
-
-    fn word(self) -> &'static str {
-        match self {
-            IndexChoice::Auto => "auto",
-            IndexChoice::Flat => "flat",
-            IndexChoice::Tree => "tree",
         }
     }
 }

@@ -125,7 +125,7 @@ fn ranges_checkpoints_and_rules_of_the_stop() {
 fn the_documented_job() {
     let job = load_with(&written("documented", JOB), &[]);
     assert_eq!(job.name, "cornell");
-    assert_eq!((job.seed, job.confidence, job.index), (42, 0.95, IndexChoice::Auto));
+    assert_eq!((job.seed, job.confidence), (42, 0.95));
     assert_eq!(job.method, MethodTable::default());
     assert_eq!(job.budget, Budget { wall_seconds: Some(3600.0), ..budget(10_000_000) });
     assert_eq!(job.target, Some(target(0.01)));
@@ -167,7 +167,7 @@ fn defaults() {
     assert_eq!(job.method.infinite, InfiniteEnd::Roulette { threshold: 0.001 });
     assert_eq!((job.method.birth, job.method.batch_paths), (Birth::Area, None));
     assert_eq!(job.budget, budget(1));
-    assert_eq!((job.target, job.index), (None, IndexChoice::Auto));
+    assert_eq!(job.target, None);
     // All cells of its scene are written.
     assert_eq!((job.auto, job.chooses_method, job.total_target), (None, true, None));
 }
@@ -219,7 +219,6 @@ fn overrides_replace_and_add() {
         "budget.paths=123",
         "budget.wall_seconds=0.5",
         "target.relative_error=1",
-        "tracing.index=\"tree\"",
     ];
     // A word has no keys of its own: what replaces it replaces it whole.
     assert!(load(&path, &["method.birth.patches=[7, 12]".into()]).is_err());
@@ -232,7 +231,6 @@ fn overrides_replace_and_add() {
     assert_eq!(job.method.batch_paths, Some(4096));
     assert_eq!(job.budget, Budget { wall_seconds: Some(0.5), ..budget(123) });
     assert_eq!(job.target, Some(target(1.0)));
-    assert_eq!(job.index, IndexChoice::Tree);
 }
 
 #[test]

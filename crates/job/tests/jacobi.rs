@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 
 use job::{Error, Job, Sampler, WalkKind, job_hash, load};
-use radiosity::{BatchScore, Batches, Iterations, RayBirths, Solve};
+use radiosity::{BatchScore, Batches, Iterations, Solve};
 
 /// A job on the 54-patch cube.
 fn cube54(set: &[&str]) -> Job {
@@ -102,28 +102,18 @@ fn chains_may_iterate_as_bs_has_it() {
     assert_eq!(job(&["method.jacobi={ solve = \"links\" }"]).unwrap().method.jacobi, Solve::Links);
     let plain = job(&["method.jacobi.solve=iterations"]).unwrap().method;
     assert_eq!((plain.jacobi, plain.sampler), (Solve::Iterations(Iterations::default()), Sampler::Random));
-    let special = "method.jacobi={ solve = \"iterations\", births = \"multinomial\", regular = 3 }";
-    let special = job(&[special, "method.sampler=sobol"]).unwrap().method;
-    let expected = Iterations { births: RayBirths::Multinomial, regular: 3, sampler: Sampler::Sobol };
+    let special = job(&["method.jacobi.solve=iterations", "method.sampler=sobol"]).unwrap().method;
+    let expected = Iterations { sampler: Sampler::Sobol, ..Iterations::default() };
     assert_eq!((special.jacobi, special.sampler), (Solve::Iterations(expected), Sampler::Sobol));
     let hash = |set: &[&str]| job_hash([0; 32], &job(set).unwrap().method, &[], [&[]; 2], 1);
     let iterations = "method.jacobi.solve=iterations";
-    let variants = [
-        vec![],
-        vec![iterations],
-        vec![iterations, "method.jacobi.births=multinomial"],
-        vec![iterations, "method.jacobi.regular=9"],
-        vec![iterations, "method.sampler=sobol"],
-    ];
+    let variants = [vec![], vec![iterations], vec![iterations, "method.sampler=sobol"]];
     let hashes: std::collections::HashSet<_> = variants.iter().map(|set| hash(set)).collect();
     assert_eq!(hashes.len(), variants.len(), "each is another answer");
-    assert_eq!(hash(&[iterations]), hash(&[iterations, "method.jacobi.births=systematic"]));
-    // 1,024 rays per patch and chain, and with multinomial births 16,384.
+    // 1,024 rays per patch and chain.
     let walk = |set: &[&str]| job(set).unwrap().method.walk;
     assert_eq!(walk(&[iterations, "budget.paths=442368"]), WalkKind::Jacobi);
     assert_eq!(walk(&[iterations, "budget.paths=442367"]), WalkKind::Shooting);
-    let multinomial = [iterations, "method.jacobi.births=multinomial", "budget.paths=7077887"];
-    assert_eq!(walk(&multinomial), WalkKind::Shooting);
 }
 
 #[test]
@@ -136,13 +126,8 @@ fn what_makes_no_sense_for_chains_is_refused() {
     refused(&[iterations], "walk = \"shooting\" does not use this key");
     refused(&["method.walk=auto", iterations], "walk = \"auto\" does not use this key");
     let jacobi = "method.walk=jacobi";
-    refused(
-        &[jacobi, "method.jacobi.solve=links", "method.jacobi.births=systematic"],
-        "does not use this key",
-    );
-    refused(&[jacobi, "method.jacobi.births=systematic"], "solve = \"iterations\" beside it");
-    refused(&[jacobi, iterations, "method.jacobi.births=fair"], "multinomial");
-    refused(&[jacobi, iterations, "method.jacobi.regular=0"], "their results are averaged");
+    refused(&[jacobi, "method.jacobi={}"], "solve = \"iterations\" beside it");
+    refused(&[jacobi, iterations, "method.jacobi.births=systematic"], "unknown key");
 }
 
 #[test]

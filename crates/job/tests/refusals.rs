@@ -67,7 +67,7 @@ const JOBS: &[(&str, &[&str])] = &[
     ("\n[method]\nwalks = \"shooting\"\n", &["j.toml:3: method.walks", "unknown key", "walk, estimator"]),
     ("[budget]\npath = 1\n", &["j.toml:2: budget.path", "unknown key", "paths"]),
     ("[target]\nerror = 1\n", &["j.toml:2: target.error", "unknown key", "relative_error"]),
-    ("[tracing]\ntree = true\n", &["j.toml:2: tracing.tree", "unknown key", "index"]),
+    ("[tracing]\nindex = \"tree\"\n", &["j.toml:2: tracing", "unknown key"]),
     ("[outputs]\n", &["j.toml:1: outputs", "unknown key"]),
     ("[output]\nfile = []\n", &["j.toml:2: output.file", "unknown key", "files"]),
     ("method = 3\n", &["j.toml:1: method", "the integer 3", "table"]),
@@ -183,7 +183,6 @@ const OVERRIDES: &[(&str, &[&str])] = &[
     ("target=0.01", &["target", "the number 0.01", "table"]),
     ("target.sensors=0.05", &["target.sensors", "no sensors", "[[sensor]]", "remove the key"]),
     ("target={sensors=0.05,fraction=0.5}", &["target.relative_error", "missing"]),
-    ("tracing.index=grid", &["tracing.index", "\"auto\" or \"flat\" or \"tree\""]),
 ];
 
 /// (text of the scene, its replacement, what the message holds)

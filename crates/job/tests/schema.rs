@@ -87,7 +87,7 @@ const JOB: &str = "name = \"a\"\nscene = \"s.toml\"\nseed = 3\nconfidence = 0.9\
     infinite = { end = \"length\", length = 5 }\nbirth = { patches = [1, 2] }\n\
     [budget]\npaths = 100000\nstream_paths = 10\nwall_seconds = 1.5\nfirst_path = 7\ncheckpoint_seconds = 2\n\
     [target]\nrelative_error = 0.1\nfraction = 0.5\nmin_paths = 1\nmin_hits = 0\nunhit = \"ignore\"\npatches = [2]\n\
-    sensors = { desk = 0.2 }\n[tracing]\nindex = \"tree\"\n\
+    sensors = { desk = 0.2 }\n\
     [import]\nup = \"x\"\nunit = 0.5\nsides = \"file\"\npatch_size = 2\nfaults = \"refuse\"\nrepair = true\njoin = true\n\
     reflectance_limit = 0.9\nstrict = true\nsky = [1, 2, 3]\ncurve_error = 0.1\n\
     [output]\nfiles = [\"csv\", \"exr\"]\n\

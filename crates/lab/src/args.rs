@@ -31,8 +31,10 @@ pub(crate) enum LabCommand {
 pub(crate) enum Study {
     /// Hold what runs tell of their errors against the truth: FOLDER [--quick] [SCENE…] [ROOM…] → honesty.md
     Honesty(Words),
-    /// Hold what the program chooses against jobs by hand: FOLDER MILLIONS ROOM… → choice.md
+    /// Hold what the program chooses against jobs by hand: FOLDER MILLIONS KEPT ROOM… → choice.md
     Choice(Words),
+    /// Show what the program chooses in even light, at R 0.99, by night, in halves, with one small lamp and a million triangles: FOLDER [quick] → survival.md
+    Survival(Words),
     /// Measure what chosen groups of faces save in an imported interior: FOLDER [MILLIONS] → groups.md
     Groups(Words),
     /// Measure what chosen patches save: FOLDER [MILLIONS [SCENE | spread]] → patches.md, spread.md
@@ -74,6 +76,7 @@ impl Study {
         match self {
             Study::Honesty(args) => honesty::run(&args.words),
             Study::Choice(args) => choice::run(&args.words),
+            Study::Survival(args) => choice::survival::run(&args.words),
             Study::Groups(args) => groups::run(&args.words),
             Study::Patches(args) => patches::run(&args.words),
             Study::Gain(args) => kernel::gain::run(&args.words),

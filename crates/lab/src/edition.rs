@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::num::NonZeroUsize;
+use std::process::Command;
 use std::time::Duration;
 
 use report::words::duration;
@@ -54,6 +55,14 @@ impl Edition {
             machine()
         )
     }
+}
+
+/// Where a page comes from: the commit with its date, and the processor.
+pub(crate) fn origin() -> String {
+    let log = Command::new("git").args(["log", "-1", "--format=commit %h of %cs"]).output();
+    let commit =
+        log.map_or_else(|_| "no commit".into(), |log| String::from_utf8_lossy(&log.stdout).trim().to_owned());
+    format!("{commit}, {}", machine())
 }
 
 /// The class of this machine, as far as it is known.

@@ -1,8 +1,8 @@
-//! What chosen patches leave out of the light, measured by walks that have not chosen them.
+//! What chosen patches leave out of the light, measured by walks that have not chosen them, and finer patches where it is much.
 
-use job::{Forecast, Job};
-use judge::partition::Control;
-use radiosity::{Arrival, EstimatorKind, Experiment, Sequence, Space, Walks};
+use job::{Auto, Forecast, Job};
+use judge::partition::{Control, Finer};
+use radiosity::{Arrival, EstimatorKind, Experiment, Sequence, Shape, Space, Walks};
 
 use crate::error::Error;
 use crate::pilot::{Chosen, seed};
@@ -13,39 +13,77 @@ const SHARE: u64 = 16;
 /// … but this many at least, where there are as many, and at most.
 const WALKS: [u64; 2] = [1 << 13, 1 << 18];
 
+/// Patches are cut finer by what a control finds this many times at the most, …
+const ROUNDS: u32 = 4;
+
+/// … where the fits leave out more than is foretold by this many standard errors, …
+const SURE: f64 = 2.0;
+
+/// … and cuts are expected to take this part of the energy of the whole error.
+const WORTH: f64 = 0.1;
+
 impl Chosen {
-    /// The choice, foretelling what walks of their own find that its patches leave out. These are the same whatever the threads.
+    /// The choice, cut finer where walks of a control find that its patches leave out more than is foretold, and foretelling what further
+    /// walks find that they leave out then. It is the same whatever the threads.
     ///
     /// # Errors
     /// Where the scene is refused.
-    pub(crate) fn controlled(mut self, job: &Job, threads: usize) -> Result<Self, Error> {
-        let Some(forecast) = self.partition.forecast else { return Ok(self) };
-        let cells = (&self.partition.cuts[..], &self.partition.groups[..]);
-        let scene = job.scene.recut(&self.scene, cells)?;
-        let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) };
-        let experiment = Experiment::new(scene.clone(), walks)?;
-        let least = WALKS[0].min(forecast.for_paths);
-        let control = Control::new(&experiment, (forecast.for_paths / SHARE).clamp(least, WALKS[1]));
-        // Neither the walks of a pilot nor those of a first look.
-        let sequence = Sequence::new(seed(seed(seed(job.seed))));
-        let done = parallel::on_threads(
-            threads,
-            Control::GROUPS,
-            || (),
-            |(), group| control.group(group, &sequence),
-        );
-        let (groups, counts): (Vec<Vec<Arrival>>, Vec<[u64; 2]>) = done.into_iter().unzip();
-        let [paths, rays] = [0, 1].map(|k| counts.iter().map(|counts| counts[k]).sum::<u64>());
+    pub(crate) fn controlled(mut self, (job, auto): (&Job, &Auto), threads: usize) -> Result<Self, Error> {
+        let Some(mut forecast) = self.partition.forecast else { return Ok(self) };
         let foretold = forecast.discretisation * forecast.discretisation;
-        let missed =
-            control.missed(&groups, forecast.linear).map_or(foretold, |missed| missed.with(foretold));
-        self.partition.forecast = Some(Forecast {
-            paths: forecast.paths + paths,
-            rays: forecast.rays + rays,
-            discretisation: missed.sqrt(),
-            ..forecast
-        });
-        self.scene = scene;
+        // Neither the walks of a pilot nor those of a first look.
+        let mut seed_of_round = seed(seed(seed(job.seed)));
+        for round in 0..=ROUNDS {
+            let cells = (&self.partition.cuts[..], &self.partition.groups[..]);
+            self.scene = job.scene.recut(&self.scene, cells)?;
+            let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) };
+            let experiment = Experiment::new(self.scene.clone(), walks)?;
+            let least = WALKS[0].min(forecast.for_paths);
+            let control = Control::new(&experiment, (forecast.for_paths / SHARE).clamp(least, WALKS[1]));
+            let groups = walked(&control, &Sequence::new(seed_of_round), (&mut forecast, threads));
+            let Some(missed) = control.missed(&groups, forecast.linear) else { break };
+            forecast.discretisation = missed.with(foretold).sqrt();
+            let excess = missed.part - foretold;
+            if round == ROUNDS || !forecast.linear || excess < SURE * missed.error {
+                break;
+            }
+            let is_open = |surface: usize| can_be_cut(job, auto, surface);
+            let finer = control.finer(&groups, cells, is_open, forecast.for_paths as f64);
+            let Some(Finer { cuts, groups, noise, gained }) = finer else { break };
+            let [noise, gained] = [noise, gained].map(|energy| energy / missed.energy);
+            if gained.min(excess) - noise < WORTH * forecast.total() * forecast.total() {
+                break;
+            }
+            forecast.noise = (forecast.noise * forecast.noise + noise).sqrt();
+            (self.partition.cuts, self.partition.groups) = (cuts, groups);
+            seed_of_round = seed(seed_of_round);
+        }
+        self.partition.forecast = Some(forecast);
         Ok(self)
     }
+}
+
+/// The arrivals of all groups of a control. Its walks and rays are added to those of the pilot.
+fn walked(
+    control: &Control<'_>,
+    sequence: &Sequence,
+    (forecast, threads): (&mut Forecast, usize),
+) -> Vec<Vec<Arrival>> {
+    let done =
+        parallel::on_threads(threads, Control::GROUPS, || (), |(), group| control.group(group, sequence));
+    let (groups, counts): (Vec<Vec<Arrival>>, Vec<[u64; 2]>) = done.into_iter().unzip();
+    for [paths, rays] in counts {
+        forecast.paths += paths;
+        forecast.rays += rays;
+    }
+    groups
+}
+
+/// Whether a surface may be cut into parts of different sizes: one that is open, and has no cells of its own. Those of a triangle are groups.
+fn can_be_cut(job: &Job, auto: &Auto, surface: usize) -> bool {
+    let shape = &job.scene.spec().surfaces[surface].shape;
+    let can_be_grouped = !auto.kinds.is_empty();
+    auto.surfaces.binary_search(&surface).is_ok()
+        && shape.cell_count() == 1
+        && (can_be_grouped || !matches!(shape, Shape::Triangle { .. }))
 }

@@ -7,12 +7,11 @@ use job::{Auto, Cut, Forecast, Job, Partition};
 use judge::partition::{
     Basis, Candidates, Choice, Grid, Grouped, MeshLight, SurfaceLight, doublings, shared_noise,
 };
-use radiosity::{Scene, Space};
+use radiosity::{IndexChoice, Scene, Space};
 
 pub use self::kept::{PILOT, PilotBooks};
 use self::stage::Task;
 pub use self::stage::{Groups, Stage, Walked};
-use crate::all_threads;
 use crate::error::Error;
 use crate::meshes::{Look, Meshes, add_patches};
 
@@ -75,6 +74,11 @@ pub struct Chosen {
 }
 
 impl Chosen {
+    /// What is foretold of it.
+    fn forecast(&self) -> Forecast {
+        self.partition.forecast.expect("a pilot foretells")
+    }
+
     /// Builds the scene of the job that has been read again with the partition: rays find its surfaces by what the pilot's found them by.
     ///
     /// # Errors
@@ -90,38 +94,41 @@ impl Chosen {
 /// # Errors
 /// Where the scene or the method is refused, or a sum overflows.
 pub fn choose(job: &Job, threads: usize) -> Result<Option<Chosen>, Error> {
-    choose_by(job, &mut |stage| stage.walk_here(threads))
+    choose_by(job, threads, &mut |stage| stage.walk_here(threads))
 }
 
-/// [`choose`] by walks that are taken elsewhere.
+/// [`choose`] by a pilot whose walks are taken elsewhere.
 ///
 /// # Errors
 /// As [`choose`], and those of `walk`.
 pub fn choose_by<E: From<Error>>(
     job: &Job,
+    threads: usize,
     walk: &mut dyn FnMut(&Stage) -> Result<Walked, E>,
 ) -> Result<Option<Chosen>, E> {
     let Some(auto) = &job.auto else { return Ok(None) };
     let most = job.budget.paths;
-    let in_groups = Meshes::are_many(auto, most);
     let mut pilots = Pilots { job, walk, scene: None, counted: [0, 0] };
-    let mut of_pilot = |plan: Plan| match in_groups {
-        true => pilots.choose_in_groups(auto, plan),
-        false => pilots.choose(auto, plan),
-    };
     let Some(target) = &job.total_target else {
-        let chosen = of_pilot(Plan { walks: most, most, aim: 0.0 })?;
-        return Ok(Some(chosen.controlled(job, all_threads())?));
+        let chosen = pilots.choose(auto, Plan { walks: most, most, aim: 0.0 })?;
+        return Ok(Some(chosen.controlled((job, auto), threads)?));
     };
-    // The pilot grows with the walks that it finds to be needed.
+    // The pilot grows with the walks that it, and then the control, finds to be needed.
     let mut walks = FIRST_PLAN.min(most);
     loop {
-        let chosen = of_pilot(Plan { walks, most, aim: AIM * target.total_error })?;
-        let needed = chosen.partition.forecast.expect("a pilot foretells").for_paths;
-        if needed <= ENOUGH * walks || walks == most {
-            return Ok(Some(chosen.controlled(job, all_threads())?));
+        let chosen = pilots.choose(auto, Plan { walks, most, aim: AIM * target.total_error })?;
+        let needed = chosen.forecast().for_paths;
+        if needed > ENOUGH * walks && walks < most {
+            walks = needed.min(GROWTH * walks);
+            continue;
         }
-        walks = needed.min(GROWTH * walks);
+        let chosen = chosen.controlled((job, auto), threads)?;
+        let told = chosen.forecast();
+        if told.total() <= target.total_error || needed >= most {
+            return Ok(Some(chosen));
+        }
+        pilots.counted = [told.paths, told.rays];
+        walks = most.min(GROWTH * needed);
     }
 }
 
@@ -152,7 +159,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
         let cells = (&task.cells.0[..], &task.cells.1[..]);
         let scene = match self.scene.take() {
             Some(scene) => self.job.scene.recut(&scene, cells),
-            None => self.job.scene.build_cut(cells, self.job.index),
+            None => self.job.scene.build_cut(cells, IndexChoice::Auto),
         };
         let scene = scene.map_err(Error::from)?;
         self.scene = Some(scene.clone());
@@ -171,7 +178,15 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
     }
 
     /// The choice for the walks of a job.
-    fn choose(&mut self, auto: &Auto, Plan { walks, most, aim }: Plan) -> Result<Chosen, E> {
+    fn choose(&mut self, auto: &Auto, plan: Plan) -> Result<Chosen, E> {
+        match Meshes::are_many(auto, self.job.budget.paths) {
+            true => self.choose_in_groups(auto, plan),
+            false => self.choose_by_surface(auto, plan),
+        }
+    }
+
+    /// The choice where each surface is cut by itself.
+    fn choose_by_surface(&mut self, auto: &Auto, Plan { walks, most, aim }: Plan) -> Result<Chosen, E> {
         let bases = open_bases(auto);
         let wanted = pilot_for(walks);
         let first = (wanted / FIRST_PART).max(LEAST.min(walks));
@@ -200,7 +215,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
         let job = self.job;
         let auto = &without_large_kinds(job, auto);
         if auto.kinds.iter().all(Option::is_none) {
-            return self.choose(auto, plan);
+            return self.choose_by_surface(auto, plan);
         }
         let looked = (pilot_for(plan.walks) / FIRST_PART).max(1);
         let walks = (pilot_for(plan.walks) - looked).max(1);

@@ -1,6 +1,6 @@
 //! The keys of job files.
 
-use radiosity::{EstimatorKind, IndexChoice, Quantity, RayBirths, Sampler, Space};
+use radiosity::{EstimatorKind, Quantity, Sampler, Space};
 use serde_json::{Value, json};
 
 use crate::key::{Key, names};
@@ -11,7 +11,7 @@ use crate::vocabulary::{
 };
 
 /// The keys of a job file.
-pub(crate) const JOB: [Key; 15] = [
+pub(crate) const JOB: [Key; 14] = [
     Key::new("name", text, "Names the output folder. Default: the file's name."),
     Key::new("scene", || json!({"anyOf": [text(), table(&SCENE_TABLE)]}), "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply, .mgf, .xml or .vs3. Or a table of the file and how it is cut.").required(),
     Key::new("seed", || integer(0, i64::MAX as u64), "The seed of all random numbers. Default: 0."),
@@ -22,7 +22,6 @@ pub(crate) const JOB: [Key; 15] = [
     Key::new("method", || table(&METHOD), "How the scene is solved."),
     Key::new("budget", || table(&BUDGET), "What the run may cost.").required(),
     Key::new("target", target_table, "The accuracy at which the run ends. Default: the budget is spent."),
-    Key::new("tracing", || table(&TRACING), "How rays look for surfaces."),
     Key::new("output", || table(&OUTPUT), "What is written beside tally.bin, which is always there."),
     Key::new("view", view, "How the picture is taken. What is absent is chosen from the scene."),
     Key::new("source", || list_of(source_table(), 0), "Groups of emitters that are told apart. Those that no group holds are the source \"rest\"."),
@@ -32,14 +31,13 @@ pub(crate) const JOB: [Key; 15] = [
 pub(crate) const JOB_KEYS: &[&str] = &names(&JOB);
 
 /// The tables of a job whose keys are taken for one another, with what stands before these.
-pub(crate) const TABLES: [(&str, &[&str]); 7] = [
+pub(crate) const TABLES: [(&str, &[&str]); 6] = [
     ("method.", METHOD_KEYS),
     ("budget.", BUDGET_KEYS),
     ("target.", TARGET_KEYS),
     ("import.", IMPORT_KEYS),
     ("output.", OUTPUT_KEYS),
     ("view.", VIEW_KEYS),
-    ("tracing.", TRACING_KEYS),
 ];
 
 /// The keys of the table `[scene]` of a job.
@@ -124,12 +122,6 @@ pub(crate) const VIEW: [Key; 7] = [
 ];
 
 pub(crate) const VIEW_KEYS: &[&str] = &names(&VIEW);
-
-/// The keys of `[tracing]`.
-pub(crate) const TRACING: [Key; 1] =
-    [Key::new("index", word::<IndexChoice>, "The answer is the same with each. Default: auto.")];
-
-pub(crate) const TRACING_KEYS: &[&str] = &names(&TRACING);
 
 /// The keys of `[budget]`.
 pub(crate) const BUDGET: [Key; 5] = [
@@ -235,11 +227,7 @@ pub(crate) const BIRTH: [Key; 1] = [Key::new("patches", patches, "").required()]
 pub(crate) const BIRTH_KEYS: &[&str] = &names(&BIRTH);
 
 /// The keys of `method.jacobi`.
-pub(crate) const SOLVE: [Key; 3] = [
-    Key::new("solve", word::<SolveWord>, "").required(),
-    Key::new("births", word::<RayBirths>, ""),
-    Key::new("regular", || count(1), ""),
-];
+pub(crate) const SOLVE: [Key; 1] = [Key::new("solve", word::<SolveWord>, "").required()];
 
 pub(crate) const SOLVE_KEYS: &[&str] = &names(&SOLVE);
 

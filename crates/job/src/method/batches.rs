@@ -1,6 +1,6 @@
 //! How many paths make a batch or a chain, and whether a budget has enough of them.
 
-use radiosity::{EstimatorKind, Iterations, RayBirths, Sampler, Solve, Space};
+use radiosity::{EstimatorKind, Sampler, Solve, Space};
 
 use super::table::{Beside, MethodTable, WalkKind};
 use crate::budget::Budget;
@@ -22,8 +22,7 @@ const CHAINS: u64 = 8;
 fn rays_per_patch(solve: Solve) -> u64 {
     match solve {
         Solve::Links => 32,
-        Solve::Iterations(Iterations { births: RayBirths::Systematic, .. }) => 1024,
-        Solve::Iterations(Iterations { births: RayBirths::Multinomial, .. }) => 16_384,
+        Solve::Iterations(_) => 1024,
     }
 }
 

@@ -24,24 +24,10 @@ pub(super) fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Erro
     let solve: SolveWord = table
         .require("solve", "chains have two ways to a solution", "solve = \"iterations\" beside it")?
         .word()?;
-    let (births, regular) = (table.take("births"), table.take("regular"));
-    match (solve, births.as_ref().or(regular.as_ref())) {
-        (SolveWord::Links, Some(stray)) => Err(stray.refuse(
-            "solve = \"links\" does not use this key".into(),
-            "all rays of its chains go into one system, aimed by what is known",
-            "remove one of the two",
-        )),
-        (SolveWord::Links, None) => Ok(Solve::Links),
-        (SolveWord::Iterations, _) => {
-            let default = Iterations::default();
-            let regular = regular.map(|value| read_regular(&value)).transpose()?;
-            Ok(Solve::Iterations(Iterations {
-                births: births.map(|value| value.word()).transpose()?.unwrap_or_default(),
-                regular: regular.unwrap_or(default.regular),
-                ..default
-            }))
-        }
-    }
+    Ok(match solve {
+        SolveWord::Links => Solve::Links,
+        SolveWord::Iterations => Solve::Iterations(Iterations::default()),
+    })
 }
 
 /// One in this many patches may be chosen for a final gather, so that each chosen patch gets several times the rays by
@@ -78,12 +64,4 @@ pub(super) fn read_final_gather(
     }
     patches.sort_unstable();
     Ok(patches)
-}
-
-/// More iterations would have fewer rays than there are patches, in scenes of any size.
-const MOST_ITERATIONS: u64 = 1 << 16;
-
-fn read_regular(value: &Value<'_>) -> Result<u32, Error> {
-    let why = "their results are averaged, and they share the rays of a chain";
-    value.integer(1..=MOST_ITERATIONS, why).map(|regular| regular as u32)
 }

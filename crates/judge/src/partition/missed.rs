@@ -10,7 +10,7 @@
 
 use std::collections::BTreeMap;
 
-use radiosity::{Arrival, Experiment, Scene, Sequence};
+use radiosity::{Arrival, Experiment, Scene, Sequence, Spectrum};
 
 /// G, the number of groups of a control.
 const GROUPS: usize = 16;
@@ -35,6 +35,8 @@ pub struct Missed {
     pub part: f64,
     /// Its standard error.
     pub error: f64,
+    /// The energy of the light [W²/m²].
+    pub energy: f64,
 }
 
 impl Missed {
@@ -80,13 +82,34 @@ impl<'a> Control<'a> {
     pub fn missed(&self, groups: &[Vec<Arrival>], linear: bool) -> Option<Missed> {
         let mut found = None;
         for (level, blur) in LEVELS.into_iter().zip(BLUR) {
-            let Some(Missed { part, error }) = self.between_bins(groups, linear, level) else { break };
-            found = Some(Missed { part: blur * part, error: blur * error });
+            let Some(Missed { part, error, energy }) = self.between_bins(groups, linear, level) else {
+                break;
+            };
+            found = Some(Missed { part: blur * part, error: blur * error, energy });
             if error > SHARP * part {
                 break;
             }
         }
         found
+    }
+
+    pub(super) fn scene(&self) -> &Scene {
+        self.experiment.scene()
+    }
+
+    /// Walks of all groups.
+    pub(super) fn walks(&self) -> f64 {
+        GROUPS as f64 * self.walks_per_group as f64
+    }
+
+    /// The light that an arrival of weight 1 stands for in the estimate of its group, reflected, by channel [W].
+    pub(super) fn values(&self, reflectance: Spectrum) -> [f64; 3] {
+        let scene = self.scene();
+        let walks = self.walks_per_group as f64;
+        std::array::from_fn(|c| match c < scene.channels() {
+            true => reflectance[c] * scene.total_power(c) / walks,
+            false => 0.0,
+        })
     }
 
     fn between_bins(&self, groups: &[Vec<Arrival>], linear: bool, level: u32) -> Option<Missed> {
@@ -99,13 +122,7 @@ impl<'a> Control<'a> {
         }
         let mut energies = Energies::default();
         for (face, arrivals) in faces {
-            // The light that an arrival of weight 1 stands for, reflected [W].
-            let reflectance = scene.faces().get(face as usize).reflectance;
-            let walks = self.walks_per_group as f64;
-            let values = std::array::from_fn(|c| match c < scene.channels() {
-                true => reflectance[c] * scene.total_power(c) / walks,
-                false => 0.0,
-            });
+            let values = self.values(scene.faces().get(face as usize).reflectance);
             OnFace::new(scene, face, level).add(&arrivals, values, linear, &mut energies);
         }
         energies.missed()
@@ -130,8 +147,9 @@ impl Energies {
         let without: Vec<f64> = (0..GROUPS).map(|g| ratio(Some(g))).collect();
         let mean = without.iter().sum::<f64>() / n;
         let scatter: f64 = without.iter().map(|one| (one - mean).powi(2)).sum();
-        let missed = Missed { part: ratio(None), error: ((n - 1.0) / n * scatter).sqrt() };
-        (self.light.iter().sum::<f64>() > 0.0 && missed.error.is_finite()).then_some(missed)
+        let energy = self.light.iter().sum::<f64>() / (n * (n - 1.0));
+        let missed = Missed { part: ratio(None), error: ((n - 1.0) / n * scatter).sqrt(), energy };
+        (energy > 0.0 && missed.error.is_finite()).then_some(missed)
     }
 }
 
@@ -414,7 +432,7 @@ mod tests {
         ] {
             let experiment = below_a_lamp(floor, labels);
             for (linear, expected) in [(false, expected[0]), (true, expected[1])] {
-                let Missed { part, error } = missed(&experiment, 1 << 17, linear);
+                let Missed { part, error, .. } = missed(&experiment, 1 << 17, linear);
                 assert!(
                     (part - expected).abs() < 4.0 * error + 0.05 * expected,
                     "{linear}: {part} ± {error}, {expected}"
@@ -431,14 +449,14 @@ mod tests {
             Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) },
         )
         .unwrap();
-        let Missed { part, error } = missed(&experiment, 1 << 15, true);
+        let Missed { part, error, .. } = missed(&experiment, 1 << 15, true);
         assert!(part.abs() < 4.0 * error && error < 0.01, "{part} ± {error}");
     }
 
     /// What is foretold holds where walks tell nothing, and what is measured where they tell all.
     #[test]
     fn measurement_and_laws_are_weighed() {
-        let with = |part, error, foretold| Missed { part, error }.with(foretold);
+        let with = |part, error, foretold| Missed { part, error, energy: 1.0 }.with(foretold);
         assert!((with(0.3, 0.01, 0.01) - 0.3).abs() < 0.01);
         assert!((with(0.02, 1.0, 0.01) - 0.01).abs() < 1e-4);
         assert_eq!(with(-0.5, 0.01, 0.01), 0.0);

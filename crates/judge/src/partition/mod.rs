@@ -7,6 +7,7 @@
 
 mod clusters;
 mod curve;
+mod finer;
 mod gains;
 mod grid;
 mod images;
@@ -24,13 +25,14 @@ use job::Cut;
 
 pub use self::clusters::{Cluster, Clusters};
 use self::curve::{Curve, GridStep, code, curve};
+pub use self::finer::Finer;
 pub use self::grid::Grid;
 pub use self::merged::{around, merged};
 pub use self::mesh::{Grouped, MeshLight};
 pub use self::missed::{Control, Missed};
 use self::quarters::Triangles;
 pub use self::seen::{Basis, PilotTallies, SurfaceLight, doublings};
-use self::tree::rectangles;
+use self::tree::{Start, rectangles};
 
 /// The light counts as even where the likelihood that it varies along an axis, over that of light that does not, is below this in the
 /// mean over all axes of all surfaces. Even light passes it once in 20 pilots at most, since the mean of such ratios is 1 there.
@@ -106,7 +108,7 @@ impl Ladder<'_> {
         }
         let whole = self.light.caught(basis, [0, 0]) + self.steps[0].lost;
         if let Some(images) = &self.light.images {
-            let tree = rectangles(images, self.light.walks, walks);
+            let tree = rectangles(images, (self.light.walks, walks), Start::SURFACE);
             let lost = (whole - tree.caught).max(tree.left);
             return Some(Foretold {
                 cut: Cut::Leaves(tree.leaves),
@@ -116,7 +118,7 @@ impl Ladder<'_> {
             });
         }
         let Triangles { rows, patch_of_cell, noise, caught, left } =
-            self.light.quarters.as_ref()?.triangles(self.light.walks, walks);
+            self.light.quarters.as_ref()?.triangles((self.light.walks, walks), Start::SURFACE);
         let lost = (whole - caught).max(left);
         let is_grid = patch_of_cell.iter().zip(0..).all(|(&patch, cell)| patch == cell);
         let patches = Some(patch_of_cell).filter(|_| !is_grid);

@@ -6,7 +6,7 @@
 use super::grid::Grid;
 use super::images::AROUND;
 use super::seen::{Basis, Cells};
-use super::tree::{MISFIT, PROOF, TAIL};
+use super::tree::{MISFIT, PROOF, Start, TAIL};
 
 /// Unknowns that a cut adds: four linear fits in place of one.
 const UNKNOWNS: f64 = 9.0;
@@ -17,7 +17,7 @@ const FALL: f64 = 1.0 / 32.0;
 
 /// Cuts beyond the pilot's grid, and all cuts at the most.
 const BEYOND: u32 = 2;
-const MOST: u32 = 8;
+pub(super) const MOST_CUTS: u32 = 8;
 
 /// Numbers by cell, for every level up to a finest one: level l has 4^l cells.
 #[derive(Clone, Debug)]
@@ -89,6 +89,11 @@ impl Quarters {
         }
     }
 
+    /// The noise after one walk and the energy that is caught where the triangle stays whole.
+    pub(crate) fn whole(&self) -> [f64; 2] {
+        [Basis::Linear.unknowns() * self.noise[0][0], self.caught[0][0]]
+    }
+
     /// What cutting a cell that the pilot saw cut was seen to gain.
     fn gain(&self, level: u32, cell: usize) -> f64 {
         let finer = &self.caught[level as usize + 1];
@@ -111,12 +116,12 @@ impl Quarters {
         cuts
     }
 
-    /// The triangles for a job of some walks, by what a pilot of fewer walks has seen.
-    pub(crate) fn triangles(&self, pilot: f64, walks: f64) -> Triangles {
+    /// The triangles for a job of some walks, by what a pilot of fewer walks has seen. `start` is what is known of the whole.
+    pub(crate) fn triangles(&self, (pilot, walks): (f64, f64), start: Start) -> Triangles {
         let proven = self.proven(pilot);
-        let most = (self.top() + BEYOND).min(MOST);
-        let mut open =
-            vec![TrianglePart { level: 0, cell: 0, expected: None, caught: self.caught[0][0], noise: 0.0 }];
+        let most = (self.top() + BEYOND).min(MOST_CUTS).min(start.most[0]);
+        let (expected, caught) = (start.expected, self.caught[0][0]);
+        let mut open = vec![TrianglePart { level: 0, cell: 0, expected, caught, noise: 0.0 }];
         let (mut leaves, mut finest) = (Vec::new(), 0);
         let (mut noise, mut caught, mut left) = (0.0, 0.0, 0.0);
         while let Some(mut part) = open.pop() {
@@ -207,7 +212,7 @@ mod tests {
 
     #[test]
     fn cuts_are_where_the_light_varies() {
-        let tree = corner(4).triangles(1e2, 1e2);
+        let tree = corner(4).triangles((1e2, 1e2), Start::SURFACE);
         assert_eq!(tree.rows, 16);
         // Three quarters of each level, and the last four.
         assert_eq!(tree.patch_of_cell.iter().max(), Some(&12));
@@ -223,7 +228,7 @@ mod tests {
         });
         quarters.add_noise((0..64).map(|_| 1.0));
         quarters.spread_noise();
-        let tree = quarters.triangles(1e3, 1e4);
+        let tree = quarters.triangles((1e3, 1e4), Start::SURFACE);
         assert_eq!((tree.rows, tree.patch_of_cell), (1, vec![0]));
     }
 

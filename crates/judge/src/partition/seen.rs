@@ -4,7 +4,15 @@ use radiosity::{Experiment, Fit, Shape, Side, Tally};
 
 use super::grid::Grid;
 use super::images::Images;
+use super::laws::MeasuredDoublings;
 use super::quarters::Quarters;
+
+/// Landings on a cell of a part of a surface, in the mean.
+const LANDINGS_PER_CELL: f64 = 4.0;
+
+/// The cells of a part of a surface, and how often it is doubled along an edge, at the most.
+const MOST_CELLS: f64 = 4096.0;
+const MOST_LEVELS: u32 = 8;
 
 /// What is fitted to the light on every patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +41,19 @@ pub struct PilotTallies<'a> {
     pub all: &'a Tally,
 }
 
+/// The arrival of a walk on a part of a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Landing {
+    /// The group of the walk.
+    pub(super) group: usize,
+    /// The side that it arrives on.
+    pub(super) side: Side,
+    /// The place, in coordinates of 0 … 1 along the edges of the part.
+    pub(super) at: [f64; 2],
+    /// The light that it stands for in the estimate of its group, by channel [W].
+    pub(super) light: [f64; 3],
+}
+
 /// The light on one surface, all channels and sides together. An *energy* is the integral over the surface of the square of
 /// a fit [W²/m²].
 #[derive(Clone, Debug)]
@@ -58,6 +79,8 @@ pub struct SurfaceLight {
     pub(crate) walks: f64,
     /// Length of the edges of the surface along u and v [m].
     pub(crate) edges: [f64; 2],
+    /// The area of one side [m²].
+    pub(crate) area: f64,
 }
 
 impl SurfaceLight {
@@ -85,6 +108,7 @@ impl SurfaceLight {
             quarters: (free && base == Grid::Triangle(1)).then(|| Quarters::new(top[0])),
             walks: tallies.all.counts.walks as f64,
             edges: [e_u.length(), e_v.length()],
+            area: shape.area(),
         };
         for side in [Side::Front, Side::Back] {
             let Some(first) = scene.faces().first_piece_on(surface as u32, side) else { continue };
@@ -105,6 +129,61 @@ impl SurfaceLight {
                     }
                 }
                 light.add(&fine, shape.area(), &all, integrals);
+            }
+        }
+        light.images.iter_mut().for_each(Images::spread_noise);
+        light.quarters.iter_mut().for_each(Quarters::spread_noise);
+        light
+    }
+
+    /// What walks of some groups tell of a part of a surface by where they arrive: an area, the lengths of its edges, and the coarsest grid,
+    /// [`Grid::Quad`] or [`Grid::Triangle`], of one cell.
+    pub(super) fn of_landings(
+        (base, area, edges): (Grid, f64, [f64; 2]),
+        landings: &[Landing],
+        (groups, walks): (usize, f64),
+    ) -> Self {
+        let top = levels_for(base, edges, (landings.len() as f64 / LANDINGS_PER_CELL).max(4.0));
+        let is_quad = matches!(base, Grid::Quad(_));
+        let [levels_u, levels_v] = top.map(|top| top as usize + 1);
+        let mut light = SurfaceLight {
+            base,
+            free: true,
+            top,
+            caught: [vec![0.0; levels_u * levels_v], vec![0.0; levels_u * levels_v]],
+            noise: [0.0; 2],
+            shared: 0.0,
+            images: is_quad.then(|| Images::new(top)),
+            quarters: (!is_quad).then(|| Quarters::new(top[0])),
+            walks,
+            edges,
+            area,
+        };
+        let fine = Cells::new(base.doubled(top));
+        for side in [Side::Front, Side::Back] {
+            for channel in 0..3 {
+                let mut integrals = Integrals::none(groups, fine.count());
+                let mut squares = vec![0.0; fine.count()];
+                for Landing { group, at: [u, v], light, .. } in landings.iter().filter(|one| one.side == side)
+                {
+                    let (cell, found) = (fine.cell_at([*u, *v]), light[channel]);
+                    squares[cell] += found * found;
+                    for (k, part) in [found, found * u, found * v].into_iter().enumerate() {
+                        integrals.cell_mut(cell)[k * groups + group] += part;
+                    }
+                }
+                if squares.iter().any(|&square| square > 0.0) {
+                    // Of the mean of all groups: every landing is one of its own, and each of three unknowns errs alike.
+                    let per_cell = (fine.count() as f64 / area / groups as f64).powi(2);
+                    let fit = |square: f64| Fit {
+                        mean: 0.0,
+                        gradient: [0.0; 2],
+                        mean_variance: per_cell * square,
+                        slope_variance: 2.0 * per_cell * square,
+                    };
+                    let fits: Vec<Fit> = squares.into_iter().map(fit).collect();
+                    light.add(&fine, area, &fits, integrals);
+                }
             }
         }
         light.images.iter_mut().for_each(Images::spread_noise);
@@ -181,6 +260,7 @@ impl SurfaceLight {
             quarters: None,
             walks,
             edges: [1.0, 1.0],
+            area: 1.0,
         }
     }
 
@@ -192,6 +272,19 @@ impl SurfaceLight {
     /// The energy that fits catch on a grid, or on the pilot's where that is coarser. Without bias.
     pub(crate) fn caught(&self, basis: Basis, levels: [u32; 2]) -> f64 {
         self.caught[basis as usize][self.place(levels)]
+    }
+
+    /// What a cut in four was seen to gain, of a part of a surface; `None` where too few walks arrive for that.
+    pub(super) fn first_cut(&self) -> Option<MeasuredDoublings> {
+        let of_quad = self.images.as_ref().map(|images| images.noise([0, 0], [0, 0]));
+        let of_triangle =
+            self.quarters.as_ref().map(|quarters| quarters.whole()[0] / Basis::Linear.unknowns());
+        let finer = self.top.map(|top| top.min(1));
+        (finer != [0, 0]).then(|| MeasuredDoublings {
+            gain: self.caught(Basis::Linear, finer) - self.caught(Basis::Linear, [0, 0]),
+            noise: of_quad.or(of_triangle).unwrap_or(0.0),
+            unknowns: Basis::Linear.unknowns() * (self.cells(finer) - 1.0),
+        })
     }
 
     /// All energy that the pilot has seen.
@@ -381,6 +474,26 @@ impl Cells {
                 [24.0, 12.0, 24.0].map(|factor| factor * f64::from(rows) * f64::from(rows))
             }
         }
+    }
+}
+
+/// How often the cells of one cell are doubled until there are about so many, the longer edges of cells first.
+fn levels_for(base: Grid, edges: [f64; 2], cells: f64) -> [u32; 2] {
+    let mut levels = [0, 0];
+    loop {
+        let axis = match base {
+            Grid::Quad(_) => {
+                let [u, v] = [0, 1].map(|k| edges[k] / f64::from(1_u32 << levels[k]));
+                usize::from(v > u)
+            }
+            Grid::Triangle(_) => 0,
+        };
+        let mut finer = levels;
+        finer[axis] += 1;
+        if base.doubled(finer).cells() as f64 > cells.min(MOST_CELLS) || finer[axis] > MOST_LEVELS {
+            return levels;
+        }
+        levels = finer;
     }
 }
 

@@ -32,6 +32,20 @@ const BEYOND: u32 = 2;
 /// Unknowns of a linear fit.
 const UNKNOWNS: f64 = 3.0;
 
+/// What is known of the whole that a tree of cuts begins with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Start {
+    /// What cutting it is expected to gain; `None` where nothing but the pilot tells.
+    pub(crate) expected: Option<f64>,
+    /// How often a part of it may be cut, along u and along v; a triangle: in four.
+    pub(crate) most: [u32; 2],
+}
+
+impl Start {
+    /// A surface that is seen for the first time.
+    pub(crate) const SURFACE: Start = Start { expected: None, most: [Leaves::MOST_CUTS; 2] };
+}
+
 /// A tree of cuts, and what is foretold of it.
 #[derive(Clone, Debug)]
 pub(crate) struct Rectangles {
@@ -44,10 +58,11 @@ pub(crate) struct Rectangles {
     pub(crate) left: f64,
 }
 
-/// The rectangles of a surface for a job of some walks, by what a pilot of fewer walks has seen.
-pub(crate) fn rectangles(images: &Images, pilot: f64, walks: f64) -> Rectangles {
-    let proven = Proven::new(images, pilot);
-    let mut open = vec![RectanglePart { expected: None, caught: images.caught([0, 0])[0] }];
+/// The rectangles of a surface for a job of some walks, by what a pilot of fewer walks has seen. `start` is what is known of the whole.
+pub(crate) fn rectangles(images: &Images, (pilot, walks): (f64, f64), start: Start) -> Rectangles {
+    let proven = Proven::new(images, pilot, start.most);
+    let expected = start.expected.map(|gain| [gain; 2]);
+    let mut open = vec![RectanglePart { expected, caught: images.caught([0, 0])[0] }];
     let (mut noise, mut caught, mut left) = (0.0, 0.0, 0.0);
     let leaves = Leaves::grow(|leaf| {
         let part = open.pop().expect("a part for each call");
@@ -124,10 +139,10 @@ struct Proven<'a> {
 }
 
 impl<'a> Proven<'a> {
-    fn new(images: &'a Images, pilot: f64) -> Self {
+    fn new(images: &'a Images, pilot: f64, most: [u32; 2]) -> Self {
         let gains = levels(images.top).map(|grid| [0, 1].map(|axis| images.gains(grid, axis))).collect();
         let cuts = levels(images.top).map(|[a, b]| vec![None; 1 << (a + b)]).collect();
-        let limit = images.top.map(|top| (top + BEYOND).min(Leaves::MOST_CUTS));
+        let limit = [0, 1].map(|k| (images.top[k] + BEYOND).min(most[k]));
         let mut proven = Proven { images, gains, cuts, limit };
         let mut best: Vec<Vec<f64>> = levels(images.top).map(|[a, b]| vec![0.0; 1 << (a + b)]).collect();
         for grid in levels(images.top).rev() {

@@ -3,10 +3,9 @@
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use super::runs::{ChoiceRoom, JobOutcome};
-use crate::edition::machine;
+use crate::edition::origin;
 use crate::walking::Failure;
 
 /// A room with what is chosen and what is found by hand.
@@ -16,16 +15,51 @@ pub type StudiedRoom = (ChoiceRoom, Vec<JobOutcome>, Vec<JobOutcome>);
 pub fn write(folder: &Path, (millions, rooms): (u64, &str), studied: &[StudiedRoom]) -> Result<(), Failure> {
     let mut text = format!(
         "# What the program chooses, against jobs by hand\n\n\
-         `radwalk-lab choice docs/results {millions} {rooms}` writes this page: {}, {}.\n\n\
-         *Chosen* is a job without words, with a quarter, a sixteenth and a sixty-fourth of the {millions} million walks of a reference, and without a budget. By hand: linear and\n\
-         constant continuous walks on even cuts of 1, 0.5, 0.35, 0.25 and 0.125 m, and chains of both bases on cuts of 0.5 and 0.25 m, each with all of these budgets. Times are processor\n\
-         times, pilot and building of scenes included. *By energy* is the root mean square of the error of the reflected light over the area, relative to that of the light; light beside\n\
-         lamps decides it. *By place* takes errors relative to the light of each place (or a tenth of the mean light, where that is more), at most 1 each, as pictures and lux on planes\n\
-         do. References are two of independent walks on small cells. *Hand* is the time of the best job by hand to the error that is chosen, along its own runs; –: none comes to it within these budgets.\n\n\
-         | room | chosen | patches | time, of it pilot | foretold: noise, discretisation | by energy | hand | chosen ÷ hand | by place | hand | chosen ÷ hand |\n\
+         `radwalk-lab choice docs/results {millions} KEPT {rooms}` writes this page: {}.\n\n\
+         {LEGEND}\n",
+        origin(),
+    );
+    table(&mut text, studied)?;
+    fs::write(folder.join("choice.md"), text)?;
+    Ok(())
+}
+
+/// Writes `survival.md`: scenes that a choice must survive, and what the program says where it refuses one.
+pub fn write_survival(
+    (folder, is_quick): (&Path, bool),
+    cases: &[(&str, String)],
+    studied: &[StudiedRoom],
+) -> Result<(), Failure> {
+    let mut text = format!(
+        "# What the program chooses where it is hard to choose\n\n\
+         `radwalk-lab survival docs/results{}` writes this page: {}.\n\n\
+         Made scenes, and the choice of a job without words in each.\n\n\
+         | scene | what is chosen, and why |\n|---|---|\n",
+        if is_quick { " quick" } else { "" },
+        origin(),
+    );
+    for (name, what) in cases {
+        writeln!(text, "| {name} | {what} |")?;
+    }
+    write!(text, "\n{LEGEND}\n")?;
+    table(&mut text, studied)?;
+    fs::write(folder.join("survival.md"), text)?;
+    Ok(())
+}
+
+/// What the columns of the table mean.
+const LEGEND: &str = "*Chosen* is a job without words of 93,750, 375,000 and 1.5 million walks, and without a budget: times are means and errors root mean squares of five seeds (one at R = 0.99\n\
+    and in a million triangles). By hand: linear and constant continuous walks on even cuts of 1, 0.5, 0.35, 0.25 and 0.125 m, of up to 6 million walks, and chains of both bases on cuts\n\
+    of 0.5 and 0.25 m. Times are processor times, pilot and building of scenes included. *By energy* is the root mean square of the error of the reflected light over the area, relative to\n\
+    that of the light; light beside lamps decides it. *By place* takes errors relative to the light of each place (or a tenth of the mean light, where that is more), at most 1 each, as\n\
+    pictures and lux on planes do. References are two of independent walks, on patches that are chosen for eight times as many. *Hand* is the time of the best job by hand to the error that\n\
+    is chosen, along its own runs; –: none comes to it within these budgets.\n";
+
+/// Adds the table of what is chosen and what is found by hand.
+fn table(text: &mut String, studied: &[StudiedRoom]) -> Result<(), Failure> {
+    text.push_str(
+        "| room | chosen | patches | time, of it pilot | foretold: noise, discretisation | by energy | hand | chosen ÷ hand | by place | hand | chosen ÷ hand |\n\
          |---|---|---|---|---|---|---|---|---|---|---|\n",
-        commit(),
-        machine(),
     );
     let mut ratios = [Vec::new(), Vec::new()];
     for (room, chosen, given) in studied {
@@ -51,7 +85,7 @@ pub fn write(folder: &Path, (millions, rooms): (u64, &str), studied: &[StudiedRo
         }
     }
     for (ratios, what) in ratios.iter().zip(["By energy", "By place"]) {
-        let mean = ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64;
+        let mean = ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len().max(1) as f64;
         let worst = ratios.iter().fold(0.0_f64, |worst, &ratio| worst.max(ratio));
         let all = studied.iter().map(|(_, chosen, _)| chosen.len()).sum::<usize>();
         writeln!(
@@ -61,14 +95,7 @@ pub fn write(folder: &Path, (millions, rooms): (u64, &str), studied: &[StudiedRo
             mean.exp(),
         )?;
     }
-    fs::write(folder.join("choice.md"), text)?;
     Ok(())
-}
-
-/// The commit that is measured, with its date.
-fn commit() -> String {
-    let log = Command::new("git").args(["log", "-1", "--format=commit %h of %cs"]).output();
-    log.map_or_else(|_| "no commit".into(), |log| String::from_utf8_lossy(&log.stdout).trim().into())
 }
 
 /// The processor time to an error along the runs of a job: between two of them and beyond by the power of time that both tell.

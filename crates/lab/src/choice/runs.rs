@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use job::{Cut, Partition};
+use job::{Cut, Forecast, Job, Partition};
 use radiosity::{Estimates, Experiment, Shape, Space, SurfaceSpec};
 
 use super::truth::RoomReference;
@@ -10,8 +10,35 @@ use crate::clock::thread_seconds as seconds;
 pub(super) use crate::walking::walk;
 use crate::walking::{Failure, advance};
 
-/// Jobs have one of these many parts of the walks of a reference. Each of those by hand goes on from one to the next.
-const PARTS: [u64; 3] = [64, 16, 4];
+/// Walks of chosen jobs.
+const CHOSEN: [u64; 3] = [93_750, 375_000, 1_500_000];
+
+/// Walks of jobs by hand, each of which goes on from one to the next.
+const BY_HAND: [u64; 4] = [93_750, 375_000, 1_500_000, 6_000_000];
+
+/// Chains take longer, and win nowhere: they have fewer.
+const BY_CHAINS: u64 = 375_000;
+
+/// What is tried in a room.
+#[derive(Clone, Copy)]
+pub struct Effort {
+    /// Choices and runs of each chosen job.
+    pub seeds: u64,
+    /// Longest edges of patches by hand [m].
+    pub sizes: &'static [f64],
+    /// Longest edges of patches of chains [m].
+    pub of_chains: &'static [f64],
+    /// The most walks of a job by hand.
+    pub by_hand: u64,
+}
+
+impl Effort {
+    /// In a room of some thousand faces.
+    pub const ROOM: Effort = Effort { seeds: 5, sizes: &SIZES, of_chains: &OF_CHAINS, by_hand: BY_HAND[3] };
+
+    /// In a mesh of a million, whose faces are small without being cut, and where walks are a hundred rays long.
+    pub const LONG: Effort = Effort { seeds: 1, sizes: &[1.0, 0.25], of_chains: &[], by_hand: BY_HAND[2] };
+}
 
 /// Longest edges of patches by hand [m].
 const SIZES: [f64; 5] = [1.0, 0.5, 0.35, 0.25, 0.125];
@@ -24,8 +51,6 @@ pub struct ChoiceRoom {
     pub name: String,
     path: PathBuf,
     surfaces: Vec<SurfaceSpec>,
-    /// Of one side of all surfaces [m²].
-    pub area: f64,
     is_mesh: bool,
 }
 
@@ -33,7 +58,7 @@ pub struct ChoiceRoom {
 pub struct JobOutcome {
     pub what: String,
     pub patches: usize,
-    /// Processor time [s], pilot included, and both errors.
+    /// Processor time [s], pilot included, and both errors; of chosen jobs the mean and the root mean squares over the seeds.
     pub runs: Vec<[f64; 3]>,
     /// The processor time of the pilot [s], and the noise and discretisation that it foretells.
     pub foretold: Option<[f64; 3]>,
@@ -44,9 +69,8 @@ impl ChoiceRoom {
     pub fn new(path: &Path) -> Result<Self, Failure> {
         let is_mesh = path.extension().is_some_and(|extension| extension != "toml");
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let mut room = ChoiceRoom { name, path: path.into(), surfaces: Vec::new(), area: 0.0, is_mesh };
+        let mut room = ChoiceRoom { name, path: path.into(), surfaces: Vec::new(), is_mesh };
         room.surfaces = job::load(path, &room.keys(&["budget.paths=1"]))?.scene.spec().surfaces.clone();
-        room.area = room.surfaces.iter().map(|surface| surface.shape.area()).sum();
         Ok(room)
     }
 
@@ -85,22 +109,34 @@ pub fn experiment(
 }
 
 /// What jobs by hand come to.
-pub fn given(room: &ChoiceRoom, truth: &RoomReference) -> Result<Vec<JobOutcome>, Failure> {
+pub fn given(room: &ChoiceRoom, truth: &RoomReference, effort: Effort) -> Result<Vec<JobOutcome>, Failure> {
     let mut found = Vec::new();
     for (linear, basis) in [(true, "linear"), (false, "constant")] {
-        for size in SIZES {
+        for &size in effort.sizes {
             let keys = [format!("method.basis={basis}"), "method.space=continuous".into()];
-            found.push(run(room, (size, linear), &format!("{basis} walks, {size} m"), &keys, truth)?);
+            found.push(run(
+                room,
+                (size, linear),
+                &format!("{basis} walks, {size} m"),
+                &keys,
+                (truth, effort.by_hand),
+            )?);
         }
-        for size in OF_CHAINS {
+        for &size in effort.of_chains {
             let patches = room.even(size, linear).cuts.iter().map(Cut::cells).sum::<u64>();
-            let rays = (truth.walks / PARTS[0]).max(64 * patches);
+            let rays = BY_HAND[0].max(64 * patches);
             let keys = [
                 format!("method.basis={basis}"),
                 "method.walk=jacobi".into(),
                 format!("method.batch_paths={rays}"),
             ];
-            found.push(run(room, (size, linear), &format!("{basis} chains, {size} m"), &keys, truth)?);
+            found.push(run(
+                room,
+                (size, linear),
+                &format!("{basis} chains, {size} m"),
+                &keys,
+                (truth, BY_CHAINS),
+            )?);
         }
     }
     Ok(found)
@@ -111,7 +147,7 @@ fn run(
     (size, linear): (f64, bool),
     what: &str,
     keys: &[String],
-    truth: &RoomReference,
+    (truth, most): (&RoomReference, u64),
 ) -> Result<JobOutcome, Failure> {
     let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
     let (experiment, building) = experiment(room, room.even(size, linear), &keys)?;
@@ -123,7 +159,8 @@ fn run(
         runs: Vec::new(),
         foretold: None,
     };
-    for walks in PARTS.map(|part| (truth.walks / part / unit).max(2)) {
+    for walks in BY_HAND.into_iter().filter(|&walks| walks <= most) {
+        let walks = (walks / unit).max(2);
         if walks <= done {
             continue;
         }
@@ -138,33 +175,75 @@ fn run(
 }
 
 /// What the program's choice comes to, for each number of walks, and without words.
-pub fn chosen(room: &ChoiceRoom, truth: &RoomReference) -> Result<Vec<JobOutcome>, Failure> {
-    let budgets = PARTS.map(|part| format!("budget.paths={}", truth.walks / part));
-    let mut found = Vec::new();
-    for keys in budgets.iter().map(|key| vec![key.clone()]).chain([Vec::new()]) {
-        let keys: Vec<String> =
-            keys.into_iter().chain((!room.is_mesh).then(|| "scene.patches=auto".into())).collect();
-        let open = job::load(&room.path, &keys)?;
-        let start = seconds();
-        let Some(chosen) = results::choose(&open, 1)? else { return Err("nothing is open".into()) };
-        let choosing = seconds() - start;
-        let job = job::load(&room.path, &keys).and_then(|job| job.cut(&keys, &chosen.partition))?;
-        let forecast = job.forecast.ok_or("no forecast")?;
-        let experiment = Experiment::new(chosen.build_scene(&job)?, job.method.walks())?;
-        let tally = walk(&experiment, 1, forecast.for_paths.min(job.budget.paths));
-        let told = Estimates::new(&experiment, &tally, 0.95);
-        let time = seconds() - start;
-        let [all, placewise] = truth.errors(&told);
-        let patches = experiment.scene().faces().patch_count();
-        let basis = if forecast.linear { "linear" } else { "constant" };
-        found.push(JobOutcome {
-            what: format!("{basis}, {} walks, {} of the pilot", forecast.for_paths, forecast.paths),
-            patches,
-            runs: vec![[time, all, placewise]],
-            foretold: Some([choosing, forecast.noise, forecast.discretisation]),
-        });
-        let JobOutcome { what, runs, foretold, .. } = &found[found.len() - 1];
-        eprintln!("{}: chosen {what}, {patches} patches: {runs:.3?} {foretold:.4?}", room.name);
-    }
+pub fn chosen(room: &ChoiceRoom, truth: &RoomReference, effort: Effort) -> Result<Vec<JobOutcome>, Failure> {
+    let budgets = CHOSEN.map(|walks| Some(format!("budget.paths={walks}")));
+    budgets.into_iter().chain([None]).map(|budget| chosen_for((room, truth), budget, effort.seeds)).collect()
+}
+
+/// One row of the page: choices and runs of all seeds.
+fn chosen_for(
+    (room, truth): (&ChoiceRoom, &RoomReference),
+    budget: Option<String>,
+    seeds: u64,
+) -> Result<JobOutcome, Failure> {
+    let runs: Vec<ChosenRun> = (1..=seeds)
+        .map(|seed| {
+            let keys: Vec<String> = budget.iter().cloned().chain([format!("seed={seed}")]).collect();
+            chosen_run(room, truth, &keys)
+        })
+        .collect::<Result<_, _>>()?;
+    let mean = |of: &dyn Fn(&ChosenRun) -> f64| runs.iter().map(of).sum::<f64>() / seeds as f64;
+    let root = |of: &dyn Fn(&ChosenRun) -> f64| mean(&|run| of(run) * of(run)).sqrt();
+    let of_first = &runs[0].forecast;
+    let basis = if of_first.linear { "linear" } else { "constant" };
+    let found = JobOutcome {
+        what: format!(
+            "{basis}, {:.0} walks, {:.0} of the pilot",
+            mean(&|run| run.forecast.for_paths as f64),
+            mean(&|run| run.forecast.paths as f64)
+        ),
+        patches: mean(&|run| run.patches as f64) as usize,
+        runs: vec![[mean(&|run| run.time), root(&|run| run.errors[0]), root(&|run| run.errors[1])]],
+        foretold: Some([
+            mean(&|run| run.choosing),
+            root(&|run| run.forecast.noise),
+            root(&|run| run.forecast.discretisation),
+        ]),
+    };
+    let each: Vec<[f64; 2]> = runs.iter().map(|run| run.errors).collect();
+    let JobOutcome { what, patches, runs, foretold } = &found;
+    eprintln!("{}: chosen {what}, {patches} patches: {runs:.3?} {foretold:.4?} {each:.3?}", room.name);
     Ok(found)
+}
+
+/// A choice and a run on it.
+struct ChosenRun {
+    /// Processor time of all, and of choosing [s].
+    time: f64,
+    choosing: f64,
+    errors: [f64; 2],
+    patches: usize,
+    forecast: Forecast,
+}
+
+fn chosen_run(room: &ChoiceRoom, truth: &RoomReference, keys: &[String]) -> Result<ChosenRun, Failure> {
+    let start = seconds();
+    let (experiment, forecast, job) = on_chosen(room, keys)?;
+    let choosing = seconds() - start;
+    let tally = walk(&experiment, job.seed, forecast.for_paths.min(job.budget.paths));
+    let told = Estimates::new(&experiment, &tally, 0.95);
+    let time = seconds() - start;
+    let patches = experiment.scene().faces().patch_count();
+    Ok(ChosenRun { time, choosing, errors: truth.errors(&told), patches, forecast })
+}
+
+/// The method of a job on patches that are chosen for it.
+pub fn on_chosen(room: &ChoiceRoom, keys: &[String]) -> Result<(Experiment, Forecast, Job), Failure> {
+    let auto = (!room.is_mesh).then(|| "scene.patches=auto".into());
+    let keys: Vec<String> = keys.iter().cloned().chain(auto).collect();
+    let open = job::load(&room.path, &keys)?;
+    let Some(chosen) = results::choose(&open, 1)? else { return Err("nothing is open".into()) };
+    let job = open.cut(&keys, &chosen.partition)?;
+    let forecast = job.forecast.ok_or("no forecast")?;
+    Ok((Experiment::new(chosen.build_scene(&job)?, job.method.walks())?, forecast, job))
 }

@@ -1,17 +1,18 @@
-//! The light at points of all faces, by two references of independent walks on small cells. Products of what both say have no bias.
+//! The light at points of all faces, by two references of independent walks on small patches. Products of what both say have no bias.
 
-use std::thread;
+use std::path::Path;
+use std::{fs, thread};
 
-use radiosity::{Estimates, Scene, Side};
+use radiosity::{Estimates, Experiment, Scene, Side};
 
-use super::runs::{ChoiceRoom, experiment, walk};
+use super::runs::{ChoiceRoom, experiment, on_chosen, walk};
 use crate::walking::Failure;
 
 /// Points on all faces together.
 const POINTS: f64 = 100_000.0;
 
-/// The cells of a reference, all faces together, and the shortest of their edges [m].
-const CELLS: f64 = 200_000.0;
+/// The patches of a reference are chosen for this many times its walks: cells of one size are too large beside lamps.
+const FINER: u64 = 8;
 
 /// Light below this part of the mean counts as so much, where errors are relative to the light of a place.
 const DIM: f64 = 0.1;
@@ -31,24 +32,33 @@ pub struct RoomReference {
     /// The reflected light, by point and channel, as each reference tells [W/m²].
     light: [Vec<f64>; 2],
     channels: usize,
-    /// Walks of a reference.
-    pub walks: u64,
 }
 
 impl RoomReference {
-    /// Walks the references of a room, side by side.
-    pub fn new(room: &ChoiceRoom, walks: u64) -> Result<Self, Failure> {
-        let size = (room.area / CELLS).sqrt();
-        let (fine, _) = experiment(room, room.even(size, true), &[])?;
-        let points = points(fine.scene());
-        let tallies = thread::scope(|scope| {
-            let fine = &fine;
-            let threads = [101, 102].map(|seed| scope.spawn(move || walk(fine, seed, walks)));
-            threads.map(|thread| thread.join().expect("walks do not panic"))
-        });
-        let estimates = tallies.each_ref().map(|tally| Estimates::new(&fine, tally, 0.95));
-        let light = estimates.each_ref().map(|estimates| light_at(&points, estimates));
-        Ok(RoomReference { points, light, channels: fine.scene().channels(), walks })
+    /// The references of a room, as they are kept in a folder, or walked and kept there.
+    pub fn kept(room: &ChoiceRoom, walks: u64, folder: &Path) -> Result<Self, Failure> {
+        // Points do not depend on how surfaces are cut.
+        let (coarse, _) = experiment(room, room.even(f64::INFINITY, true), &[])?;
+        let (points, channels) = (points(coarse.scene()), coarse.scene().channels());
+        let file = folder.join(format!("{}-{walks}.light", room.name));
+        let light = match fs::read(&file) {
+            Ok(bytes) if bytes.len() == 2 * size_of::<f64>() * channels * points.len() => {
+                let (numbers, _) = bytes.as_chunks();
+                let all: Vec<f64> = numbers.iter().map(|number| f64::from_le_bytes(*number)).collect();
+                let (one, other) = all.split_at(all.len() / 2);
+                [one.to_vec(), other.to_vec()]
+            }
+            _ => {
+                let keys = [format!("budget.paths={}", FINER * walks), "seed=97".into()];
+                let (fine, ..) = on_chosen(room, &keys)?;
+                let light = walked(&fine, &points, walks);
+                let bytes: Vec<u8> = light.iter().flatten().flat_map(|light| light.to_le_bytes()).collect();
+                fs::create_dir_all(folder)?;
+                fs::write(&file, bytes)?;
+                light
+            }
+        };
+        Ok(RoomReference { points, light, channels })
     }
 
     /// Errors of what is told of the light: root mean squares over the area, relative to the light, and relative to the light of each place or
@@ -86,6 +96,15 @@ impl RoomReference {
         }
         light / area
     }
+}
+
+/// The light at points by two references, walked side by side.
+fn walked(fine: &Experiment, points: &[RoomPoint], walks: u64) -> [Vec<f64>; 2] {
+    let tallies = thread::scope(|scope| {
+        let threads = [101, 102].map(|seed| scope.spawn(move || walk(fine, seed, walks)));
+        threads.map(|thread| thread.join().expect("walks do not panic"))
+    });
+    tallies.map(|tally| light_at(points, &Estimates::new(fine, &tally, 0.95)))
 }
 
 /// Points of all faces that reflect, by a sequence of even spread (R₂) on each.

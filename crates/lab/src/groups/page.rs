@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::runs::{Failure, GroupOutcome};
 use super::{PATHS, UNIFORM};
+use crate::edition::origin;
 
 /// All that was found.
 pub struct Studied {
@@ -22,13 +23,13 @@ pub fn write(folder: &Path, millions: u64, studied: &Studied) -> Result<(), Fail
     let Studied { uniform, open: chosen, .. } = studied;
     let mut text = format!(
         "# What groups of faces save\n\n\
-         `radwalk-lab groups docs/results {millions}` writes this page, radwalk {}.\n\n\
+         `radwalk-lab groups docs/results {millions}` writes this page: {}.\n\n\
          The scene is `scenes::interior` of {} triangles as an OBJ file: two furnished rooms, an object for each piece of furniture. Errors are relative L2\n\
          errors of the reflected light, noise and discretisation together, against two references of {millions} million walks each. *All light*: on cells of at most\n\
          5 cm². *Faces*: of the means of faces above 10 cm², for which one patch a face has noise alone. Times are processor times of one core:\n\
          building the scene and walks, and for chosen patches pilot and choice, without reading the file and writing the results. A chosen job's scene takes from\n\
          the pilot's what rays find surfaces by.\n",
-        env!("CARGO_PKG_VERSION"),
+        origin(),
         uniform[0].patches,
     );
     for (k, title) in [(0, "All light"), (1, "Means of faces above 10 cm²")] {

@@ -11,6 +11,7 @@ use super::measure::{
     CLASSES, Distance, FRACTION, MethodRow, NARROWED, TARGET_SEEDS, TOTAL_SEEDS, ToldAndTrue, TotalReached,
 };
 use super::scenes::HonestyScene;
+use crate::edition::origin;
 
 /// The band of coverages [%] of 95 % intervals: below, chance apart, an interval is not true; above, from this class on, it is wider than it
 /// need be.
@@ -154,7 +155,7 @@ fn head(sites: &[HonestyScene]) -> Result<String, Failure> {
         sites.iter().filter(|site| !site.made).map(|site| format!(" {}", site.file)).collect();
     let mut head = format!(
         "# Whether the figures told are true\n\n\
-         `radwalk-lab honesty docs/results{quick}{rooms}` writes this page, radwalk {}, in {:.0} s of processor time.\n\n\
+         `radwalk-lab honesty docs/results{quick}{rooms}` writes this page: {}, in {:.0} s of processor time.\n\n\
          A run tells many figures about its own accuracy: an interval and a standard error for each patch, a headline, whether a target is reached, the error of the whole answer before the\n\
          run and after it, the distance of the discretised system from the light, and checks. This page runs each method in each scene with many seeds, and holds each figure against what is\n\
          true: *told over true*. A ratio of 1 is right, below 1 the program claims more than it knows, above 1 it knows more than it claims.\n\n\
@@ -165,7 +166,7 @@ fn head(sites: &[HonestyScene]) -> Result<String, Failure> {
          - **Bold** cells are outside of their band by more than three standard errors of the study itself. The last section lists each with its reason.\n\n\
          Rooms from archives are not part of the repository: `CornellBox-Original.obj` stands in many public collections, `corridor.mgf` and `office2.mgf` among the MGF scenes, `simpleRoom.obj` beside a program that draws shadows.\n\n\
          | scene | what it is |\n|---|---|\n",
-        env!("CARGO_PKG_VERSION"),
+        origin(),
         super::scenes::processor_seconds(),
     );
     for site in sites {

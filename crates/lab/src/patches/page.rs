@@ -9,6 +9,7 @@ use report::{Axis, Chart, Point, Series, Style};
 use super::pictures;
 use super::runs::Failure;
 use super::study::{CEILINGS, PATHS, PatchStudy, SEEDS, StudyRow};
+use crate::edition::origin;
 
 /// Jobs that the tables have rows of.
 const TOLD: [u64; 3] = [PATHS[0], PATHS[2], PATHS[4]];
@@ -43,13 +44,13 @@ fn head(millions: u64, studies: &[PatchStudy]) -> String {
     let cells: Vec<String> = studies.iter().map(|study| format!("{} {}", study.name, study.cells)).collect();
     format!(
         "# What chosen patches save\n\n\
-         `radwalk-lab patches docs/results {millions}` writes this page, radwalk {}.\n\n\
+         `radwalk-lab patches docs/results {millions}` writes this page: {}.\n\n\
          The error is the relative L2 error of the reflected light over the area, noise and discretisation together. Noise is that of a run's\n\
          sample variances; discretisation is measured against two independent references of {millions} million walks each, linear fits on fine cells ({}).\n\
          *Saved* is how many times the walks of the job the best uniform grid of constants needs for the same error; that grid is found by search\n\
          with the truth known. Chosen patches are means over {SEEDS} seeds. *–*: no uniform grid that was measured comes to that error. Processor times\n\
          are the least of three.\n",
-        env!("CARGO_PKG_VERSION"),
+        origin(),
         cells.join(", "),
     )
 }

@@ -12,6 +12,7 @@ use super::runs::{Failure, experiment, walk};
 use super::study::open_job;
 use super::told::{FACTOR, LONG, near};
 use super::truth::Truth;
+use crate::edition::origin;
 
 /// Walks of the jobs.
 const PATHS: [u64; 3] = [100_000, 1_000_000, 10_000_000];
@@ -60,14 +61,14 @@ impl TrueSpread {
 pub fn write(folder: &Path, millions: u64) -> Result<(), Failure> {
     let mut text = format!(
         "# How truly runs tell the spread of light over patches\n\n\
-         `radwalk-lab patches docs/results {millions} spread` writes this page, radwalk {}.\n\n\
+         `radwalk-lab patches docs/results {millions} spread` writes this page: {}.\n\n\
          Scenes and patches are those of [chosen patches](patches.md), for seed 0, with the linear basis; the truth is that of two references of {millions} million walks each. *Told*:\n\
          the part of the area where a run's `spread` is within a factor of {FACTOR} of the truth. *Without noise*: the same for a run that knows the best linear fit to each patch;\n\
          elsewhere light varies in ways that no linear fit sees. *Ceiling*: the same for the best estimate from the slopes that a run finds of a patch and from their noise, one that knows\n\
          how many patches of each spread there are ({RUNS} imagined runs of each patch). Then the area by the true spread over the noise of its estimate, and the part of it where the\n\
          spread is told within the factor.\n\n\
          | scene | walks | told | without noise | ceiling | below 1 | 1 to 2 | 2 to 4 | above 4 |\n|---|---|---|---|---|---|---|---|---|\n",
-        env!("CARGO_PKG_VERSION"),
+        origin(),
     );
     // Where light is even there is no spread to be told.
     for room in rooms().iter().filter(|room| room.name != "even-cube") {

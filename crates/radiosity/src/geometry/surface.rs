@@ -93,7 +93,8 @@ impl Surface {
         self.corner
     }
 
-    pub(crate) fn edges(&self) -> [DVec3; 2] {
+    /// The edges along u and v.
+    pub fn edges(&self) -> [DVec3; 2] {
         [self.edge_u, self.edge_v]
     }
 
