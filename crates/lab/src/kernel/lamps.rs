@@ -23,7 +23,7 @@ const TURNS: u64 = 15;
 
 /// Walks of a run whose intervals are held against the truth, and of the run that tells it.
 const RUN: u64 = 1 << 15;
-const TRUTH: u64 = 1 << 26;
+const TRUTH: u64 = 1 << 24;
 
 /// Runs, where none are asked for.
 const RUNS: u64 = 2000;
@@ -90,9 +90,9 @@ fn experiment(mut spec: SceneSpec, emission: Option<Emission>) -> Result<Experim
     match emission {
         None => spec.surfaces.push(square.emitting(1.0)),
         Some(emission) => {
-            // In the plane of the square, which is as dark as before.
+            // Below the square, which is as dark as before.
             spec.surfaces.push(square);
-            spec.lamps.list = vec![LampSpec::new(place, emission, 1.0)];
+            spec.lamps.list = vec![LampSpec::new(place - 0.05 * DVec3::Z, emission, 1.0)];
             spec.lamps.tables = vec![axial(), uneven()];
         }
     }
