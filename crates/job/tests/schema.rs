@@ -123,7 +123,6 @@ const CHANGES: &[(&str, &str, bool)] = &[
     ("patches = [3, 2]", "cells = [3, 2]", false),
     ("[[0,0,1],[1,0,1],[0,1,1]]", "[[0,0,1],[1,0,1]]", false),
     ("point = [0,0,1]", "point = [0,0]", false),
-    ("index = \"tree\"", "index = \"hash\"", false),
     ("up = \"x\"", "up = \"w\"", false),
     ("unit = 0.5", "unit = 0", false),
     ("sides = \"file\"", "sides = 3", false),
