@@ -66,7 +66,7 @@ pub(crate) fn origin() -> String {
 }
 
 /// The class of this machine, as far as it is known.
-pub(crate) fn machine() -> String {
+fn machine() -> String {
     let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let known = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = known.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));

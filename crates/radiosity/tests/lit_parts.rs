@@ -58,6 +58,25 @@ fn the_floor_beneath_a_box_is_dark_and_so_is_the_inside() {
     }
 }
 
+/// Halves of a rectangle do not see each other, though rounding has each a little above the other's plane: the inside of a box of triangles is
+/// dark, however the box is turned.
+#[test]
+fn halves_of_a_wall_bring_no_light_inside() {
+    for turn in 0..8 {
+        let mut spec = lit_room([1, 1]);
+        let walls = cuboid(DVec3::new(1.5, 1.5, 0.0), DVec3::new(0.7, 0.6, 1.1), 0.3 + 0.7 * f64::from(turn));
+        let halves = walls.into_iter().flat_map(|wall| {
+            let (corner, u, v) = flipped(wall).edges();
+            let half = |a: DVec3, u: DVec3, v: DVec3| Shape::Triangle { a, b: a + u, c: a + v, rows: 1 };
+            [half(corner, u, v), half(corner + u + v, -u, -v)]
+        });
+        spec.extend(halves.map(|half| both_sides(half, 0.9)));
+        let parts = parts(&SceneSpec::new(spec));
+        assert!(parts[6..16].iter().all(|&part| part == 1.0), "outside, turn {turn}: {parts:?}");
+        assert!(parts[16..].iter().all(|&part| part == 0.0), "inside, turn {turn}: {parts:?}");
+    }
+}
+
 /// A room with boxes that touch, overlap and pierce, doubled plates, slivers, and a plane far larger than the room.
 fn messy_room(number: u64) -> SceneSpec {
     let mut rng = Sequence::new(0x3E55).walk(number);

@@ -15,7 +15,7 @@ use scenes::interior;
 use stats::{Coverage, Interval};
 
 use super::{Failure, median};
-use crate::edition::machine;
+use crate::edition::origin;
 
 /// Walks of one measurement of time, and how many there are of each.
 const WALKS: u64 = 1 << 17;
@@ -36,8 +36,8 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     let runs = words.get(1).map_or(Ok(RUNS), |word| word.parse())?;
     let tables = births()? + &coverage(runs)?;
     let page = format!(
-        "# Lamps\n\nMade by `radwalk-lab lamps FOLDER {runs}` on one thread of: {}.\n\n{tables}",
-        machine()
+        "# Lamps\n\nMade by `radwalk-lab lamps FOLDER {runs}` on one thread: {}.\n\n{tables}",
+        origin()
     );
     fs::create_dir_all(folder)?;
     fs::write(Path::new(folder).join("lamps.md"), page)?;

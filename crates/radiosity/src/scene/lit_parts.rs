@@ -44,6 +44,9 @@ const FROM_LIGHT: usize = 1 << 11;
 /// The points at which a face that walks have hit is searched for a lit sliver.
 const SLIVER_POINTS: usize = 1024;
 
+/// Directions that rise less than this above a plane lie in it, but for rounding: triangles of one plane do not see each other.
+const GRAZING: f64 = 1e-9;
+
 /// The group of points that light comes to.
 const LIT: u32 = u32::MAX;
 
@@ -229,11 +232,11 @@ impl Point {
         Ray { origin: self.place(scene), direction, from: self.surface }
     }
 
-    /// The ray to a place; `None` where the place is not on the point's side.
+    /// The ray to a place; `None` where the place is not on the point's side, or so near to its plane that rounding decides.
     fn towards(&self, scene: &Scene, place: DVec3) -> Option<Ray> {
         let origin = self.place(scene);
         let direction = (place - origin).try_normalize()?;
-        (direction.dot(self.normal(scene)) > 0.0).then_some(Ray { origin, direction, from: self.surface })
+        (direction.dot(self.normal(scene)) > GRAZING).then_some(Ray { origin, direction, from: self.surface })
     }
 
     /// Whether a ray that was aimed at this point has met it: a surface is flat, so that there is no other place where it may be met.
