@@ -15,7 +15,7 @@ use std::sync::Mutex;
 use glam::DVec3;
 
 use super::Scene;
-use super::sealed::Joined;
+use super::sealed::{GRAZING, Joined};
 use super::view::Lookout;
 use crate::geometry::spec::Side;
 use crate::random::rng::{Sequence, WalkRng};
@@ -43,9 +43,6 @@ const FROM_LIGHT: usize = 1 << 11;
 
 /// The points at which a face that walks have hit is searched for a lit sliver.
 const SLIVER_POINTS: usize = 1024;
-
-/// Directions that rise less than this above a plane lie in it, but for rounding: triangles of one plane do not see each other.
-const GRAZING: f64 = 1e-9;
 
 /// The group of points that light comes to.
 const LIT: u32 = u32::MAX;

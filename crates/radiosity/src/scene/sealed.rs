@@ -16,6 +16,9 @@ use crate::random::rng::{Sequence, WalkRng};
 use crate::simd::batch::WIDTH;
 use crate::trace::ray::Ray;
 
+/// Directions that rise less than this above a plane lie in it, but for rounding: triangles of one plane do not see each other.
+pub(super) const GRAZING: f64 = 1e-9;
+
 /// The seed of the rays: which faces are sealed is a function of the scene alone.
 const SEED: u64 = 0x5EA1;
 
@@ -196,7 +199,7 @@ impl<'a> LightSearch<'a> {
         let direction = surface.direction(piece.side, self.rng.bits());
         let outwards = if piece.side == Side::Front { surface.normal() } else { -surface.normal() };
         let aim = self.aim(number).and_then(|place| (place - origin).try_normalize());
-        Ray { origin, direction: aim.filter(|aim| aim.dot(outwards) > 0.0).unwrap_or(direction), from }
+        Ray { origin, direction: aim.filter(|aim| aim.dot(outwards) > GRAZING).unwrap_or(direction), from }
     }
 
     /// The place that a ray is aimed at.
