@@ -28,7 +28,7 @@ pub struct PlaneFigures {
     pub maximum: Figure,
     /// U₀: the minimum over the mean. Either interval fails with half the probability, however their errors hang together.
     pub uniformity: Figure,
-    /// U_d: the minimum over the maximum, likewise.
+    /// U_d: the minimum over the maximum, with an interval that holds as that of U₀ does.
     pub diversity: Figure,
 }
 

@@ -25,7 +25,7 @@ use crate::trace::ray::{Hit, Ray};
 /// The seed of points and paths: what is lit is a function of the scene alone.
 const SEED: u64 = 0x11A7;
 
-/// The points of a scene: so many by number of faces, and as many by area.
+/// The points of a scene that are shared out by the number of faces, and those shared out by area.
 const POINTS: usize = 1 << 14;
 
 /// The most points of a face.
@@ -383,7 +383,7 @@ fn emits(scene: &Scene, hit: &Hit) -> bool {
     face_met(scene, hit).is_some_and(|face| scene.faces().get(face as usize).emittance.is_lit())
 }
 
-/// One of so many by 64 random bits.
+/// A number below `many` that 64 random bits choose.
 fn choice(bits: u64, many: usize) -> usize {
     ((u128::from(bits) * many as u128) >> 64) as usize
 }
