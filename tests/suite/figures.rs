@@ -358,15 +358,7 @@ fn no_method_reaches_a_target_that_the_truth_misses() {
             let (name, method, most) = all_methods(scene.faces().len() as u64).swap_remove(kind);
             // Walks between reflectances of 0.999 have a thousand rays.
             let most = if number % 6 == 4 && most > 1000 { 1 << 12 } else { most };
-            let target = Target {
-                relative_error: 0.2,
-                fraction: 0.9,
-                min_paths: 1024,
-                min_hits: 10,
-                unhit: Unhit::Infinite,
-                patches: None,
-                quantity: Quantity::Irradiance,
-            };
+            let target = loose_target();
             let experiment = Experiment::new(scene, method).unwrap();
             let mut observer = Observer::new(experiment.clone(), 0.95, Some(target.clone()));
             let (mut seen, mut tally) = (Vec::new(), experiment.tally::<2>());
@@ -460,6 +452,19 @@ fn terminal_page_and_summary_tell_one_headline() {
     }
 }
 
+/// The irradiance of nine tenths of the area within a fifth.
+fn loose_target() -> Target {
+    Target {
+        relative_error: 0.2,
+        fraction: 0.9,
+        min_paths: 1024,
+        min_hits: 10,
+        unhit: Unhit::Infinite,
+        patches: None,
+        quantity: Quantity::Irradiance,
+    }
+}
+
 /// A scene whose patches a pilot chooses for some paths, to be walked by the method that it chooses, too.
 fn chosen(spec: &SceneSpec, paths: u64, seed: u64) -> Experiment {
     let folder = tempdir().unwrap();
@@ -483,15 +488,7 @@ fn no_target_is_reached_on_chosen_patches_that_the_truth_misses() {
     for number in (0..24).filter(|number| ![3, 4].contains(&(number % 6))) {
         let spec = if number < 12 { hard_scene(number) } else { in_colour(hard_scene(number)) };
         let experiment = chosen(&spec, 1 << 14, number);
-        let target = Target {
-            relative_error: 0.2,
-            fraction: 0.9,
-            min_paths: 1024,
-            min_hits: 10,
-            unhit: Unhit::Infinite,
-            patches: None,
-            quantity: Quantity::Irradiance,
-        };
+        let target = loose_target();
         let mut observer = Observer::new(experiment.clone(), 0.95, Some(target.clone()));
         let (mut seen, mut tally) = (Vec::new(), experiment.tally::<2>());
         for walks in looks(&experiment, 1 << 16) {

@@ -1,4 +1,4 @@
-//! Which parts of faces light comes to, where walks go on from where they arrive: held against walks, in rooms that nobody made for it.
+//! The search for lit parts of faces is held against continuous walks, in random rooms of touching, overlapping and doubled bodies.
 
 mod common;
 

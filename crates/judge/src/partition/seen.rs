@@ -477,7 +477,7 @@ impl Cells {
     }
 }
 
-/// How often the cells of one cell are doubled until there are about so many, the longer edges of cells first.
+/// The doublings along u and v that cut a cell into about a given number of cells. Longer edges are doubled first.
 fn levels_for(base: Grid, edges: [f64; 2], cells: f64) -> [u32; 2] {
     let mut levels = [0, 0];
     loop {

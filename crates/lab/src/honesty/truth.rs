@@ -84,7 +84,7 @@ struct Sample {
 }
 
 impl Fine {
-    /// The light of a scene of so many faces.
+    /// The light of a scene with a given number of faces.
     pub fn new(site: &HonestyScene, faces: usize) -> Result<Self, Failure> {
         let chosen = METHODS.iter().find(|method| method.chooses()).expect("patches are chosen");
         let walks = FINE_WALKS.max(LONGER_IN_ROOMS * chosen.paths(site, faces));
