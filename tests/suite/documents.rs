@@ -627,3 +627,15 @@ fn readme_and_architecture_are_short() {
     let words = read("ARCHITECTURE.md").split_whitespace().count();
     assert!(words <= 3500, "{words} words");
 }
+
+/// `check` finds no fault in any job that comes with the program.
+#[test]
+fn examples_pass_their_own_check() {
+    let folder = fs::read_dir(Path::new(ROOT).join("configs")).unwrap();
+    let jobs: Vec<_> = folder.map(|entry| entry.unwrap().path()).filter(|path| path.is_file()).collect();
+    assert!(jobs.len() > 5, "{jobs:?}");
+    for job in jobs {
+        let (code, stdout, stderr) = run(&["check", job.to_str().unwrap()]);
+        assert_eq!(code, 0, "{job:?}: {stdout}{stderr}");
+    }
+}

@@ -112,8 +112,11 @@ pub(crate) struct LightPilot {
     escaped: [f64; 2],
     /// The number of walks.
     walks: f64,
-    /// The power that arrived at the back of each surface [W].
+    /// The power that arrived at the back of each surface [W], without what came straight from the sky: that is the light on the
+    /// outsides of a building.
     backs: Vec<f64>,
+    /// The first surface of the box that stands for the sky; the number of surfaces where there is none.
+    sky: u32,
     /// Whether light left or arrived at the sides of each surface: front, back.
     lit: Vec<[bool; 2]>,
     /// Some places where light arrived at an active side.
@@ -151,6 +154,7 @@ impl LightPilot {
             escaped: [0.0; 2],
             walks: 0.0,
             backs: vec![0.0; surfaces],
+            sky: scene.surfaces_before_sky() as u32,
             lit: vec![[false; 2]; surfaces],
             lit_places: EvenSample::default(),
             emission: vec![[EmissionOutcome::default(); 2]; surfaces],
@@ -178,7 +182,16 @@ impl LightPilot {
                 births.iter().zip(first..).map(|(&birth, walk)| PilotWalk::born(scene, birth, step, walk));
             pilot.walk(scene, &mut lookout, walks.collect());
         }
+        pilot.forgive_sky();
         pilot
+    }
+
+    /// Counts nothing of a sky as lost at once where some of it comes to active sides: most of a sky's light passes a building by.
+    fn forgive_sky(&mut self) {
+        let sky = &mut self.emission[self.sky as usize..];
+        if sky.iter().flatten().any(|emission| emission.lost < emission.power) {
+            sky.iter_mut().flatten().for_each(|emission| emission.lost = 0.0);
+        }
     }
 
     /// Follows some walks to their ends.
@@ -213,7 +226,8 @@ impl LightPilot {
                 }
             }
             Some(hit) if !scene.surfaces()[hit.surface as usize].is_active(hit.side) => {
-                self.backs[hit.surface as usize] += power;
+                let is_skylight = (self.sky..self.backs.len() as u32).contains(&ray.from);
+                self.backs[hit.surface as usize] += if is_skylight { 0.0 } else { power };
             }
             Some(hit) => {
                 self.lit[hit.surface as usize][usize::from(hit.side == Side::Back)] = true;

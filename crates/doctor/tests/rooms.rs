@@ -2,7 +2,7 @@
 
 use doctor::{Finding, Kind, examine, repair};
 use glam::DVec3;
-use radiosity::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
+use radiosity::{SKY, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 const WALLS: [&str; 6] = ["floor", "ceiling", "south", "north", "west", "east"];
 
@@ -85,6 +85,20 @@ fn changed(change: impl FnOnce(&mut Vec<SurfaceSpec>)) -> SceneSpec {
     let mut room = room();
     change(&mut room.surfaces);
     room
+}
+
+/// The room without a lamp and with a low south wall, in a box that stands for the sky.
+fn under_sky() -> SceneSpec {
+    changed(|surfaces| {
+        surfaces.truncate(6);
+        surfaces[2] = quad("south", [0., 0., 0.], [0., 0., 1.], [4., 0., 0.]);
+        let mut sky = cuboid([SKY; 6], [-0.1; 3], [4.2, 3.2, 2.7], false);
+        for side in &mut sky {
+            side.emittance = 100.0.into();
+            side.reflectance = 0.0.into();
+        }
+        surfaces.extend(sky);
+    })
 }
 
 const BLOCK: [&str; 6] = ["b-bottom", "b-top", "b-south", "b-north", "b-west", "b-east"];
@@ -269,6 +283,16 @@ fn broken() -> Vec<(&'static str, SceneSpec, Kind, &'static str)> {
             Kind::Buried,
             "i1",
         ),
+        (
+            "a flipped wall under a sky",
+            {
+                let mut room = under_sky();
+                turn(&mut room.surfaces[5]);
+                room
+            },
+            Kind::Back,
+            "east",
+        ),
     ]
 }
 
@@ -277,6 +301,7 @@ fn sound() -> Vec<(&'static str, SceneSpec)> {
     vec![
         ("an empty room", room()),
         ("a room with two-sided walls", box_of_two_sides),
+        ("a room under a sky, which lights its outsides", under_sky()),
         ("a block in mid-air", with(block([1., 1., 0.5], [0.5; 3]))),
         ("a block on the floor", with(block([1., 1., 0.], [0.5; 3]))),
         ("a cupboard of two-sided sheets on a floor of two sides, with a glass on its top", {
