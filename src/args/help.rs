@@ -16,12 +16,12 @@ Exit codes:
   1    the budget or the wall clock ended the job before its target was reached; a check names faults
   2    bad input or usage, or results that cannot be written
   3    the cluster failed, or an audit, a difference or a page of results did not hold
-  130  interrupted; what was walked is written, `--resume` goes on from it
+  130  interrupted; what was walked is written, and `--resume` goes on from it
 
 Environment:
-  RADWALK_LOG     the least level that is told on stderr: error, warn, info, debug, trace or off [default: info; with
+  RADWALK_LOG     the least level of messages on stderr: error, warn, info, debug, trace or off [default: info; with
                   --quiet: error]
-  GLIBC_TUNABLES  as of the C library; where it is not set, workers of `radwalk run` ask for huge pages
+  GLIBC_TUNABLES  of the C library; where it is not set, workers of `radwalk run` ask for huge pages
 
 Jobs, scenes, output files and checks: docs/reference/.";
 

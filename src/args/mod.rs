@@ -21,7 +21,7 @@ pub(crate) struct Cli {
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
-    /// Shoot a job on worker processes of this machine and write its results
+    /// Run a job on worker processes of this machine and write its results
     #[command(after_help = RUN)]
     Run(RunArgs),
     /// Coordinate a job for workers that are started elsewhere (`radwalk work`)
@@ -33,7 +33,7 @@ pub(crate) enum Command {
     /// Join a coordinator as one worker, and coordinate workers of its own
     #[command(after_help = RELAY)]
     Relay(RelayArgs),
-    /// Show the state of a running job: workers, rates, errors, time left, last checkpoint, faults
+    /// Show the state of a running job: workers, rates, errors, time left, checkpoint, faults
     #[command(after_help = STATUS)]
     Status(StatusArgs),
     /// Compare two results of one scene, patch by patch
@@ -45,7 +45,7 @@ pub(crate) enum Command {
     /// Count exchange factors between groups of surfaces, and the heat between them
     #[command(after_help = FACTORS)]
     Factors(FactorsArgs),
-    /// Count daylight coefficients of the sensors of a job, and what a year of weather makes of them
+    /// Compute a year of daylight at the sensors of a job
     #[command(after_help = DAYLIGHT)]
     Daylight(DaylightArgs),
     /// Write a sky vector, or the sky matrix of a year, in the layout of Radiance's gendaymtx
@@ -54,19 +54,19 @@ pub(crate) enum Command {
     /// Combine runs of one scene and method into one result
     #[command(after_help = MERGE)]
     Merge(MergeArgs),
-    /// Tell what a run says of any mixture of its sources, without tracing a ray
+    /// Compute any mixture of a run's sources, without tracing a ray
     #[command(after_help = COMBINE)]
     Combine(CombineArgs),
     /// Trace a random sample of a result's walks again and compare exactly
     #[command(after_help = AUDIT)]
     Audit(AuditArgs),
-    /// Make table, summary, picture and page of a result again from its tally
+    /// Make the files of a result again from its tally
     #[command(after_help = REPORT)]
     Report(ReportArgs),
-    /// Trace one walk in words
+    /// Describe one walk: its birth, its hits and its end
     #[command(after_help = REPLAY)]
     Replay(ReplayArgs),
-    /// Say what a job will take: walks, rays, time, memory and traffic, by bounds and by a pilot
+    /// Predict the walks, rays, time, memory and traffic of a job
     #[command(after_help = PLAN)]
     Plan(PlanArgs),
     /// Moved to radwalk-lab
@@ -75,16 +75,16 @@ pub(crate) enum Command {
     /// Write a job and a scene to begin with
     #[command(after_help = NEW)]
     New(NewArgs),
-    /// Check a job or a scene and say what would be modelled, and why
+    /// Check a job or a scene, and say what will be modelled and why
     #[command(after_help = CHECK)]
     Check(CheckArgs),
-    /// Say what is in the file of a luminaire (IES or EULUMDAT), and draw its polar curve
+    /// Describe a luminaire file (IES or EULUMDAT), and draw its polar curve
     #[command(after_help = LAMP)]
     Lamp(LampArgs),
     /// Moved to radwalk-lab
     #[command(hide = true)]
     Stability(MovedArgs),
-    /// Chart speed against accuracy of every method that fits a scene, and say what to use when
+    /// Chart speed against accuracy of every method that fits a scene
     #[command(after_help = COMPARE)]
     Compare(CompareArgs),
     /// Explain a command, or a word that radwalk uses

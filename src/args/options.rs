@@ -145,8 +145,7 @@ pub(crate) struct ListenArgs {
     /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
     pub listen: String,
-    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
-    /// a gateway in between has another
+    /// The name or address by which others reach this machine, if --listen gives another; with a port behind a gateway
     #[arg(long, value_name = "HOST")]
     pub advertise: Option<String>,
 }
@@ -168,12 +167,11 @@ pub(crate) struct CourseArgs {
     /// Go on from the checkpoint in the output folder; with more --paths, also from its end
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
-    /// Metrics for Prometheus at http://HOST:PORT/metrics; a port alone: for this machine only. The page holds
-    /// no secrets and asks for no key
+    /// Metrics for Prometheus at http://HOST:PORT/metrics, without a key; a port alone: for this machine only
     #[arg(long, value_name = "HOST:PORT")]
     pub metrics: Option<String>,
-    /// The report of the result so far at http://HOST:PORT/, which follows the run; a port alone: for this machine only.
-    /// Elsewhere the address that is printed has a key; the page is not encrypted
+    /// The report of the result so far at http://HOST:PORT/; a port alone: for this machine only. Elsewhere the printed
+    /// address has a key; the page is not encrypted
     #[arg(long, value_name = "HOST:PORT")]
     pub watch: Option<String>,
 }
@@ -212,8 +210,8 @@ pub(crate) struct WorkArgs {
     /// Say nothing but panics; the coordinator reports what goes wrong
     #[arg(long, short)]
     pub quiet: bool,
-    /// How long to look for a coordinator that is not there yet, or went away without a word [default: 600; started by
-    /// hand, 0 for one that is not there yet]
+    /// How long to look for a coordinator that is not there yet, or that vanished [default: 600; without a launcher, 0 for
+    /// one that is not there yet]
     #[arg(long, value_name = "SECONDS")]
     pub wait: Option<u64>,
 }
@@ -344,8 +342,7 @@ pub(crate) struct FactorsArgs {
     /// The channel whose reflectances hold, in a scene in colour
     #[arg(long, value_enum)]
     pub channel: Option<ChannelWord>,
-    /// End where the half-width of intervals is this part of their factors; of each row in the mean square, unless --pairs
-    /// names some
+    /// End where half-widths are this part of their factors: of each row in the mean square, or of each of --pairs
     #[arg(long, value_name = "PART", value_parser = tolerance)]
     pub tolerance: Option<f64>,
     /// Pairs of groups that the tolerance is asked of, each of them; may be a list, e.g. --pairs floor:ceiling,lamp:floor
@@ -369,7 +366,7 @@ pub(crate) struct FactorsArgs {
     /// Leave out factors below this; a column `rest` holds their sum
     #[arg(long, value_name = "LEAST", value_parser = tolerance, requires = "sparse")]
     pub drop: Option<f64>,
-    /// Tell what leaves the scene apart by so many patches of the sky: 145 (Tregenza), 577 or 2305 (Reinhart)
+    /// Divide `escape` by patches of the sky: 145 (Tregenza), 577 or 2305 (Reinhart)
     #[arg(long, value_name = "N", value_parser = sky_patches, requires = "sparse")]
     pub sky_patches: Option<u32>,
     /// Count this part of the rows, e.g. 1/4 on the first of four machines
@@ -383,8 +380,7 @@ pub(crate) struct FactorsArgs {
     /// Listen for workers that are started elsewhere, as coordinate does, in place of starting some here
     #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["workers", "threads"])]
     pub listen: Option<String>,
-    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
-    /// a gateway in between has another
+    /// The name or address by which others reach this machine, if --listen gives another; with a port behind a gateway
     #[arg(long, value_name = "HOST", requires = "listen")]
     pub advertise: Option<String>,
     /// The access file to write for workers [default: <output folder>/access.json]
@@ -414,7 +410,7 @@ pub(crate) struct DaylightArgs {
     /// The channel whose reflectances hold, in a scene in colour
     #[arg(long, value_enum)]
     pub channel: Option<ChannelWord>,
-    /// The walks of a place end where the half-width of the interval of its yearly mean is this part of the mean
+    /// End the walks of a place where the half-width of its yearly mean is this part of the mean
     #[arg(long, value_name = "PART", default_value_t = 0.05, value_parser = tolerance)]
     pub tolerance: f64,
     /// The illuminance that is enough, for daylight autonomy [lx]
@@ -542,7 +538,7 @@ pub(crate) struct MovedArgs {
 
 #[derive(Args)]
 pub(crate) struct CompareArgs {
-    /// Job files; methods are compared in their scenes, whatever methods the jobs have
+    /// Job files, whose scenes are used and whose methods are not
     #[arg(required = true, num_args = 1.., value_name = "JOB")]
     pub jobs: Vec<PathBuf>,
     #[command(flatten)]
@@ -602,7 +598,7 @@ pub(crate) struct CheckArgs {
     /// Look for faults of the geometry: flipped, doubled, buried and leaking surfaces, dark lamps
     #[arg(long)]
     pub fix_report: bool,
-    /// Where the findings and pictures of the worst are written [default: out/<job name>-doctor]
+    /// The folder for findings and pictures [default: out/<job name>-doctor]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Write a copy of the scene with flipped surfaces turned round and doubled ones taken out: NAME.repaired.toml

@@ -212,10 +212,11 @@ fn hold(page: &str, expected: &str) {
     assert!(found == expected, "{page} is not what the program says: RADWALK_BLESS=1 writes it anew");
 }
 
-/// The help of a command, without the options that the page has already: their names stand in one line.
+/// The help of a command without its first line and its examples, and without the options that the page has already: their
+/// names stand in one line.
 fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
-    let Some((head, rest)) = help.split_once("\nOptions:\n") else { return help.to_owned() };
-    let (options, tail) = rest.split_once("\n\nExamples:").unwrap_or((rest, ""));
+    let help = help.split_once("\n\n").unwrap().1.split("\n\nExamples:").next().unwrap();
+    let Some((head, options)) = help.split_once("\nOptions:\n") else { return help.to_owned() };
     let begins =
         |line: &str| line.starts_with("  ") && line.trim_start().starts_with("-") && !line.contains(" - ");
     let mut blocks: Vec<String> = Vec::new();
@@ -235,13 +236,13 @@ fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
     if !names.is_empty() {
         text += &format!("\n  as above: {}", names.join(" "));
     }
-    if tail.is_empty() { text } else { format!("{text}\n\nExamples:{tail}") }
+    text
 }
 
 #[test]
 fn the_page_of_commands_is_their_help() {
-    let mut page = "# Commands\n\nThe program's own help, as `radwalk help COMMAND` prints it; an option that several commands have stands \
-                    once, at the first. A test writes this page.\n"
+    let mut page = "# Commands\n\nThe program's own help; `radwalk help COMMAND` prints it with examples. An option that several commands have \
+                    stands once, at the first. A test writes this page.\n"
         .to_owned();
     let (_, help, _) = run(&["--help"]);
     page += &format!("\n## radwalk\n\n```text\n{}\n```\n", trimmed(&help));

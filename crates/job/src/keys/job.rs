@@ -17,14 +17,14 @@ pub(crate) const JOB: [Key; 14] = [
     Key::new("seed", || integer(0, i64::MAX as u64), "The seed of all random numbers. Default: 0."),
     Key::new("confidence", || json!({"type": "number", "minimum": 0.5, "exclusiveMaximum": 1}), "The level of every interval. Default: 0.95."),
     Key::new("simultaneous", boolean, "Whether all intervals hold together. Default: false."),
-    Key::new("light", word::<Light>, "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf, where light is assumed and with a [[lamp]], else radiant."),
+    Key::new("light", word::<Light>, "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf, with lamps, and where light is assumed; else radiant."),
     Key::new("import", || table(&IMPORT), "How meshes are read."),
     Key::new("method", || table(&METHOD), "How the scene is solved."),
     Key::new("budget", || table(&BUDGET), "What the run may cost.").required(),
     Key::new("target", target_table, "The accuracy at which the run ends. Default: the budget is spent."),
     Key::new("output", || table(&OUTPUT), "What is written beside tally.bin, which is always there."),
     Key::new("view", view, "How the picture is taken. What is absent is chosen from the scene."),
-    Key::new("source", || list_of(source_table(), 0), "Groups of emitters that are told apart. Those that no group holds are the source \"rest\"."),
+    Key::new("source", || list_of(source_table(), 0), "Groups of emitters. Those that no group holds are the source \"rest\"."),
     Key::new("sensitivity", || table(&SENSITIVITY), "How light depends on reflectances and emittances."),
 ];
 
@@ -46,7 +46,7 @@ pub(crate) const SCENE_TABLE: [Key; 2] = [
     Key::new(
         "patches",
         text,
-        "\"auto\": a pilot chooses the cells of every surface. \"given\": cells are those of the scene. Or the partition.toml of another run, relative to this file. Default: with [method] as \"given\"; else, and where a scene stands in place of a job, a pilot chooses the cells that the scene does not say.",
+        "\"auto\": a pilot chooses the cells of every surface. \"given\": those of the scene. Or the partition.toml of another run, relative to this file. Default: with [method] as \"given\", else a pilot chooses the cells that the scene does not say.",
     ),
 ];
 
@@ -89,7 +89,7 @@ pub(crate) const SENSITIVITY_KEYS: &[&str] = &names(&SENSITIVITY);
 pub(crate) const OUTPUT: [Key; 1] = [Key::new(
     "files",
     || json!({"type": "array", "items": word::<OutputFile>(), "uniqueItems": true}),
-    "The files that are written. Default: csv, summary, picture and report, and parquet where there are more than 20,000 rows.",
+    "The files that are written. Default: csv, summary, picture, report, and parquet above 20,000 rows.",
 )];
 
 pub(crate) const OUTPUT_KEYS: &[&str] = &names(&OUTPUT);
@@ -99,7 +99,7 @@ pub(crate) const VIEW: [Key; 7] = [
     Key::new(
         "from",
         word::<Vantage>,
-        "Where the camera stands, if no eye says it. Default: inside where people could stand or walls hide the inside.",
+        "Where the camera stands without an `eye`. Default: inside where people could stand or walls hide the inside.",
     ),
     Key::new("eye", point, "Where the camera stands [m]."),
     Key::new("look_at", point, "The point in the middle of the picture [m]."),
@@ -114,11 +114,7 @@ pub(crate) const VIEW: [Key; 7] = [
         || exactly(integer(1, MAX_PIXELS), 2),
         "Width and height [pixels]. Default: 800 × 500 from inside, else 800 on the longer side.",
     ),
-    Key::new(
-        "exposure",
-        positive,
-        "The light of the picture, 1 being white paper, over the radiosity. Default: by the middle pixel.",
-    ),
+    Key::new("exposure", positive, "Light (1 is white paper) over radiosity. Default: by the middle pixel."),
 ];
 
 pub(crate) const VIEW_KEYS: &[&str] = &names(&VIEW);
@@ -149,7 +145,7 @@ pub(crate) const TARGET: [Key; 9] = [
     Key::new(
         "quantity",
         word::<Quantity>,
-        "What must be known so well. Irradiance: of all patches. Radiosity: of those that reflect. Net: what leaves less what is absorbed. Default: irradiance.",
+        "What must be known so well: the irradiance of all patches, the radiosity of those that reflect, or the net flux, what leaves less what is absorbed. Default: irradiance.",
     ),
     Key::new(
         "sensors",
@@ -199,7 +195,7 @@ pub(crate) const METHOD: [Key; 11] = [
     Key::new(
         "basis",
         word::<BasisKey>,
-        "What is estimated of the light on a patch: its mean, or two gradients and its spread, too. Default: constant.",
+        "What is estimated on a patch: the mean light, or also two gradients and the spread. Default: constant.",
     ),
     Key::new(
         "batch_paths",
@@ -207,27 +203,37 @@ pub(crate) const METHOD: [Key; 11] = [
         "Rays of a chain, or walks that share a Sobol sequence.",
     ),
     Key::new("jacobi", || table(&SOLVE), "What chains make of their rays. Default: links."),
-    Key::new("final_gather", patches, "Patches whose light rays of their own gather. Default: none."),
+    Key::new("final_gather", patches, "Patches that gather their light by rays of their own. Default: none."),
 ];
 
 pub(crate) const METHOD_KEYS: &[&str] = &names(&METHOD);
 
 /// The keys of `method.infinite`.
 pub(crate) const INFINITE: [Key; 3] = [
-    Key::new("end", word::<EndWord>, "").required(),
-    Key::new("threshold", || json!({"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}), ""),
-    Key::new("length", || integer(1, u32::MAX.into()), ""),
+    Key::new("end", word::<EndWord>, "roulette or cutoff below `threshold`, or after `length` hits.")
+        .required(),
+    Key::new(
+        "threshold",
+        || json!({"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}),
+        "The weight, 1 at birth. Default: 0.001.",
+    ),
+    Key::new("length", || integer(1, u32::MAX.into()), "Hits. Default: 20."),
 ];
 
 pub(crate) const INFINITE_KEYS: &[&str] = &names(&INFINITE);
 
 /// The keys of `method.birth`.
-pub(crate) const BIRTH: [Key; 1] = [Key::new("patches", patches, "").required()];
+pub(crate) const BIRTH: [Key; 1] = [Key::new("patches", patches, "Patches by number.").required()];
 
 pub(crate) const BIRTH_KEYS: &[&str] = &names(&BIRTH);
 
 /// The keys of `method.jacobi`.
-pub(crate) const SOLVE: [Key; 1] = [Key::new("solve", word::<SolveWord>, "").required()];
+pub(crate) const SOLVE: [Key; 1] = [Key::new(
+    "solve",
+    word::<SolveWord>,
+    "links: every ray serves every bounce; iterations: as Bekaert and Seidel.",
+)
+.required()];
 
 pub(crate) const SOLVE_KEYS: &[&str] = &names(&SOLVE);
 
@@ -236,7 +242,7 @@ pub(crate) const IMPORT: [Key; 14] = [
     Key::new(
         "up",
         word::<import::UpAxis>,
-        "The file's up axis, which becomes z. Default: y for glTF and OBJ, no turn for others.",
+        "The file's up axis, which becomes z. Default: y for glTF, OBJ and Mitsuba, no turn for others.",
     ),
     Key::new("unit", positive, "Metres of a unit of the file. Default: 1."),
     Key::new("sides", sides, "Which sides reflect and emit. Default: as the file says, else both."),
@@ -244,17 +250,17 @@ pub(crate) const IMPORT: [Key; 14] = [
     Key::new(
         "group_size",
         positive,
-        "Neighbouring faces of one object that face one way become one patch, in boxes of this size [m]. Default: no groups.",
+        "Neighbouring faces that face one way become one patch, in boxes of this size [m]. Default: no groups.",
     ),
     Key::new(
         "group_angle",
         || json!({"type": "number", "minimum": 0, "maximum": 90}),
-        "How far faces of a group may turn away from its first one [degrees]. Default: 20.",
+        "How far faces of a group may turn from its first one [degrees]. Default: 20.",
     ),
     Key::new(
         "faults",
         word::<import::Faults>,
-        "Degenerate and doubled triangles: left out and told, or refused. Default: report.",
+        "Degenerate and doubled triangles: left out and listed, or refused. Default: report.",
     ),
     Key::new("repair", boolean, "Whether flipped surfaces are turned round in memory. Default: false."),
     Key::new(
@@ -270,12 +276,12 @@ pub(crate) const IMPORT: [Key; 14] = [
     Key::new(
         "strict",
         boolean,
-        "Whether a mesh is refused where something has to be assumed: reflectances of 1 and more, and light. Default: false.",
+        "Whether reflectances of 1 and more and missing light are refused, not assumed. Default: false.",
     ),
     Key::new(
         "sky",
         light,
-        "The emittance of a uniform sky around the mesh, per area. Default: one only where no light is found.",
+        "The emittance of a uniform sky, per area. Default: one only where no light is found.",
     ),
     Key::new(
         "curve_error",
@@ -285,7 +291,7 @@ pub(crate) const IMPORT: [Key; 14] = [
     Key::new(
         "material",
         || json!({"type": "object", "additionalProperties": table(&OVERRIDE)}),
-        "Changes of materials by name or, where no material has it, of parts; * stands for any text, later entries win.",
+        "Changes of materials by name, else of parts; * stands for any text, later entries win.",
     ),
 ];
 
@@ -295,13 +301,9 @@ pub(crate) const IMPORT_KEYS: &[&str] = &names(&IMPORT);
 pub(crate) const OVERRIDE: [Key; 5] = [
     Key::new("reflectance", reflectance, "Replaces the file's reflectance."),
     Key::new("emittance", light, "Replaces the file's emittance, per area."),
-    Key::new(
-        "power",
-        light,
-        "Replaces the emittance by a power over the active sides of all matching faces.",
-    ),
+    Key::new("power", light, "Replaces the emittance: a power over the active sides of all matching faces."),
     Key::new("sides", sides, "Replaces the file's sides."),
-    Key::new("leave_out", boolean, "Whether its faces are left out, as those of window panes."),
+    Key::new("leave_out", boolean, "Whether its faces are left out, such as window panes."),
 ];
 
 pub(crate) const OVERRIDE_KEYS: &[&str] = &names(&OVERRIDE);

@@ -19,19 +19,19 @@ pub(crate) const SCENE: [Key; 9] = [
     Key::new(
         "sky",
         || table(&SKY),
-        "A uniform environment that lights the scene: six black surfaces around everything, behind all others.",
+        "A uniform environment: six black surfaces around the scene, behind all others.",
     ),
     Key::new(
         "lamp",
         || list_of(table(&LAMP), 0),
-        "Lamps without area: luminaires from files, or a number of candelas. They make the unit of light the lumen.",
+        "Lamps without area. They make the unit of light the lumen.",
     ),
     Key::new(
         "plane",
         || list_of(table(&PLANE), 0),
         "Grids of points at which light is measured: work planes.",
     ),
-    Key::new("points", || list_of(table(&POINTS), 0), "Points of files at which light is measured."),
+    Key::new("points", || list_of(table(&POINTS), 0), "Points, from files, at which light is measured."),
     Key::new("pane", || list_of(table(&PANE), 0), "Panes of clear glass, which light crosses."),
 ];
 
@@ -107,12 +107,12 @@ pub(crate) const LAMP: [Key; 10] = [
     Key::new(
         "cone",
         || exactly(number(), 2),
-        "With `intensity`: a spot, full up to the first angle from its axis and dark from the second on [°].",
+        "With `intensity`: a spot, full up to the first angle from its aim, dark from the second on [°].",
     ),
     Key::new(
         "illuminance",
         light,
-        "In place of a file: light from far away, on a plane across its way [lx]; a number, or [red, green, blue].",
+        "In place of a file: light from far away, on a plane across it [lx]; a number, or [red, green, blue].",
     ),
     Key::new("diameter", positive, "With `illuminance`: the angle that the lamp takes up [°]. Default: 0."),
     Key::new("position", point, "The centre of its luminous opening [m]."),
@@ -120,9 +120,9 @@ pub(crate) const LAMP: [Key; 10] = [
     Key::new(
         "rotation",
         number,
-        "By which it is turned about its axis [°]: of a lamp that is aimed down, counter-clockwise as seen from above. Default: 0.",
+        "Turn about its aim [°]: of a lamp that is aimed down, counter-clockwise as seen from above. Default: 0.",
     ),
-    Key::new("factor", light, "Its light is multiplied by it: maintenance, dimming, colour. Default: 1."),
+    Key::new("factor", light, "Multiplies its light: maintenance, dimming, colour. Default: 1."),
 ];
 
 pub(crate) const LAMP_KEYS: &[&str] = &names(&LAMP);
@@ -136,20 +136,16 @@ pub(crate) const PLANE: [Key; 8] = [
     Key::new(
         "spacing",
         positive,
-        "The distance of the points, about [m]: they are the middles of equal cells.",
+        "About the distance of the points [m]: they are the middles of equal cells.",
     )
     .required(),
-    Key::new(
-        "height",
-        || json!({"type": "number"}),
-        "By which the plane is raised along its normal [m]. Default: 0.",
-    ),
+    Key::new("height", || json!({"type": "number"}), "Raises the plane along its normal [m]. Default: 0."),
     Key::new("normal", point, "The direction that the points face. Default: across u and v, upwards."),
     Key::new("demand", || table(&DEMAND), DEMANDED),
 ];
 
 /// What `demand` is.
-const DEMANDED: &str = "What its figures are to reach; the run says with what confidence they do.";
+const DEMANDED: &str = "What its figures have to reach; the run says with what confidence they do.";
 
 /// The keys of a `demand`.
 pub(crate) const DEMAND: [Key; 4] = [
@@ -184,7 +180,7 @@ pub(crate) const PANE: [Key; 3] = [
     Key::new(
         "transmittance",
         positive,
-        "The part of the light that passes straight through, above 0 and at most 0.918; less passes aslant, as through one plate of window glass.",
+        "The part of the light that passes straight through, at most 0.918; less passes aslant, as through one plate of glass.",
     )
     .required(),
 ];
@@ -192,8 +188,11 @@ pub(crate) const PANE: [Key; 3] = [
 pub(crate) const PANE_KEYS: &[&str] = &names(&PANE);
 
 /// The keys of an entry of `emit`.
-pub(crate) const EMIT: [Key; 2] =
-    [Key::new("cell", || exactly(count(0), 2), "").required(), Key::new("emittance", light, "").required()];
+pub(crate) const EMIT: [Key; 2] = [
+    Key::new("cell", || exactly(count(0), 2), "Its number along u and v (triangle: row, position).")
+        .required(),
+    Key::new("emittance", light, "Emitted power per area.").required(),
+];
 
 pub(crate) const EMIT_KEYS: &[&str] = &names(&EMIT);
 
