@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 
 use cluster::{Access, Wish, random_bytes, serve};
 use job::Budget;
-use judge::MOMENTS;
 use protocol::{Coordinator, Ending, JobPlan, Judge, Look, Notice, Past};
 use radiosity::{Experiment, Tally};
 use results::Identity;
@@ -77,7 +76,7 @@ impl Remote {
     ) -> Result<(), Fault> {
         self.remove_file();
         let nothing_left = plan(identity, budget, experiment, vec![], Box::new(|_, _| Look::default()))?;
-        let mut coordinator = Coordinator::new(nothing_left, Past::none(experiment.tally::<MOMENTS>()));
+        let mut coordinator = Coordinator::new(nothing_left, Past::none(experiment.tally()));
         let executor = Executor::Remote(self);
         let began = Instant::now();
         while began.elapsed() < PARTING {

@@ -4,7 +4,6 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use judge::MOMENTS;
 use protocol::{Coordinator, Look, Past};
 use radiosity::Tally;
 use results::{Groups, PilotBooks, PilotStage, RunOutput, Walked};
@@ -122,7 +121,7 @@ impl<'a> Crew<'a> {
 
 /// What a stage goes on from.
 fn past(books: &PilotBooks, stage: &PilotStage) -> (Past, Groups) {
-    let none = Past::none(stage.experiment().tally::<MOMENTS>());
+    let none = Past::none(stage.experiment().tally());
     let Some((tally, groups)) = books.past(stage) else { return (none, Groups::none(stage)) };
     info!("the pilot goes on after {} of {} paths", tally.counts.walks, stage.walks());
     (Past { tally, ..none }, groups)

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::thread::{self, ThreadId};
 
 use cluster::Work;
-use judge::{MOMENTS, limits};
+use judge::limits;
 use protocol::Limits;
 use radiosity::{Board, Hands, Overflow, Tally};
 use results::Replica;
@@ -28,14 +28,14 @@ impl Shift {
 }
 
 impl Work for Shift {
-    type Board = Board<MOMENTS>;
+    type Board = Board;
 
     fn hashes(&self) -> ([u8; 32], [u8; 32]) {
         (self.replica.experiment().scene().hash(), self.replica.job_hash())
     }
 
     fn empty(&self) -> Tally {
-        self.replica.experiment().tally::<MOMENTS>()
+        self.replica.experiment().tally()
     }
 
     fn limits(&self) -> Limits {

@@ -133,7 +133,7 @@ impl Prepared {
         view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
         let identity = Identity::new(&job, &settings, &experiment, BUILD)?;
         let output = output.map_or_else(|| host.claim(), Ok)?;
-        let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
+        let past = Past::none(experiment.tally());
         let mut prepared = Prepared {
             job,
             settings,
@@ -175,7 +175,7 @@ impl Prepared {
 
     /// Keeps what the pilot has chosen before the first walk, so that a run that is stopped early resumes without another pilot.
     fn keep_choice(&mut self) -> Result<(), Fault> {
-        let nothing = Past::none(self.experiment.tally::<{ judge::MOMENTS }>());
+        let nothing = Past::none(self.experiment.tally());
         self.output.keep(&self.identity.checkpoint(nothing), self.latest)?;
         self.latest = Latest::Good;
         Ok(())

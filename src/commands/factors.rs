@@ -171,7 +171,7 @@ fn walk_round(executor: &Executor, round: &Round<'_>) -> Result<Option<Walked>, 
         let counts = prefix.counts;
         Look { walks: counts.walks, rays: counts.rays, ..Look::default() }
     };
-    let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
+    let past = Past::none(experiment.tally());
     let mut watch = |coordinator: &Coordinator| watch(coordinator.progress().walks);
     let job = (identity, *budget, experiment);
     match walk(executor, job, past, (vec![*walks], Box::new(judge)), &mut watch) {

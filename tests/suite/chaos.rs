@@ -23,7 +23,7 @@ use crate::support::shim::{Shim, Wrong, busiest_threads};
 use crate::support::{answer, path, radwalk, signal, summary, wait_for};
 use tempfile::tempdir;
 
-const JOB: &str = "configs/cube54.toml";
+const JOB: &str = "tests/data/cube54.toml";
 const WORKERS: usize = 3;
 /// The number of kinds of faults.
 const KINDS: u64 = 16;

@@ -4,7 +4,7 @@ use crate::support::{answer, columns, numbers, path, run, run_job, storms_leave_
 use serde_json::Value;
 use tempfile::tempdir;
 
-const CUBE: &str = "configs/cube54.toml";
+const CUBE: &str = "tests/data/cube54.toml";
 
 /// The half-width over the estimate for every patch in a table.
 fn relative_errors(out: &std::path::Path) -> Vec<f64> {

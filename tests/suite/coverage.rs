@@ -90,8 +90,8 @@ fn run(case: &Case, scores: f64, seed: u64, cell: &mut Cell) {
     let patches = case.typical();
     let mut rules = vec![DoubleSampling::default(); patches.len()];
     let mut open: Vec<usize> = (0..patches.len()).collect();
-    let (sequence, mut board) = (Sequence::new(seed), case.experiment.board::<2>());
-    let mut tally = case.experiment.tally::<2>();
+    let (sequence, mut board) = (Sequence::new(seed), case.experiment.board());
+    let mut tally = case.experiment.tally();
     let fixed = case.walks(scores).round() as u64;
     let mut marks: Vec<u64> = LOOKS.iter().map(|part| (part * unit).round() as u64).collect();
     let budget = *marks.last().unwrap();
@@ -121,7 +121,7 @@ fn run(case: &Case, scores: f64, seed: u64, cell: &mut Cell) {
     }
 }
 
-fn advance(case: &Case, sequence: &Sequence, end: u64, board: &mut radiosity::Board<2>, tally: &mut Tally) {
+fn advance(case: &Case, sequence: &Sequence, end: u64, board: &mut radiosity::Board, tally: &mut Tally) {
     while tally.counts.walks < end {
         let first = tally.counts.walks;
         case.experiment.walk(sequence, first..end.min(first + (1 << 20)), board);

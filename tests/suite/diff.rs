@@ -7,7 +7,7 @@ use tempfile::tempdir;
 
 use crate::support::{path, run, run_job};
 
-const JOB: &str = "configs/cube54.toml";
+const JOB: &str = "tests/data/cube54.toml";
 
 fn diff(first: &Path, second: &Path, args: &[&str]) -> (i32, String, String) {
     run(&[&["diff", first.to_str().unwrap(), second.to_str().unwrap()], args].concat())

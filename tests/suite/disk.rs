@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Stdio;
 
 use crate::support::shim::{Shim, Wrong};
-use crate::support::{answer, finish, path, radwalk, run, run_job};
+use crate::support::{SMALL_PICTURE, answer, finish, path, radwalk, run, run_job};
 use tempfile::tempdir;
 
 /// A job whose tallies are large enough to be offered before they are sent: the coloured Cornell box.
@@ -19,7 +19,7 @@ fn run_with(shim: &Shim, wrong: &[(Wrong, i32)], out: &Path, args: &[&str]) -> (
     }
     let mut command = radwalk();
     command.args(["run", LARGE, "--workers", "2", "--set", "budget.checkpoint_seconds=0.1", "--out"]);
-    command.arg(out).args(args);
+    command.arg(out).args(args).args(SMALL_PICTURE);
     shim.stand_before(&mut command);
     let (code, _, stderr) = finish(command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap());
     (code, stderr)

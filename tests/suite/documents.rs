@@ -605,7 +605,8 @@ fn every_command_of_the_pages_is_understood() {
                     assert!(help.contains(flag), "{page:?}: {line}: no {flag}");
                 }
                 if ["check", "run"].contains(&command) && words.contains("box.toml") {
-                    let quick = if command == "run" { " --paths 20000 --quiet" } else { "" };
+                    let quick =
+                        if command == "run" { " --paths 20000 --quiet --set view.size=[64,48]" } else { "" };
                     let (code, _, stderr) = run_in(&folder, &format!("{words}{quick}"));
                     assert!(code < 2, "{page:?}: {line}: {stderr}");
                 }

@@ -170,7 +170,7 @@ fn unhit_rooms_are_in_the_headline() {
 }
 
 fn walked(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let (mut board, mut tally) = (experiment.board::<2>(), experiment.tally::<2>());
+    let (mut board, mut tally) = (experiment.board(), experiment.tally());
     experiment.walk(&Sequence::new(seed), 0..walks, &mut board);
     board.add_to(&mut tally).unwrap();
     tally
@@ -233,7 +233,7 @@ fn no_target_is_reached_that_the_truth_misses() {
         let mut observer = Observer::new(experiment.clone(), 0.95, Some(target.clone()));
         let most = if number % 6 == 4 { 16_384 } else { 131_072 };
         let mut seen = Vec::new();
-        let mut tally = experiment.tally::<2>();
+        let mut tally = experiment.tally();
         for walks in looks(&experiment, most) {
             tally = walked(&experiment, number, walks);
             seen.push(observer.look(&tally, &seen));
@@ -361,7 +361,7 @@ fn no_method_reaches_a_target_that_the_truth_misses() {
             let target = loose_target();
             let experiment = Experiment::new(scene, method).unwrap();
             let mut observer = Observer::new(experiment.clone(), 0.95, Some(target.clone()));
-            let (mut seen, mut tally) = (Vec::new(), experiment.tally::<2>());
+            let (mut seen, mut tally) = (Vec::new(), experiment.tally());
             for samples in looks(&experiment, most) {
                 tally = walked(&experiment, number, samples);
                 seen.push(observer.look(&tally, &seen));
@@ -431,7 +431,7 @@ fn targets_are_about_the_area_of_the_headline() {
 fn terminal_page_and_summary_tell_one_headline() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    let args = ["run", "configs/cube54.toml", "--paths", "20000", "--out", out.to_str().unwrap()];
+    let args = ["run", "tests/data/cube54.toml", "--paths", "20000", "--out", out.to_str().unwrap()];
     let (code, told, stderr) = run(&args);
     assert_eq!(code, 0, "{stderr}");
     let line = told.lines().find(|line| line.starts_with("relative half-width by area")).unwrap();
@@ -490,7 +490,7 @@ fn no_target_is_reached_on_chosen_patches_that_the_truth_misses() {
         let experiment = chosen(&spec, 1 << 14, number);
         let target = loose_target();
         let mut observer = Observer::new(experiment.clone(), 0.95, Some(target.clone()));
-        let (mut seen, mut tally) = (Vec::new(), experiment.tally::<2>());
+        let (mut seen, mut tally) = (Vec::new(), experiment.tally());
         for walks in looks(&experiment, 1 << 16) {
             tally = walked(&experiment, number, walks);
             seen.push(observer.look(&tally, &seen));

@@ -8,7 +8,7 @@ use std::process::{Child, Stdio};
 use crate::support::{answer, finish, path, radwalk, run, run_job, signal, wait_for};
 use tempfile::tempdir;
 
-const JOB: &str = "configs/cube54.toml";
+const JOB: &str = "tests/data/cube54.toml";
 const DERIVED: [&str; 3] = ["patches.csv", "summary.json", "radiosity.png"];
 
 /// A run that takes long and writes checkpoints often.

@@ -156,6 +156,7 @@ fn workers_need_no_file() {
     std::fs::create_dir(&elsewhere).unwrap();
     let mut command = support::radwalk();
     command.args(["coordinate", "--quiet", "--paths", "20000", "--set", "import.up=z"]);
+    command.args(support::SMALL_PICTURE);
     command.arg(folder.join("cube.obj")).arg("--out").arg(&out).arg("--access").arg(&access);
     let coordinator = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     support::wait_for("the access file", || access.exists().then_some(()));

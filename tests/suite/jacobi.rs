@@ -8,9 +8,9 @@ use crate::verdict::{
 };
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Chains, Counts, Estimator, EstimatorKind, Experiment, IndexChoice, IterationPhase,
-    Iterations, Method, RayBirths, Sampler, Scene, SceneSpec, Sequence, Sides, Solution, Solve, Space,
-    Spectrum, SurfaceSpec,
+    BatchScore, Batches, Chains, Counts, Estimator, EstimatorKind, Experiment, IndexChoice, Iterations,
+    Method, RayBirths, Sampler, Scene, SceneSpec, Sequence, Sides, Solution, Solve, Space, Spectrum,
+    SurfaceSpec, instruments::IterationPhase,
 };
 
 fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
@@ -256,7 +256,7 @@ fn chains_are_a_function_of_their_number() {
     let experiment = chains(&scenes::cube(3), 2000);
     let sequence = Sequence::new(3);
     let tally = |ranges: &[[u64; 2]]| {
-        let mut board = experiment.board::<2>();
+        let mut board = experiment.board();
         for &[start, end] in ranges {
             experiment.walk(&sequence, start..end, &mut board);
         }

@@ -8,7 +8,7 @@ use crate::support::{
 };
 use tempfile::tempdir;
 
-const CUBE: &str = "configs/cube54.toml";
+const CUBE: &str = "tests/data/cube54.toml";
 const JACOBI: [&str; 2] = ["--set", "method.walk=jacobi"];
 
 #[test]

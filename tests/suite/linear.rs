@@ -12,7 +12,7 @@ use radiosity::{
 use stats::mean_squared_z;
 use tempfile::tempdir;
 
-const CUBE: &str = "configs/cube54.toml";
+const CUBE: &str = "tests/data/cube54.toml";
 const LINEAR: [&str; 4] = ["--set", "method.basis=linear", "--paths", "300000"];
 
 const SIZE: DVec3 = DVec3::new(1.0, 2.0, 0.7);

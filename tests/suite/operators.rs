@@ -10,7 +10,7 @@ use tempfile::tempdir;
 
 use crate::support::{finish, path, radwalk, run, signal, wait_for};
 
-const JOB: &str = "configs/cube54.toml";
+const JOB: &str = "tests/data/cube54.toml";
 
 /// A coordinator of a job that does not end by itself, whose log goes to a file.
 fn coordinate(out: &Path, access: &Path, log: &Path, args: &[&str]) -> Child {

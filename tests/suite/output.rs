@@ -8,7 +8,7 @@ use tempfile::tempdir;
 
 use crate::support::{answer, path, run, run_job, summary};
 
-const JOB: &str = "configs/cube54.toml";
+const JOB: &str = "tests/data/cube54.toml";
 
 /// The files of a folder.
 fn files(folder: &Path) -> BTreeSet<String> {

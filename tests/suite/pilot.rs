@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
-use crate::support::{answer, children, finish, path, radwalk, run_job, signal, wait_for};
+use crate::support::{SMALL_PICTURE, answer, children, finish, path, radwalk, run_job, signal, wait_for};
 use tempfile::tempdir;
 
 const SCENE: &str = "configs/scenes/lamps.toml";
@@ -13,7 +13,7 @@ const JOB: [&str; 4] = ["--set", "scene.patches=auto", "--paths", "3000000"];
 
 fn spawn(out: &Path, args: &[&str]) -> Child {
     let mut command = radwalk();
-    command.args(["run", SCENE, "--out"]).arg(out).args(args);
+    command.args(["run", SCENE, "--out"]).arg(out).args(args).args(SMALL_PICTURE);
     command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
 }
 

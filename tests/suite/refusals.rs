@@ -52,15 +52,15 @@ fn bad_jobs_and_scenes_are_refused_in_words() {
 fn bad_usage_is_refused() {
     let message = refused(2, &["run", "configs/no-such-job.toml"]);
     assert!(message.contains("no-such-job.toml"));
-    refused(2, &["run", "configs/cube54.toml", "--set", "budget.paths=0"]);
-    refused(2, &["run", "configs/cube54.toml", "--set", "bugdet.paths=10"]);
+    refused(2, &["run", "tests/data/cube54.toml", "--set", "budget.paths=0"]);
+    refused(2, &["run", "tests/data/cube54.toml", "--set", "bugdet.paths=10"]);
     refused(
         2,
-        &["run", "configs/cube54.toml", "--set", "method.walk=jacobi", "--set", "method.space=continuous"],
+        &["run", "tests/data/cube54.toml", "--set", "method.walk=jacobi", "--set", "method.space=continuous"],
     );
     let (code, ..) = run(&["run"]);
     assert_eq!(code, 2);
-    let (code, ..) = run(&["run", "configs/cube54.toml", "--workers", "0"]);
+    let (code, ..) = run(&["run", "tests/data/cube54.toml", "--workers", "0"]);
     assert_eq!(code, 2);
     let (code, ..) = run(&["no-such-command"]);
     assert_eq!(code, 2);
@@ -72,7 +72,8 @@ fn an_output_folder_in_use_is_refused_and_kept() {
     let out = path(&folder, "out");
     fs::create_dir(&out).unwrap();
     fs::write(out.join("patches.csv"), "precious").unwrap();
-    let args = ["run", "configs/cube54.toml", "--paths", "1000", "--quiet", "--out", out.to_str().unwrap()];
+    let args =
+        ["run", "tests/data/cube54.toml", "--paths", "1000", "--quiet", "--out", out.to_str().unwrap()];
     let message = refused(2, &args);
     assert!(message.contains("--force"), "{message}");
     assert_eq!(fs::read_to_string(out.join("patches.csv")).unwrap(), "precious");
@@ -87,7 +88,7 @@ fn a_cluster_that_cannot_be_is_exit_code_3() {
     let out = path(&folder, "out");
     let message = refused(
         3,
-        &["coordinate", "configs/cube54.toml", "--listen", "256.1.1.1:0", "--out", out.to_str().unwrap()],
+        &["coordinate", "tests/data/cube54.toml", "--listen", "256.1.1.1:0", "--out", out.to_str().unwrap()],
     );
     assert!(message.contains("256.1.1.1"), "{message}");
     let access = path(&folder, "access.json");

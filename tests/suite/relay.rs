@@ -10,7 +10,7 @@ use crate::support::{answer, finish, path, radwalk, run, run_job, signal, summar
 use protocol::Checkpoint;
 use tempfile::{TempDir, tempdir};
 
-const JOB: &str = "configs/cube54.toml";
+const JOB: &str = "tests/data/cube54.toml";
 
 /// A time that is long enough for some leases.
 const WHILE: Duration = Duration::from_millis(300);

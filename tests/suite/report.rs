@@ -48,7 +48,7 @@ fn inflate(packed: &str) -> Vec<u8> {
 #[test]
 fn the_page_holds_the_table_the_summary_and_the_corners() {
     let dir = tempdir().unwrap();
-    run_with_exports("configs/cube54.toml", dir.path());
+    run_with_exports("tests/data/cube54.toml", dir.path());
     let page = std::fs::read_to_string(dir.path().join("report.html")).unwrap();
     assert_eq!(inflate(element(&page, "table")), std::fs::read(dir.path().join("patches.csv")).unwrap());
     let facts: Value = serde_json::from_str(element(&page, "facts")).unwrap();
@@ -121,7 +121,7 @@ fn vtk_files_have_the_numbers_of_the_table() {
 #[test]
 fn a_scene_that_was_exported_is_read_again() {
     let dir = tempdir().unwrap();
-    run_with_exports("configs/cube54.toml", dir.path());
+    run_with_exports("tests/data/cube54.toml", dir.path());
     let scene = dir.path().join("scene.glb");
     // The mesh is white with no light of its own, which no job accepts.
     let grey = ["import.reflectance_limit=0.5", "import.material.radiosity.emittance=1"];

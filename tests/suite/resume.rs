@@ -9,7 +9,7 @@ use crate::support::{
 };
 use tempfile::tempdir;
 
-const JOB: &str = "configs/cube54.toml";
+const JOB: &str = "tests/data/cube54.toml";
 /// The setting by which checkpoints are written as often as possible.
 const OFTEN: [&str; 2] = ["--set", "budget.checkpoint_seconds=0.02"];
 
@@ -186,7 +186,7 @@ fn foreign_and_hopeless_checkpoints_are_refused_with_the_reason() {
         (&["--seed", "7"][..], "those of another job"),
         (&["--set", "method.estimator=absorption"], "those of another job"),
         (&["--set", "budget.first_path=5"], "those of another job"),
-        (&["--set", "scene=scenes/furnace.toml"], "in another scene"),
+        (&["--set", "scene=../../configs/scenes/furnace.toml"], "in another scene"),
     ] {
         let (code, _, stderr) = resume(args);
         assert_eq!(code, 2, "{args:?}: {stderr}");

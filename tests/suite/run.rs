@@ -4,14 +4,15 @@ use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 
 use crate::support::{
-    answer, children, columns, finish, numbers, path, radwalk, run, run_job, signal, summary, wait_for,
+    SMALL_PICTURE, answer, children, columns, finish, numbers, path, radwalk, run, run_job, signal, summary,
+    wait_for,
 };
 use tempfile::tempdir;
 
 #[test]
 fn workers_threads_streams_and_index_leave_no_trace_in_the_answer() {
     let folder = tempdir().unwrap();
-    let job = "configs/cube54.toml";
+    let job = "tests/data/cube54.toml";
     let base = path(&folder, "base");
     let first = run_job(job, &base, &["--workers", "1", "--paths", "300000"]);
     assert_eq!(first["paths"], 300_000);
@@ -49,7 +50,7 @@ fn every_method_gives_the_same_answer_on_any_cluster() {
     for (i, method) in methods.iter().enumerate() {
         let set: Vec<&str> = method.iter().flat_map(|key| ["--set", key]).collect();
         let (one, three) = (path(&folder, &format!("one{i}")), path(&folder, &format!("three{i}")));
-        let job = "configs/cube54.toml";
+        let job = "tests/data/cube54.toml";
         run_job(job, &one, &[&set[..], &["--paths", "100000", "--workers", "1"]].concat());
         let split = ["--paths", "100000", "--workers", "3", "--set", "budget.stream_paths=3001"];
         let summary = run_job(job, &three, &[&set[..], &split].concat());
@@ -73,7 +74,15 @@ fn workers_killed_at_random_leave_no_trace_in_the_answer() {
     assert_eq!(code, 0, "{stderr}");
 
     let stormy = path(&folder, "stormy");
-    let child = radwalk().args(job).arg(&stormy).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let small = SMALL_PICTURE;
+    let child = radwalk()
+        .args(job)
+        .arg(&stormy)
+        .args(small)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
     let coordinator = child.id();
     let mut state = 12_345_u64;
     for _ in 0..12 {
@@ -97,7 +106,7 @@ fn workers_killed_at_random_leave_no_trace_in_the_answer() {
 fn a_worker_that_hangs_is_done_without() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    let job = ["run", "configs/cube54.toml", "--paths", "30000000", "--workers", "2", "--quiet", "--out"];
+    let job = ["run", "tests/data/cube54.toml", "--paths", "30000000", "--workers", "2", "--quiet", "--out"];
     let child = radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let workers = wait_for("two workers", || Some(children(child.id())).filter(|list| list.len() == 2));
     std::thread::sleep(std::time::Duration::from_millis(700));
@@ -107,7 +116,7 @@ fn a_worker_that_hangs_is_done_without() {
     let held = summary(&out);
     assert!(held["streams_reissued"].as_u64().unwrap() > 0, "it held leases: {held}");
     let straight = path(&folder, "straight");
-    run_job("configs/cube54.toml", &straight, &["--paths", "30000000"]);
+    run_job("tests/data/cube54.toml", &straight, &["--paths", "30000000"]);
     assert!(answer(&out) == answer(&straight));
     wait_for("the end of the hanging worker", || (!alive(workers[0])).then_some(()));
 }
@@ -123,7 +132,7 @@ fn a_signal_ends_a_run_in_good_order_with_a_prefix() {
         let folder = tempdir().unwrap();
         let out = path(&folder, "out");
         let job =
-            ["run", "configs/cube54.toml", "--paths", "100000000000", "--workers", "2", "--json", "--out"];
+            ["run", "tests/data/cube54.toml", "--paths", "100000000000", "--workers", "2", "--json", "--out"];
         let child =
             radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let workers = wait_for("two workers", || Some(children(child.id())).filter(|list| list.len() == 2));
@@ -135,7 +144,7 @@ fn a_signal_ends_a_run_in_good_order_with_a_prefix() {
         let paths = summary(&out)["paths"].as_u64().unwrap();
         assert!(paths > 0 && paths < 100_000_000_000);
         let straight = path(&folder, "straight");
-        run_job("configs/cube54.toml", &straight, &["--paths", &paths.to_string()]);
+        run_job("tests/data/cube54.toml", &straight, &["--paths", &paths.to_string()]);
         assert!(answer(&out) == answer(&straight), "what is reported is walks 0 … {paths} − 1");
     }
 }
@@ -144,7 +153,8 @@ fn a_signal_ends_a_run_in_good_order_with_a_prefix() {
 fn workers_outlive_no_coordinator() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    let job = ["run", "configs/cube54.toml", "--paths", "100000000000", "--workers", "2", "--quiet", "--out"];
+    let job =
+        ["run", "tests/data/cube54.toml", "--paths", "100000000000", "--workers", "2", "--quiet", "--out"];
     let mut child =
         radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let workers = wait_for("two workers", || Some(children(child.id())).filter(|list| list.len() == 2));
@@ -160,7 +170,7 @@ fn separate_coordinator_and_workers_give_the_same_answer() {
     let coordinator = radwalk()
         .args([
             "coordinate",
-            "configs/cube54.toml",
+            "tests/data/cube54.toml",
             "--paths",
             "500000",
             "--quiet",
@@ -201,7 +211,7 @@ fn separate_coordinator_and_workers_give_the_same_answer() {
     assert_eq!(code, 0, "{stderr}");
     assert!(!access.exists(), "the key is removed when it is of no use any more");
     let straight = path(&folder, "straight");
-    run_job("configs/cube54.toml", &straight, &["--paths", "500000"]);
+    run_job("tests/data/cube54.toml", &straight, &["--paths", "500000"]);
     assert!(answer(&out) == answer(&straight));
 }
 
@@ -216,7 +226,7 @@ fn a_worker_that_a_launcher_started_waits_for_the_access_file_and_tells_its_rank
     BufReader::new(worker.stderr.as_mut().unwrap()).read_line(&mut words).unwrap();
     assert!(words.contains("access.json") && words.contains("waiting"), "{words}");
     let mut coordinator = radwalk();
-    coordinator.args(["coordinate", "configs/cube54.toml", "--paths", "100000", "--quiet"]);
+    coordinator.args(["coordinate", "tests/data/cube54.toml", "--paths", "100000", "--quiet"]);
     coordinator.args(["--listen", "127.0.0.1:0", "--out"]).arg(&out).arg("--access").arg(&access);
     let (code, _, stderr) = finish(coordinator.stderr(Stdio::piped()).spawn().unwrap());
     assert_eq!(code, 0, "{stderr}");
@@ -230,7 +240,7 @@ fn a_worker_that_is_told_to_end_says_so_and_leaves() {
     let folder = tempdir().unwrap();
     let (out, access) = (path(&folder, "out"), path(&folder, "access.json"));
     let mut coordinator = radwalk();
-    coordinator.args(["coordinate", "configs/cube54.toml", "--paths", "10000000", "--json"]);
+    coordinator.args(["coordinate", "tests/data/cube54.toml", "--paths", "10000000", "--json"]);
     coordinator.args(["--listen", "127.0.0.1:0", "--out"]).arg(&out).arg("--access").arg(&access);
     let mut coordinator = coordinator.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(coordinator.stderr.take().unwrap()).lines();
@@ -251,7 +261,7 @@ fn a_worker_that_is_told_to_end_says_so_and_leaves() {
     assert!(coordinator.wait().unwrap().success());
     assert_eq!(summary(&out)["workers_lost"], 1);
     let straight = path(&folder, "straight");
-    run_job("configs/cube54.toml", &straight, &["--paths", "10000000"]);
+    run_job("tests/data/cube54.toml", &straight, &["--paths", "10000000"]);
     assert!(answer(&out) == answer(&straight));
 }
 
@@ -292,14 +302,14 @@ fn a_target_ends_a_run_at_a_look_and_sets_the_exit_code() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
     let target = ["--set", "target.relative_error=0.05", "--set", "target.fraction=0.9"];
-    let reached = run_job("configs/cube54.toml", &out, &[&target[..], &["--workers", "3"]].concat());
+    let reached = run_job("tests/data/cube54.toml", &out, &[&target[..], &["--workers", "3"]].concat());
     assert_eq!(reached["target"]["reached"], true);
     let paths = reached["paths"].as_u64().unwrap();
     let power = 1 << paths.ilog2();
     assert!(paths == power || paths == power + power / 2, "{paths} is a look of the ladder");
     let again = path(&folder, "again");
     run_job(
-        "configs/cube54.toml",
+        "tests/data/cube54.toml",
         &again,
         &[&target[..], &["--workers", "1", "--set", "budget.stream_paths=999"]].concat(),
     );
@@ -308,7 +318,7 @@ fn a_target_ends_a_run_at_a_look_and_sets_the_exit_code() {
     let missed = path(&folder, "missed");
     let args = [
         "run",
-        "configs/cube54.toml",
+        "tests/data/cube54.toml",
         "--quiet",
         "--paths",
         "2000",
@@ -326,7 +336,7 @@ fn a_wall_clock_limit_ends_a_run() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
     let args = ["--paths", "100000000000", "--set", "budget.wall_seconds=1"];
-    let summary = run_job("configs/cube54.toml", &out, &args);
+    let summary = run_job("tests/data/cube54.toml", &out, &args);
     assert!(summary["paths"].as_u64().unwrap() > 0);
 }
 
@@ -334,8 +344,8 @@ fn a_wall_clock_limit_ends_a_run() {
 fn exact_agrees_with_a_run() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    run_job("configs/cube54.toml", &out, &["--paths", "1000000"]);
-    let (code, _, stderr) = run(&["exact", "configs/cube54.toml", "--out", out.to_str().unwrap()]);
+    run_job("tests/data/cube54.toml", &out, &["--paths", "1000000"]);
+    let (code, _, stderr) = run(&["exact", "tests/data/cube54.toml", "--out", out.to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
     let (table, exact) = (columns(&out.join("patches.csv")), columns(&out.join("exact.csv")));
     let (b, error, h) =
@@ -358,7 +368,7 @@ fn threads_that_share_chains_leave_no_trace_in_the_answer() {
     let chains = |name: &str, workers: &[&str]| {
         let out = path(&folder, name);
         let job = ["--paths", "2000000", "--set", "method.walk=jacobi", "--set", "method.batch_paths=250000"];
-        run_job("configs/cube54.toml", &out, &[&job, workers].concat());
+        run_job("tests/data/cube54.toml", &out, &[&job, workers].concat());
         answer(&out)
     };
     let alone = chains("alone", &["--workers", "1"]);

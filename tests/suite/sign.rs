@@ -4,7 +4,7 @@ use crate::support::{answer, path, radwalk, run, run_job, summary};
 use std::path::Path;
 use tempfile::tempdir;
 
-const JOB: &str = "configs/cube54.toml";
+const JOB: &str = "tests/data/cube54.toml";
 
 fn audit(out: &Path, args: &[&str]) -> (i32, String, String) {
     run(&[&["audit", out.to_str().unwrap()], args].concat())

@@ -3,7 +3,7 @@
 use crate::support::{answer, path, run, run_job, storms_leave_no_trace, summary};
 use tempfile::tempdir;
 
-const CUBE: &str = "configs/cube54.toml";
+const CUBE: &str = "tests/data/cube54.toml";
 const SOBOL: [&str; 4] = ["--set", "method.sampler=sobol", "--paths", "300000"];
 
 #[test]

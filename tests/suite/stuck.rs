@@ -12,7 +12,7 @@ use tempfile::tempdir;
 use crate::support::shim::{Shim, Wrong, busiest_threads};
 use crate::support::{answer, finish, path, radwalk, run_job, signal, summary, wait_for};
 
-const JOB: &str = "configs/cube54.toml";
+const JOB: &str = "tests/data/cube54.toml";
 const FOR_EVER: i32 = i32::MAX;
 
 fn sleeps(process: u32, thread: u32) -> bool {

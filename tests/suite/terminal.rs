@@ -51,7 +51,7 @@ fn the_bar_fits_eighty_columns_and_no_fact_is_cut() {
     let folder = tempdir().unwrap();
     let (mut owner, user) = terminal();
     let mut command = radwalk();
-    command.args(["run", "configs/cube54.toml", "--paths", "1e9", "--workers", "2", "--out"]);
+    command.args(["run", "tests/data/cube54.toml", "--paths", "1e9", "--workers", "2", "--out"]);
     command.arg(path(&folder, "out")).env("TERM", "xterm-256color").stdout(Stdio::null()).stderr(user);
     let run = command.spawn().unwrap();
     // The command holds the other end; while it does, the terminal never ends.

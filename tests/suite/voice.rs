@@ -10,7 +10,7 @@ use tempfile::tempdir;
 
 use crate::support::{finish, path, radwalk, run, run_job};
 
-const JOB: &str = "configs/cube54.toml";
+const JOB: &str = "tests/data/cube54.toml";
 
 /// Runs a command whose stdout is a full disk.
 fn to_full_disk(args: &[&str]) -> (i32, String) {

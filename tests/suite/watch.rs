@@ -13,7 +13,7 @@ use crate::support::{finish, path, radwalk, signal, wait_for};
 /// A run that does not end by itself, and the URL that it prints.
 fn watched(out: &Path, log: &Path, address: &str) -> (Child, String) {
     let child = radwalk()
-        .args(["run", "configs/cube54.toml", "--paths", "1e15", "--json", "--watch", address, "--out"])
+        .args(["run", "tests/data/cube54.toml", "--paths", "1e15", "--json", "--watch", address, "--out"])
         .arg(out)
         .stdout(Stdio::null())
         .stderr(std::fs::File::create(log).unwrap())
@@ -114,7 +114,16 @@ fn a_quiet_run_tells_where_its_page_is() {
     let folder = tempdir().unwrap();
     let [out, said] = ["out", "said"].map(|name| path(&folder, name));
     let child = radwalk()
-        .args(["run", "configs/cube54.toml", "--paths", "1e15", "--quiet", "--watch", "0.0.0.0:0", "--out"])
+        .args([
+            "run",
+            "tests/data/cube54.toml",
+            "--paths",
+            "1e15",
+            "--quiet",
+            "--watch",
+            "0.0.0.0:0",
+            "--out",
+        ])
         .arg(&out)
         .stdout(std::fs::File::create(&said).unwrap())
         .stderr(Stdio::null())

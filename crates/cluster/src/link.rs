@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use protocol::codec::{CodecError, frame};
-use protocol::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
+use protocol::message::{LeaseResult, ToCoordinator, ToWorker};
 
 use crate::access::Access;
 use crate::channel::Inbound;
@@ -182,17 +182,8 @@ impl ResultSender {
     /// Sends a result that was kept, piece by piece.
     pub(crate) fn send_kept(&self, lease: u64) -> Result<(), CodecError> {
         let kept = lock(&self.kept).as_mut().and_then(|kept| kept.remove(&lease));
-        let Some(KeptResult { mut result, .. }) = kept else { return Ok(()) };
-        let sums = std::mem::take(&mut result.sums);
-        let mut pieces = sums.chunks(PIECE).peekable();
-        while let Some(piece) = pieces.next() {
-            if pieces.peek().is_some() {
-                self.send(&ToCoordinator::Piece { lease, sums: piece.into() })?;
-            } else {
-                result.sums = piece.into();
-            }
-        }
-        self.send(&ToCoordinator::Result(result))
+        let Some(KeptResult { result, _gone }) = kept else { return Ok(()) };
+        result.in_pieces().try_for_each(|message| self.send(&message))
     }
 
     /// Drops a result that is not needed any more.

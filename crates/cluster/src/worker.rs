@@ -5,13 +5,13 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crossbeam::channel::{Receiver, Select, Sender, bounded, unbounded};
 use protocol::codec::{MAX_FRAME, SHORT_FRAME, pack};
 use protocol::digest::Digester;
 use protocol::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
-use protocol::pace::MOST_KEPT;
+use protocol::pace::{BOARD_WALKS, FIRST_CHUNK, MOST_KEPT, next_chunk};
 use protocol::{LeaseProvenance, Limits};
 use radiosity::{Hands, Overflow, Tally};
 
@@ -19,19 +19,6 @@ use crate::access::Access;
 use crate::lending::{Lending, LentThreads};
 use crate::link::{Ear, ResultSender, connect};
 use crate::worker_error::WorkerError;
-
-/// The first number of walks between two marks of progress.
-const FIRST_CHUNK: u64 = 512;
-
-/// The most walks between two marks of progress. The last walks of a chunk leave places of a batch idle; in chunks this
-/// long the loss is small.
-const LARGEST_CHUNK: u64 = 1 << 16;
-
-/// The time under which chunks grow; chunks that take ten times as long shrink.
-const CHUNK_TIME: Duration = Duration::from_millis(5);
-
-/// The most walks between two emptyings of a board: its 64-bit sums must not wrap.
-const BOARD_WALKS: u64 = 1 << 22;
 
 /// The work of a job. The cluster knows no more of physics than this.
 pub trait Work: Sync {
@@ -352,7 +339,7 @@ fn shoot_lease<W: Work>(
             next = chunk.end;
             let start = Instant::now();
             work.shoot_while(chunk, board, &hands);
-            *chunk_walks = paced(*chunk_walks, start.elapsed());
+            *chunk_walks = next_chunk(*chunk_walks, start.elapsed());
             if !hands.go_on() {
                 return Ok(None);
             }
@@ -361,13 +348,4 @@ fn shoot_lease<W: Work>(
         work.hand_over(board, total).map_err(|overflow| overflow.to_string())?;
     }
     Ok(Some(total.unwrap_or_else(|| work.empty())))
-}
-
-/// The number of walks in the next chunk, after `walks` walks took `time`.
-fn paced(walks: u64, time: Duration) -> u64 {
-    match time {
-        time if time < CHUNK_TIME => (2 * walks).min(LARGEST_CHUNK),
-        time if time > 10 * CHUNK_TIME => (walks / 2).max(1),
-        _ => walks,
-    }
 }

@@ -1,10 +1,6 @@
 //! Tests with strangers, attackers between the two ends, and unsound workers: whatever they do, the honest run comes to
 //! the same tally. Deadlines here only end a test that hangs.
 
-mod net;
-#[path = "../../protocol/tests/toy/mod.rs"]
-mod toy;
-
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,14 +8,14 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use cluster::noise::{Greeting, HANDSHAKE_RECORD};
-use cluster::{Access, Inbound, work};
-use net::{
+use crate::net::{
     BULK, Bulky, Raw, SINGLE, assert_done, bulky, honest, identity, knock, never, run, toy_of, until_dropped,
 };
+use crate::toy::{BUILD, READY, SCENE_HASH, hash, plan, result_of};
+use cluster::noise::{Greeting, HANDSHAKE_RECORD};
+use cluster::{Access, Inbound, work};
 use protocol::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 use protocol::{Coordinator, Ending, JobPlan, Limits};
-use toy::{BUILD, READY, SCENE_HASH, hash, plan, result_of};
 
 /// What an attacker in between does to a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -157,7 +153,7 @@ fn what_was_recorded_is_of_no_use() {
         let session = greeting.finish(&answer[2..]).unwrap();
         let inbound = Inbound::new(session.opener);
         let mut raw = Raw { stream, sealer: session.sealer, inbound };
-        let mut rest = raw.sealed(&ToCoordinator::Hello(toy::hello("recorded", 1)));
+        let mut rest = raw.sealed(&ToCoordinator::Hello(crate::toy::hello("recorded", 1)));
         rest.extend(raw.sealed(&READY));
         raw.stream.write_all(&rest).unwrap();
         assert!(matches!(raw.told(), ToWorker::Welcome { .. }));

@@ -1,14 +1,9 @@
 //! The fuzz targets that libFuzzer runs for minutes (`scripts/fuzz.sh`), run briefly: the kept corpus, and fixed
 //! changes of it.
 
-#[path = "../fuzz/targets.rs"]
-mod targets;
-#[path = "../../protocol/tests/toy/mod.rs"]
-mod toy;
-
 use std::path::Path;
 
-use toy::hash;
+use crate::toy::hash;
 
 /// The kept inputs of a target, in the order of their names.
 fn corpus(target: &str) -> Vec<Vec<u8>> {
@@ -49,15 +44,15 @@ fn run(name: &str, target: fn(&[u8]), changes: u64) {
 
 #[test]
 fn the_decoder_stands_anything() {
-    run("decoder", targets::decoder, 20_000);
+    run("decoder", crate::targets::decoder, 20_000);
 }
 
 #[test]
 fn the_handshake_and_records_stand_anything() {
-    run("handshake", targets::handshake, 500);
+    run("handshake", crate::targets::handshake, 500);
 }
 
 #[test]
 fn the_coordinator_stands_whatever_peers_with_the_key_say() {
-    run("coordinator", targets::coordinator, 5_000);
+    run("coordinator", crate::targets::coordinator, 5_000);
 }

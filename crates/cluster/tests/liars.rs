@@ -2,18 +2,14 @@
 //! of the honest worker, and the owner is told of the liar by its name. A peer that sent an impossible result is not
 //! let in again.
 
-mod net;
-#[path = "../../protocol/tests/toy/mod.rs"]
-mod toy;
-
 use std::ops::Range;
 use std::thread;
 
+use crate::net::{BULK, Bulky, Raw, Run, SINGLE, assert_done, bulky, honest, identity, never, run};
+use crate::toy::{JOB_HASH, READY, SCENE_HASH, hello, plan, result, result_of, sealed};
 use cluster::{Access, work};
-use net::{BULK, Bulky, Raw, Run, SINGLE, assert_done, bulky, honest, identity, never, run};
 use protocol::message::{Hello, LeaseResult, PIECE, ToCoordinator, ToWorker};
 use protocol::{Deliveries, Delivery, JobPlan, LeaseProvenance, Limits};
-use toy::{JOB_HASH, READY, SCENE_HASH, hello, plan, result, result_of, sealed};
 
 const PATHS: u64 = 20_000;
 
@@ -191,7 +187,7 @@ fn relays_that_tell_what_cannot_be_of_their_workers_are_banned() {
 #[test]
 fn results_that_were_not_asked_for_are_not_taken() {
     against("of a lease that is another's", Dropped, false, |access, hello| {
-        let (_other, lease, walks) = join(access, toy::hello("the other", 1));
+        let (_other, lease, walks) = join(access, crate::toy::hello("the other", 1));
         let (mut raw, ..) = join(access, hello);
         raw.say(&ToCoordinator::Result(result(lease, walks)));
         Some(raw)

@@ -1,22 +1,18 @@
 //! Tests of relays over real sockets of this machine, in one process.
 
-mod net;
-#[path = "../../protocol/tests/toy/mod.rs"]
-mod toy;
-
 use std::net::TcpListener;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread::{self, Scope, ScopedJoinHandle};
 
-use cluster::{Access, Work, WorkerError, WorkerIntroduction, relay, work};
-use net::{
+use crate::net::{
     BULK, Bulky, Raw, SINGLE, Toy, access_of, assert_done, await_that, bulky, honest, identity, never, run,
 };
+use crate::toy::{READY, SCENE_HASH, plan, straight, welcome};
+use cluster::{Access, Work, WorkerError, WorkerIntroduction, relay, work};
 use protocol::digest::Digester;
 use protocol::message::{ToCoordinator, ToWorker};
 use protocol::{Coordinator, Ending, JobPlan, Limits};
-use toy::{READY, SCENE_HASH, plan, straight, welcome};
 
 type Ended<'s> = ScopedJoinHandle<'s, Result<(), WorkerError>>;
 
@@ -154,7 +150,7 @@ fn a_relay_that_leaves_sends_its_workers_home_and_others_do_its_walks() {
     assert_eq!(run.ending, Ending::Interrupted);
     let walks = run.coordinator.prefix().counts.walks;
     assert!(walks > 3_000_000);
-    assert_eq!(run.coordinator.prefix(), &toy::straight(0..walks));
+    assert_eq!(run.coordinator.prefix(), &crate::toy::straight(0..walks));
     assert_eq!(run.notices.len(), 1, "{:?}", run.notices);
     assert!(run.notices[0].contains("worker a relay left"));
 }
@@ -170,7 +166,7 @@ fn a_relay_whose_coordinator_vanishes_leaves_its_workers_without_a_word() {
         assert!(hello.relays && hello.threads == 0);
         raw.say(&welcome(10));
         let own = open.recv().unwrap();
-        let worker = scope.spawn(move || work(&own, &identity(3), net::toy_of, || 0.0));
+        let worker = scope.spawn(move || work(&own, &identity(3), crate::net::toy_of, || 0.0));
         let hear = |raw: &mut Raw| loop {
             match raw.hear::<ToCoordinator>() {
                 ToCoordinator::Alive { .. } => {}
@@ -183,7 +179,7 @@ fn a_relay_whose_coordinator_vanishes_leaves_its_workers_without_a_word() {
         };
         raw.say(&ToWorker::Lease { id: 5, first_walk: 100, walks: 300 });
         let ToCoordinator::Result(result) = hear(&mut raw) else { panic!("no result") };
-        let expected = toy::result(5, 100..400);
+        let expected = crate::toy::result(5, 100..400);
         assert_eq!((result.lease, result.counts), (5, expected.counts));
         assert_eq!((result.sums, result.digest), (expected.sums, expected.digest));
         let parts = &result.provenance.parts;

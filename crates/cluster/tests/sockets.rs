@@ -1,10 +1,6 @@
 //! Tests of coordinator and workers over real sockets of this machine, in one process, with everything that may go
 //! wrong between them. Deadlines here only end a test that hangs.
 
-mod net;
-#[path = "../../protocol/tests/toy/mod.rs"]
-mod toy;
-
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use std::ops::Range;
@@ -13,19 +9,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use cluster::noise::{self, HANDSHAKE_RECORD};
-use cluster::{Access, Wish, Work, WorkerError, WorkerIntroduction, serve, work};
-use net::{
+use crate::net::{
     BULK, Bulky, Raw, SINGLE, Toy, access_of, assert_done, await_that, bulky, honest, identity, knock, never,
     run, toy_of, until_dropped,
 };
-use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
-use protocol::{Coordinator, Ending, Foreign, JobPlan, Limits};
-use radiosity::{Hands, Overflow, Tally};
-use toy::{
+use crate::toy::{
     BUILD, Board, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result,
     straight,
 };
+use cluster::noise::{self, HANDSHAKE_RECORD};
+use cluster::{Access, Wish, Work, WorkerError, WorkerIntroduction, serve, work};
+use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
+use protocol::{Coordinator, Ending, Foreign, JobPlan, Limits};
+use radiosity::{Hands, Overflow, Tally};
 
 /// Whether the prefix has reached `walks` walks, to stop there.
 fn far(walks: u64) -> impl Fn(&Coordinator) -> bool {
@@ -116,7 +112,7 @@ fn a_worker_with_another_key_or_build_is_told_why_it_is_refused() {
         assert!(matches!(&error, WorkerError::OtherBuild { ours, .. } if ours == "0.0.1"), "{error}");
         // The coordinator finds out another build whose access file was made to fit.
         let mut lying = Raw::connect(access);
-        lying.say(&ToCoordinator::Hello(Hello { build: "0.0.1".into(), ..toy::hello("old", 1) }));
+        lying.say(&ToCoordinator::Hello(Hello { build: "0.0.1".into(), ..crate::toy::hello("old", 1) }));
         assert!(matches!(lying.told(), ToWorker::Refused { reason } if reason.contains("0.0.1")));
         let error = work(access, &identity(0), toy_of, || 0.0).unwrap_err();
         assert!(matches!(&error, WorkerError::Refused(reason) if reason.contains("threads")), "{error}");
@@ -173,7 +169,7 @@ fn a_result_that_is_cut_short_is_not_taken() {
 #[test]
 fn a_worker_that_is_cut_off_while_it_shoots_leaves_nothing_behind() {
     // A fake coordinator hands out an endless lease and vanishes.
-    for farewell in [None, Some(ToWorker::Done), Some(toy::welcome(10))] {
+    for farewell in [None, Some(ToWorker::Done), Some(crate::toy::welcome(10))] {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let access = access_of(&listener);
         let shooting = AtomicU64::new(0);
@@ -181,8 +177,8 @@ fn a_worker_that_is_cut_off_while_it_shoots_leaves_nothing_behind() {
             let worker =
                 scope.spawn(|| work(&access, &identity(3), |_| Ok(Endless { shooting: &shooting }), || 0.0));
             let mut raw = Raw::accept(&listener, &access);
-            assert_eq!(raw.hear::<ToCoordinator>(), ToCoordinator::Hello(toy::hello("a worker", 3)));
-            raw.say(&toy::welcome(10));
+            assert_eq!(raw.hear::<ToCoordinator>(), ToCoordinator::Hello(crate::toy::hello("a worker", 3)));
+            raw.say(&crate::toy::welcome(10));
             for id in 0..6 {
                 // The lease goes beyond all numbers of walks.
                 let lease = ToWorker::Lease { id, first_walk: 1 << 60, walks: u64::MAX };
@@ -245,8 +241,8 @@ fn a_worker_goes_on_when_either_of_its_results_is_taken_or_dropped() {
     thread::scope(|scope| {
         let worker = scope.spawn(|| work(&access, &identity(1), |_| Ok(Bulky), || 0.0));
         let mut raw = Raw::accept(&listener, &access);
-        assert_eq!(raw.hear::<ToCoordinator>(), ToCoordinator::Hello(toy::hello("a worker", 1)));
-        raw.say(&toy::welcome(10));
+        assert_eq!(raw.hear::<ToCoordinator>(), ToCoordinator::Hello(crate::toy::hello("a worker", 1)));
+        raw.say(&crate::toy::welcome(10));
         while raw.hear::<ToCoordinator>() != READY {}
         offer(&mut raw, 0);
         offer(&mut raw, 1);
@@ -411,7 +407,7 @@ fn who_knocks_as_the_job_ends_is_told_so() {
                 let stream = knock(&access);
                 all_in.wait();
                 let mut raw = Raw::greet(stream, &access);
-                raw.say(&ToCoordinator::Hello(toy::hello("late", 1)));
+                raw.say(&ToCoordinator::Hello(crate::toy::hello("late", 1)));
                 assert_eq!(raw.told(), ToWorker::Done);
                 assert_eq!(raw.stream.read(&mut [0; 1]).unwrap(), 0, "and nothing else");
             });

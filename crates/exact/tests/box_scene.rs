@@ -1,8 +1,6 @@
 //! Which scenes are boxes, and how their patches are numbered.
 
-mod common;
-
-use common::{Numbers, cube_54, plain_box, random_box};
+use crate::common::{Numbers, cube_54, plain_box, random_box};
 use exact::{BoxScene, NotABox};
 use glam::DVec3;
 use radiosity::{IndexChoice, Scene, SceneSpec, Shape, Sides};

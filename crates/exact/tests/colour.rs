@@ -1,15 +1,11 @@
 //! Walks that carry the weights of three channels, and know nothing but form factors, spread as predicted.
 
-mod common;
-#[path = "common/shapes.rs"]
-mod shapes;
-
 use std::sync::Arc;
 
-use common::{Numbers, assert_near, cube_54};
+use crate::common::{Numbers, assert_near, cube_54};
+use crate::shapes::{grey, painted, quad, room};
 use exact::{ESTIMATORS, Exact, ExchangeMatrix, SharedPath, WeightedWalk};
 use radiosity::{EstimatorKind, Sides};
-use shapes::{grey, painted, quad, room};
 
 /// Where the never-ending walk is cut: what is left cannot show.
 const NOTHING: f64 = 1e-9;
@@ -46,7 +42,7 @@ fn grey_is_the_case_of_one_channel() {
 /// Three channels over the form factors of a box of 2 × 1 × 1 with 2 × 1 patches a wall: unlike reflectances,
 /// one patch black in a channel and one in all, emitters of three colours, one of them black in a channel.
 fn channels() -> [Exact; 3] {
-    let box_scene = exact::BoxScene::recognise(&common::plain_box(
+    let box_scene = exact::BoxScene::recognise(&crate::common::plain_box(
         glam::DVec3::ZERO,
         glam::DVec3::new(2.0, 1.0, 1.0),
         [2, 1],

@@ -1,8 +1,6 @@
 //! Form factors against published values, their own laws, and cubature.
 
-mod common;
-
-use common::{Numbers, assert_near, random_box, rectangle};
+use crate::common::{Numbers, assert_near, random_box, rectangle};
 use exact::{BoxScene, ExchangeMatrix, Facing, Rectangle, exchange_area, form_factor};
 use glam::DVec3;
 

@@ -1,17 +1,13 @@
 //! Scenes that are no axis-aligned boxes, nothing in them hidden: published view factors, other ways to the
 //! same number, furnaces, open scenes.
 
-mod common;
-#[path = "common/shapes.rs"]
-mod shapes;
-
 use std::f64::consts::TAU;
 
-use common::{Numbers, assert_near, cube_54, random_box};
+use crate::common::{Numbers, assert_near, cube_54, random_box};
+use crate::shapes::{ball, painted, quad, tetrahedron, turned};
 use exact::{Exact, FormFactors, SystemAccuracy};
 use glam::DVec3;
 use radiosity::{SceneSpec, Shape};
-use shapes::{ball, painted, quad, tetrahedron, turned};
 
 fn solve(spec: &SceneSpec) -> Exact {
     let exact = Exact::of_scene(spec).unwrap();
@@ -199,7 +195,7 @@ fn open_scenes_lose_what_their_rows_lack() {
 /// Threads share the rows out anew each time; no bit may tell.
 #[test]
 fn threads_do_not_enter_the_answer() {
-    let spec = painted(shapes::l_room(3), 0.5, 1.0);
+    let spec = painted(crate::shapes::l_room(3), 0.5, 1.0);
     let [first, second] = [(); 2].map(|()| solve(&spec));
     assert_eq!(first.solution(), second.solution());
     assert_eq!(first.exchange().row_errors(), second.exchange().row_errors());

@@ -1,13 +1,12 @@
 //! Sources, mixtures of them, and derivatives by materials, against dense solutions: whether intervals are true.
 
-mod common;
-
-use common::{Numbers, plain_box};
+use crate::common::{Numbers, plain_box};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
-    Derivative, Estimate, Estimates, EstimatorKind, Experiment, Groups, IndexChoice, Influences, Method,
-    PatchGroup, Property, Scene, SceneSpec, Sequence, Spectrum, Tally,
+    Estimate, Estimates, EstimatorKind, Experiment, Groups, IndexChoice, Method, PatchGroup, Scene,
+    SceneSpec, Sequence, Spectrum, Tally,
+    sensitivity::{Derivative, Influences, Property},
 };
 
 const LEVEL: f64 = 0.95;
@@ -54,7 +53,7 @@ fn experiment(spec: &SceneSpec, kind: EstimatorKind) -> Experiment {
 }
 
 fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let mut board = experiment.board::<2>();
+    let mut board = experiment.board();
     experiment.walk(&Sequence::new(seed), 0..walks, &mut board);
     board.take().unwrap()
 }
@@ -144,8 +143,8 @@ fn parts_of_the_walks_add_up() {
     for kind in [EstimatorKind::Collision, EstimatorKind::Infinite] {
         let apart = experiment(&room(false), kind).with_groups(&sources(), &materials()).unwrap();
         let whole = walk(&apart, 5, 3_000);
-        let mut board = apart.board::<2>();
-        let mut tally = apart.tally::<2>();
+        let mut board = apart.board();
+        let mut tally = apart.tally();
         for part in [2_000..3_000, 0..700, 700..2_000] {
             apart.walk(&Sequence::new(5), part, &mut board);
             board.add_to(&mut tally).unwrap();

@@ -1,9 +1,7 @@
 //! The 54-patch cube of S97 by ways that share nothing with the crate: form factors by cubature of Lambert's
 //! point-to-polygon formula, the power system by iteration.
 
-mod common;
-
-use common::{assert_near, cube_54};
+use crate::common::{assert_near, cube_54};
 use exact::{BoxScene, Exact, Rectangle};
 use glam::DVec3;
 

@@ -1,19 +1,12 @@
 //! Surfaces that coincide: layers, against the same scenes without twins, against thin gaps, against rays that only
 //! `radiosity` traces.
 
-mod common;
-#[path = "common/shapes.rs"]
-mod shapes;
-
-#[path = "common/rays.rs"]
-mod rays;
-
-use common::{Numbers, assert_near};
+use crate::common::{Numbers, assert_near};
+use crate::rays::assert_rays_agree;
+use crate::shapes::{grey, painted, quad, room, turned};
 use exact::{BoxScene, Exact, NotABox, SystemAccuracy};
 use glam::DVec3;
 use radiosity::{IndexChoice, Scene, SceneSpec, Shape, Side, Sides, SurfaceSpec};
-use rays::assert_rays_agree;
-use shapes::{grey, painted, quad, room, turned};
 
 /// Which way the twins of a cube's walls lie.
 #[derive(Clone, Copy, Debug, PartialEq)]

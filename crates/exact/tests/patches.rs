@@ -1,8 +1,6 @@
 //! Patches that are groups of cells: the system of the groups, and walks, batches and chains against it.
 
-#[path = "common/shapes.rs"]
-mod shapes;
-
+use crate::shapes::{grey, quad};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
@@ -10,7 +8,6 @@ use radiosity::{
     IndexChoice, InfiniteEnd, Iterations, Method, RayBirths, Sampler, Scene, SceneSpec, Score, Shape, Solve,
     Space, SurfaceSpec, Walks,
 };
-use shapes::{grey, quad};
 
 /// The walls of a unit cube, facing inwards: z low, z high, y low, y high, x low, x high.
 fn walls(cells: [u32; 2]) -> Vec<Shape> {

@@ -16,7 +16,7 @@ const LEVEL: f64 = 0.95;
 type Read = (f64, f64, [f64; 2]);
 
 fn read(experiment: &Experiment, seed: u64, walks: u64) -> Vec<Read> {
-    let mut board = experiment.board::<2>();
+    let mut board = experiment.board();
     experiment.walk(&Sequence::new(seed), 0..walks, &mut board);
     let tally = board.take().unwrap();
     let readings = Readings::new(experiment, &tally, LEVEL).unwrap();

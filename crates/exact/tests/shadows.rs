@@ -1,17 +1,11 @@
 //! Scenes where surfaces hide others: against closure, against rays that only `radiosity` traces, against
 //! what can be said exactly.
 
-mod common;
-#[path = "common/rays.rs"]
-mod rays;
-#[path = "common/shapes.rs"]
-mod shapes;
-
-use common::{Numbers, assert_near};
+use crate::common::{Numbers, assert_near};
+use crate::rays::{Rays, assert_rays_agree};
+use crate::shapes::{bumpy_ball, grey, l_room, painted, quad, room, turned};
 use exact::{Exact, SystemAccuracy};
 use radiosity::{EstimatorKind, IndexChoice, Scene, SceneSpec, Sides};
-use rays::{Rays, assert_rays_agree};
-use shapes::{bumpy_ball, grey, l_room, painted, quad, room, turned};
 
 /// A room 2 × 1 × 1 with something in it.
 fn room_with(inside: radiosity::Shape, sides: Sides) -> SceneSpec {

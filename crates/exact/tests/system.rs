@@ -1,10 +1,8 @@
 //! The dense solve against furnaces, conservation and its own equations.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{Numbers, assert_near, cube_54, plain_box, random_box};
+use crate::common::{Numbers, assert_near, cube_54, plain_box, random_box};
 use exact::{
     BoxScene, Exact, ExactError, ExchangeMatrix, MAX_GENERAL_FACES, MAX_PATCHES, RadiositySystem, Singular,
 };

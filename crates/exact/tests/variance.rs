@@ -1,10 +1,8 @@
 //! Predicted variances against BS table 1 and against each other. Against walks: `walks.rs`.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{Numbers, assert_near, cube_54, plain_box, random_box};
+use crate::common::{Numbers, assert_near, cube_54, plain_box, random_box};
 use exact::{
     ESTIMATORS, Exact, ExchangeMatrix, VarianceBounds, best_gathering_weights, best_shooting_weights,
     gathering_covariance, jacobi_variances, shooting_covariance, systematic_jacobi_variances,

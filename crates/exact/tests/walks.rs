@@ -1,10 +1,8 @@
 //! Discrete walks that know nothing but form factors spread as predicted, estimator by estimator.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{Numbers, cube_54, plain_box};
+use crate::common::{Numbers, cube_54, plain_box};
 use exact::{Exact, ExchangeMatrix};
 use glam::DVec3;
 use radiosity::EstimatorKind;

@@ -2,18 +2,14 @@
 //! nothing with the tracer: own geometry, own random numbers.
 //!
 //! 10⁸ rays in the everyday suite; as many as `RADWALK_RAYS` says otherwise:
-//! `RADWALK_RAYS=10000000000 cargo test --release -p exact --test wall -- --nocapture`.
-
-mod common;
-#[path = "common/shapes.rs"]
-mod shapes;
+//! `RADWALK_RAYS=10000000000 cargo test --release -p exact --test suite wall:: -- --nocapture`.
 
 use std::thread;
 
+use crate::shapes::{grey, painted, quad, room};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{Face, IndexChoice, Scene, SceneSpec, Sides};
-use shapes::{grey, painted, quad, room};
 
 /// The box reaches from 0 to here [m].
 const SIZE: [f64; 3] = [2.0, 1.0, 1.0];
@@ -59,7 +55,7 @@ struct Xoshiro([u64; 4]);
 
 impl Xoshiro {
     fn new(seed: u64) -> Self {
-        let mut seeds = common::Numbers(seed);
+        let mut seeds = crate::common::Numbers(seed);
         Xoshiro([(); 4].map(|()| seeds.bits()))
     }
 

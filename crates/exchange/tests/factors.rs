@@ -2,15 +2,11 @@
 //!
 //! Seeds are fixed. Limits are four standard errors where nothing else is said: a false alarm in 16,000.
 
-mod common;
-#[path = "../../exact/tests/common/shapes.rs"]
-mod shapes;
-
-use common::Grouped;
+use crate::common::Grouped;
+use crate::shapes::{grey, painted, quad, room};
 use exchange::{Factors, smooth};
 use glam::DVec3;
-use radiosity::{FactorKind, SceneSpec, Shape, Sides};
-use shapes::{grey, painted, quad, room};
+use radiosity::{SceneSpec, Shape, Sides, exchange::FactorKind};
 use stats::{Coverage, mean_squared_z};
 
 const KINDS: [FactorKind; 2] = [FactorKind::FirstHit, FactorKind::Absorbed];

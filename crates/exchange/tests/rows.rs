@@ -2,18 +2,16 @@
 //!
 //! Seeds are fixed. Limits are said beside them.
 
-mod common;
-
-use common::Grouped;
+use crate::common::Grouped;
 use exchange::{Intervals, SparseRow};
 use glam::DVec3;
-use radiosity::{ExchangeRows, FactorKind, SceneSpec, Sequence, Shape, SkyPatches, Space};
+use radiosity::{
+    SceneSpec, Sequence, Shape, SkyPatches, Space,
+    exchange::{ExchangeRows, FactorKind},
+};
 use stats::Coverage;
 
-#[path = "../../exact/tests/common/shapes.rs"]
-mod shapes;
-
-use shapes::{grey, painted, quad, room};
+use crate::shapes::{grey, painted, quad, room};
 
 /// A walled room that is open on one side, with a one-sided plate in it.
 fn open_room() -> SceneSpec {

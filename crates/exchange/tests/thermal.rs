@@ -2,15 +2,11 @@
 //!
 //! Seeds are fixed; a false alarm takes 5 standard errors.
 
-mod common;
-#[path = "../../exact/tests/common/shapes.rs"]
-mod shapes;
-
+use crate::common::Grouped;
+use crate::shapes::{grey, painted, quad, room};
 use BoundaryCondition::{Flux, Temperature};
-use common::Grouped;
 use exchange::{Balance, BoundaryCondition, SIGMA, SparseFactors, Thermal};
-use radiosity::{FactorKind, SceneSpec, Shape};
-use shapes::{grey, painted, quad, room};
+use radiosity::{SceneSpec, Shape, exchange::FactorKind};
 use stats::{Coverage, Interval, mean_squared_z};
 
 /// F between opposed unit squares at distance 1.

@@ -1,9 +1,6 @@
 //! The fuzz targets that libFuzzer runs for minutes (`scripts/fuzz.sh`), run briefly: the kept corpus, and fixed
 //! changes of it.
 
-#[path = "../fuzz/targets.rs"]
-mod targets;
-
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -98,13 +95,13 @@ fn changed(corpus: &[Vec<u8>], number: u64) -> Vec<u8> {
 type Target = (&'static str, fn(&[u8]));
 
 const TARGETS: [Target; 7] = [
-    ("obj", targets::obj),
-    ("gltf", targets::gltf),
-    ("stl", targets::stl),
-    ("ply", targets::ply),
-    ("mgf", targets::mgf),
-    ("mitsuba", targets::mitsuba),
-    ("vs3", targets::vs3),
+    ("obj", crate::targets::obj),
+    ("gltf", crate::targets::gltf),
+    ("stl", crate::targets::stl),
+    ("ply", crate::targets::ply),
+    ("mgf", crate::targets::mgf),
+    ("mitsuba", crate::targets::mitsuba),
+    ("vs3", crate::targets::vs3),
 ];
 
 #[test]

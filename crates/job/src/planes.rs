@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use radiosity::{PlaneFigure, SensorShape, SensorSpec};
+use radiosity::{SensorShape, SensorSpec, planes::PlaneFigure};
 use serde::{Deserialize, Serialize};
 
 use crate::document::{KeyTable, Value};

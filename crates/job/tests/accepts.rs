@@ -1,10 +1,8 @@
 //! What is accepted, and what it means.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::Folder;
+use crate::common::Folder;
 use glam::{DVec3, dvec3};
 use job::{
     Beside, Budget, FileKind, Job, MethodTable, Sampler, SensorTarget, Target, Unhit, WalkKind, file_kind,
@@ -383,7 +381,7 @@ fn methods_are_written_in_the_words_of_the_file() {
 /// 3·10¹⁰ comparisons.
 #[test]
 fn a_target_may_be_about_very_many_patches() {
-    let folder = common::Folder::new("very-many-chosen");
+    let folder = crate::common::Folder::new("very-many-chosen");
     let scene = "[material.w]\nreflectance = 0.5\nemittance = 1\n[[surface]]\nmaterial = \"w\"\n\
                  quad = [[0,0,0],[1,0,0],[0,1,0]]\npatches = [500, 500]\n";
     folder.write("s.toml", scene);

@@ -19,7 +19,7 @@ fn loaded(name: &str) -> (Job, Scene) {
 /// How walks ended, and the radiosity of each patch that they give [W/m²].
 fn shot(job: &Job, scene: &Scene, walks: u64) -> (Counts, Vec<f64>) {
     let experiment = Experiment::new(scene.clone(), job.method.walks()).unwrap();
-    let mut board = experiment.board::<2>();
+    let mut board = experiment.board();
     experiment.walk(&Sequence::new(job.seed), 0..walks, &mut board);
     let tally = board.take().unwrap();
     let solution = Solution::new(&experiment, &tally, job.confidence);

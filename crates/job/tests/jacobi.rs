@@ -1,7 +1,5 @@
 //! Chains or walks: what a job with `walk = "jacobi"` or `"auto"` becomes.
 
-mod common;
-
 use std::path::Path;
 
 use job::{Error, Job, Sampler, WalkKind, job_hash, load};
@@ -30,7 +28,7 @@ fn eight_chains_share_the_rays_unless_the_job_says_otherwise() {
 fn chains_of_many_patches_are_kept_short() {
     let budget = "budget.paths=100000000000";
     assert_eq!(cube54(&["method.walk=jacobi", budget]).method.batch_paths, Some(u32::MAX.into()));
-    let folder = common::Folder::new("many-patches");
+    let folder = crate::common::Folder::new("many-patches");
     let scene = "[material.w]\nreflectance = 0.5\nemittance = 1\n[[surface]]\nmaterial = \"w\"\n\
                  quad = [[0,0,0],[1,0,0],[0,1,0]]\npatches = [100, 100]\n";
     folder.write("s.toml", scene);

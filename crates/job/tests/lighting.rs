@@ -1,8 +1,6 @@
 //! Meshes without light, and what is typed to have it otherwise: each remedy of a note is tried.
 
-mod common;
-
-use common::Folder;
+use crate::common::Folder;
 use job::{Job, Light, load};
 use radiosity::Sides;
 

@@ -1,11 +1,9 @@
 //! Scenes from files: the same room in every format, every key of `[import]`, meshes within a scene, and the integrating
 //! sphere.
 
-mod common;
-
 use std::fmt::Write;
 
-use common::Folder;
+use crate::common::Folder;
 use glam::DVec3;
 use job::{Job, Light, load, load_as_written};
 use radiosity::{Estimates, Experiment, IndexChoice, SceneSpec, Sequence, Sides};
@@ -404,7 +402,7 @@ fn icospheres_integrate() {
     );
     let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
     let area: f64 = experiment.scene().faces().iter().map(|patch| patch.area).sum();
-    let (mut tally, mut board) = (experiment.tally::<2>(), experiment.board::<2>());
+    let (mut tally, mut board) = (experiment.tally(), experiment.board());
     experiment.walk(&Sequence::new(11), 0..WALKS, &mut board);
     board.add_to(&mut tally).unwrap();
     assert_eq!((tally.counts.escaped, tally.counts.absorbed_back), (0, 0), "the sphere is closed");

@@ -1,10 +1,8 @@
 //! Every refusal says where, what, why and what to do.
 
-mod common;
-
 use std::path::Path;
 
-use common::Folder;
+use crate::common::Folder;
 use job::{load, load_scene};
 use radiosity::IndexChoice;
 

@@ -1,10 +1,8 @@
 //! The JSON schemas say what the readers say.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::Folder;
+use crate::common::Folder;
 use job::{job_schema, load, scene_schema};
 use jsonschema::Validator;
 use serde_json::Value;

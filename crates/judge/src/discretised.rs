@@ -13,8 +13,6 @@
 use radiosity::{Course, Estimates, EstimatorKind, Experiment, Method, Sequence, Space, Tally, Walks};
 use report::DiscretisedSummary;
 
-use crate::MOMENTS;
-
 /// G, the number of groups of the control.
 const GROUPS: usize = 16;
 
@@ -65,7 +63,7 @@ impl Control {
     /// The tally of one group.
     pub fn group(&self, number: usize) -> Tally {
         let first = number as u64 * self.walks_per_group;
-        let (mut board, mut tally) = (self.experiment.board::<MOMENTS>(), self.experiment.tally::<MOMENTS>());
+        let (mut board, mut tally) = (self.experiment.board(), self.experiment.tally());
         self.experiment.walk(&self.sequence, first..first + self.walks_per_group, &mut board);
         board.add_to(&mut tally).expect("a control is short");
         tally

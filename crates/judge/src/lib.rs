@@ -34,6 +34,3 @@ pub use fit::misfits;
 pub use limits::limits;
 pub use model::{job_lines, scene_lines};
 pub use sensors::sensor_warnings;
-
-/// The number of power sums per score: Σx and Σx², as intervals need.
-pub const MOMENTS: usize = 2;

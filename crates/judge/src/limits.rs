@@ -3,8 +3,6 @@
 use protocol::{Limits, MaterialLimits, SensorLimits};
 use radiosity::{Estimator, Experiment, InfiniteEnd};
 
-use crate::MOMENTS;
-
 /// The factor above what theory says: if an honest worker broke a limit, its work would end.
 const MARGIN: f64 = 4.0;
 
@@ -51,7 +49,7 @@ fn of_materials(experiment: &Experiment, limits: &Limits) -> Option<MaterialLimi
 
 fn of_walks(experiment: &Experiment) -> Limits {
     let rays = longest_walk(experiment);
-    let ray_score = match (experiment.layout::<MOMENTS>().events, experiment.method().is_mix()) {
+    let ray_score = match (experiment.layout().events, experiment.method().is_mix()) {
         (true, _) => FIXED_POINT,
         // The best mix also counts the sum of two scores.
         (false, true) => 2,
@@ -70,7 +68,7 @@ fn of_walks(experiment: &Experiment) -> Limits {
 /// The limits of a batch. A batch scores H over the largest radiosity there can be, at most as if all light under way
 /// met one patch.
 fn of_batches(experiment: &Experiment, paths: u64) -> Limits {
-    let tally = experiment.tally::<MOMENTS>();
+    let tally = experiment.tally();
     let scene = experiment.scene();
     let channels = || 0..scene.channels();
     let largest = (0..scene.faces().len())
@@ -134,7 +132,7 @@ mod tests {
 
     /// The tally of some walks, and whether it keeps the limits.
     fn breach_of(job: &Job, experiment: &Experiment) -> Option<&'static str> {
-        let mut board = experiment.board::<MOMENTS>();
+        let mut board = experiment.board();
         let walks = job.budget.paths / experiment.unit().paths();
         experiment.walk(&Sequence::new(7), 0..walks, &mut board);
         let tally = board.take().unwrap();

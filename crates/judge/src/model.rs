@@ -5,7 +5,6 @@ use radiosity::{Experiment, Scene, SensorShape, Side};
 use report::words::counted;
 use report::{MethodWords, Model, Units, target_scope, view_troubles};
 
-use crate::MOMENTS;
 use crate::bounces::bounces;
 use crate::coincident::Coincident;
 use crate::fit::misfits;
@@ -69,7 +68,7 @@ pub fn job_lines(job: &Job, experiment: &Experiment) -> Vec<String> {
     }));
     let notes = view_troubles(scene, &job.view).into_iter().chain(job.note.clone());
     lines.extend(notes.map(|note| format!("note: {note}")));
-    let model = Model::new(scene, experiment.method(), MOMENTS, bounces(experiment));
+    let model = Model::new(scene, experiment.method(), bounces(experiment));
     lines.extend(model.lines().into_iter().chain(model.why).map(|line| format!("model: {line}")));
     lines.extend(misfits(experiment).iter().map(|misfit| format!("note: {misfit}")));
     lines

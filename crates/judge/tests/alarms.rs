@@ -1,7 +1,7 @@
 //! How often checks fail by chance alone, and whether the check of drift sees walks that change.
 
+use judge::checks;
 use judge::target::{Observer, looks};
-use judge::{MOMENTS, checks};
 use protocol::Look;
 use radiosity::{
     Estimates, EstimatorKind, Experiment, IndexChoice, Method, Quantity, Scene, SceneSpec, Sequence, Tally,
@@ -19,7 +19,7 @@ fn shooting(spec: &SceneSpec) -> Experiment {
 /// The tally of a run with its looks. Walks after the look before the last are those of `last`.
 fn run(first: &Experiment, last: &Experiment, seed: u64, walks: u64) -> (Tally, Vec<Look>) {
     let mut observer = Observer::new(first.clone(), 0.95, None);
-    let (mut tally, mut board) = (first.tally::<MOMENTS>(), first.board::<MOMENTS>());
+    let (mut tally, mut board) = (first.tally(), first.board());
     let (mut seen, sequence) = (Vec::new(), Sequence::new(seed));
     for mark in looks(first, walks) {
         let experiment = if mark < walks { first } else { last };

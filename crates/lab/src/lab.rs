@@ -55,7 +55,7 @@ impl Lab {
         let sequence = Sequence::new(seed);
         self.each(
             runs,
-            || experiment.board::<2>(),
+            || experiment.board(),
             |board, run| {
                 let first = run as u64 * walks;
                 experiment.walk(&sequence, first..first + walks, board);
@@ -73,10 +73,10 @@ impl Lab {
     pub fn tally(&self, experiment: &Experiment, seed: u64, walks: u64) -> Tally {
         let sequence = Sequence::new(seed);
         let piece = if experiment.unit().is_walk() { PIECE } else { 1 };
-        let whole = Mutex::new(experiment.tally::<2>());
+        let whole = Mutex::new(experiment.tally());
         self.each(
             walks.div_ceil(piece) as usize,
-            || experiment.board::<2>(),
+            || experiment.board(),
             |board, i| {
                 let first = i as u64 * piece;
                 experiment.walk(&sequence, first..walks.min(first + piece), board);

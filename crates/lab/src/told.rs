@@ -23,7 +23,7 @@ pub(crate) struct ToldRun {
 /// Runs a job of at most `walks` walks, with its looks and checks.
 pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option<Target>) -> ToldRun {
     let mut observer = Observer::new(experiment.clone(), CONFIDENCE, target);
-    let (mut tally, mut seen, mut reached) = (experiment.tally::<2>(), Vec::new(), false);
+    let (mut tally, mut seen, mut reached) = (experiment.tally(), Vec::new(), false);
     for mark in looks(experiment, walks) {
         advance(experiment, seed, mark, &mut tally);
         let look = observer.look(&tally, &seen);

@@ -25,14 +25,14 @@ pub(crate) fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Result<
 
 /// The tally of walks 0 … `walks` − 1.
 pub(crate) fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let mut tally = experiment.tally::<2>();
+    let mut tally = experiment.tally();
     advance(experiment, seed, walks, &mut tally);
     tally
 }
 
 /// Walks on, from the walks of `tally` up to `walks` in all.
 pub(crate) fn advance(experiment: &Experiment, seed: u64, walks: u64, tally: &mut Tally) {
-    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<2>());
+    let (sequence, mut board) = (Sequence::new(seed), experiment.board());
     while tally.counts.walks < walks {
         let first = tally.counts.walks;
         experiment.walk(&sequence, first..walks.min(first + AT_A_TIME), &mut board);
@@ -70,7 +70,7 @@ pub(crate) struct TallyReader {
 impl TallyReader {
     /// The reader of an experiment whose walks tell of every patch.
     pub(crate) fn new(experiment: &Experiment) -> Self {
-        let empty = experiment.tally::<2>();
+        let empty = experiment.tally();
         let worth = |(i, patch): (usize, radiosity::Face)| {
             let meaning = experiment.meaning(i, 0, &empty).expect("walks are born everywhere");
             patch.reflectance[0] * meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0)
@@ -144,7 +144,7 @@ pub(crate) fn variance_over(
     patch: usize,
     expected: f64,
 ) -> Measured {
-    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<2>());
+    let (sequence, mut board) = (Sequence::new(seed), experiment.board());
     let size = walks / BLOCKS;
     let blocks = (0..BLOCKS).map(|block| {
         experiment.walk(&sequence, block * size..(block + 1) * size, &mut board);
@@ -154,7 +154,7 @@ pub(crate) fn variance_over(
     });
     let variance = variance_of_blocks(blocks).expect("there are many walks");
 
-    let meaning = experiment.meaning(patch, 0, &experiment.tally::<2>()).expect("walks tell of this patch");
+    let meaning = experiment.meaning(patch, 0, &experiment.tally()).expect("walks tell of this patch");
     let per_event = meaning.irradiance_per_event.expect("the estimator can tell");
     let unit = experiment.scene().faces().get(patch).reflectance[0] * per_event * meaning.unit;
     ratio(variance, expected / (unit * unit))

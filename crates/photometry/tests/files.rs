@@ -1,9 +1,7 @@
 //! Files of both formats: what they mean, what is refused, and that none stops the reader.
 
-mod support;
-
+use crate::support::{Random, direction, ies, ldt};
 use photometry::{Luminaire, LuminousOpening, Symmetry};
-use support::{Random, direction, ies, ldt};
 
 const FILES: [&[u8]; 4] = [
     include_bytes!("lamps/lambert.ies"),

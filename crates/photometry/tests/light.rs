@@ -1,12 +1,10 @@
 //! Fluxes, directions and intensities of tables, held to quadrature.
 
-mod support;
-
 use std::f64::consts::PI;
 
+use crate::support::{Random, ies, quadrature, tables};
 use glam::DVec3;
 use photometry::{Cell, Luminaire};
-use support::{Random, ies, quadrature, tables};
 
 /// Steps of 1° and half of that meet all nodes of the tables, so that the integrand is smooth within them.
 #[test]

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
-use radiosity::{MergeError, Tally};
+use radiosity::{Tally, boards::MergeError};
 
 pub use self::out_of_order::OutOfOrderRange;
 use self::out_of_order::{RangeSums, WaitingRange};

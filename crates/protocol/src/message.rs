@@ -124,6 +124,17 @@ pub struct LeaseResult {
     pub provenance: LeaseProvenance,
 }
 
+impl LeaseResult {
+    /// The messages that bring a large result: pieces of its sums, then the result with the last of them.
+    pub fn in_pieces(mut self) -> impl Iterator<Item = ToCoordinator> {
+        let (lease, mut sums) = (self.lease, std::mem::take(&mut self.sums));
+        let last = sums.len().saturating_sub(1) / PIECE * PIECE;
+        self.sums = sums.split_off(last);
+        let piece = move |from| ToCoordinator::Piece { lease, sums: sums[from..from + PIECE].into() };
+        (0..last).step_by(PIECE).map(piece).chain([ToCoordinator::Result(self)])
+    }
+}
+
 /// A message from the coordinator to a worker.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub enum ToWorker {

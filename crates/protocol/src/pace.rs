@@ -1,4 +1,6 @@
-//! The length of leases in time. Only the pace of a job depends on it, never the answer.
+//! The length of leases in time, and of the chunks that they are walked in. Only the pace of a job depends on it, never the answer.
+
+use std::time::Duration;
 
 /// The least time of a lease [s]: long enough that messages cost little, short enough that a stop is prompt.
 const LEASE_SECONDS: f64 = 0.25;
@@ -43,3 +45,25 @@ pub fn lease_seconds(sums: usize, senders: usize, age: f64) -> f64 {
 /// The most results that a thread keeps while it goes on with its next lease. The coordinator gives each thread two
 /// leases, and may ask for either of two kept results.
 pub const MOST_KEPT: usize = 2;
+
+/// The first number of walks between two marks of progress.
+pub const FIRST_CHUNK: u64 = 512;
+
+/// The most walks between two marks of progress. The last walks of a chunk leave places of a batch idle; in chunks this
+/// long the loss is small.
+const LARGEST_CHUNK: u64 = 1 << 16;
+
+/// The time under which chunks grow; chunks that take ten times as long shrink.
+const CHUNK_TIME: Duration = Duration::from_millis(5);
+
+/// The most walks between two emptyings of a board: its 64-bit sums must not wrap.
+pub const BOARD_WALKS: u64 = 1 << 22;
+
+/// The number of walks in the next chunk, after `walks` walks took `time`.
+pub fn next_chunk(walks: u64, time: Duration) -> u64 {
+    match time {
+        time if time < CHUNK_TIME => (2 * walks).min(LARGEST_CHUNK),
+        time if time > 10 * CHUNK_TIME => (walks / 2).max(1),
+        _ => walks,
+    }
+}

@@ -9,7 +9,7 @@ mod results;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::time::Duration;
 
-use radiosity::MergeError;
+use radiosity::boards::MergeError;
 
 use self::peer::{Peer, PeerStage};
 use crate::codec::SHORT_FRAME;

@@ -1,6 +1,6 @@
 //! The reasons why a result is not taken.
 
-use radiosity::MergeError;
+use radiosity::boards::MergeError;
 
 use crate::message::LeaseId;
 

@@ -1,12 +1,11 @@
 //! Tests of the coordinator's state machine with a fake transport: every message that the coordinator sends is one that
 //! the test expects, and time is a number.
 
-mod toy;
-
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
+use crate::toy::{Dice, JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, hash, judge, plan, result, straight};
 use protocol::codec::{pack, unpack};
 use protocol::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
 use protocol::{
@@ -14,7 +13,6 @@ use protocol::{
     STALL,
 };
 use radiosity::Tally;
-use toy::{Dice, JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, hash, judge, plan, result, straight};
 
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -161,7 +159,7 @@ impl Stage {
     }
 
     fn hello(&self, id: PeerId) -> Hello {
-        toy::hello(&format!("worker {id}"), 1)
+        crate::toy::hello(&format!("worker {id}"), 1)
     }
 
     fn introduce(&mut self, hello: impl FnOnce(Hello) -> Hello) -> PeerId {
@@ -202,7 +200,9 @@ impl Stage {
 
     fn send(&mut self, id: PeerId, result: LeaseResult) {
         let honest = self.out.iter().position(|(peer, lease)| {
-            *peer == id && lease.id == result.lease && result == toy::result(lease.id, lease.walks.clone())
+            *peer == id
+                && lease.id == result.lease
+                && result == crate::toy::result(lease.id, lease.walks.clone())
         });
         if let Some(honest) = honest {
             self.take(honest);
@@ -766,7 +766,7 @@ fn coordinators_that_go_on_from_the_books_of_others_come_to_the_same_end() {
         judge: judge(|tally| tally.counts.walks >= 600),
         ..plan(1000, 100)
     };
-    let mut past = Past::none(Tally::new(PATCHES, toy::LAYOUT));
+    let mut past = Past::none(Tally::new(PATCHES, crate::toy::LAYOUT));
     for session in 0..100 {
         let mut stage = Stage::resuming(job(), past);
         if stage.coordinator.ending().is_some() {
@@ -819,7 +819,7 @@ fn a_result_that_cannot_be_is_refused_and_its_worker_named_and_banned() {
         let mut result = result(leases[1].id, leases[1].walks.clone());
         lie(&mut result);
         stage.liars += 1;
-        stage.say(liar, ToCoordinator::Result(toy::sealed(result)));
+        stage.say(liar, ToCoordinator::Result(crate::toy::sealed(result)));
         assert!(stage.closed.contains_key(&liar), "lie {n}");
         let told = stage.notice();
         assert!(told.contains(&format!("lost worker liar {n}: sent a result that does not fit")), "{told}");

@@ -5,15 +5,13 @@
 //! After every event the prefix is that of its walks, none lost and none twice, and leases that are out do not overlap those that are in. After the last
 //! event the world is fair: workers come, and walk what they are given. Then the job ends, and unless the owner stopped it, every walk is in.
 
-mod toy;
-
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Duration;
 
+use crate::toy::{READY, coordinator, hello, plan, result, sealed, straight};
 use protocol::message::{LeaseResult, ToCoordinator, ToWorker};
 use protocol::{Action, Coordinator, Ending, Lead, PeerId, SILENCE};
-use toy::{READY, coordinator, hello, plan, result, sealed, straight};
 
 const WALKS: u64 = 6;
 const STREAM: u64 = 2;

@@ -1,16 +1,14 @@
 //! Tests of a job's end: walks that are late are leased again to workers that have nothing else to do, and come in
 //! once.
 
-mod toy;
-
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
+use crate::toy::{LAYOUT, READY, coordinator, hello, plan, result, result_of, straight};
 use protocol::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 use protocol::{Action, Coordinator, Ending, JobPlan, Lead, Notice, PeerId, SILENCE};
 use radiosity::{Counts, Tally};
-use toy::{LAYOUT, READY, coordinator, hello, plan, result, result_of, straight};
 
 const TICK: Duration = Duration::from_millis(50);
 

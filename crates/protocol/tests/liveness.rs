@@ -4,18 +4,18 @@
 //! Workers behave as real ones do: a thread that keeps two large results begins no third lease; results are sent piece
 //! by piece beside the walking; and a worker reads messages whatever its threads are doing.
 
-mod toy;
-
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
+use crate::toy::{
+    BUILD, Dice, JOB, JOB_HASH, LAYOUT, READY, SCENE_HASH, coordinator, hello, plan, result_of,
+};
 use protocol::message::{Hello, LeaseResult, PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
 use protocol::{
     Action, Coordinator, Ending, JobPlan, Lead, Limits, Notice, Past, PeerId, Relay, RelayEnd, Terms,
 };
 use radiosity::{Counts, Tally};
-use toy::{BUILD, Dice, JOB, JOB_HASH, LAYOUT, READY, SCENE_HASH, coordinator, hello, plan, result_of};
 
 const TICK: Duration = Duration::from_millis(50);
 const TICKS_PER_SECOND: u64 = 20;
@@ -532,7 +532,7 @@ fn whatever_fails_the_job_moves_on_with_large_tallies() {
 
 #[test]
 fn whatever_fails_the_job_moves_on_behind_relays() {
-    for (patches, walks) in [(toy::PATCHES, 20_000), (LARGE, 2000)] {
+    for (patches, walks) in [(crate::toy::PATCHES, 20_000), (LARGE, 2000)] {
         let (faults, _) = play_all(100..120, patches, walks, 2);
         assert!(faults > 300, "{faults}");
     }

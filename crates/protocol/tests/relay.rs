@@ -1,20 +1,18 @@
 //! Tests of relays without sockets: a coordinator, relays and workers as state machines, with any faults and any order
 //! of messages.
 
-mod toy;
-
 use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
+use crate::toy::{
+    BUILD, JOB, JOB_HASH, LAYOUT, LIMITS, PATCHES, READY, SCENE_HASH, coordinator, hash, hello, plan,
+    straight,
+};
 use protocol::digest::Digester;
 use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
 use protocol::{
     Action, Coordinator, Deliveries, Ending, JobPlan, Lead, Past, PeerId, Relay, RelayEnd, Terms,
-};
-use toy::{
-    BUILD, JOB, JOB_HASH, LAYOUT, LIMITS, PATCHES, READY, SCENE_HASH, coordinator, hash, hello, plan,
-    straight,
 };
 
 const TICK: Duration = Duration::from_millis(50);
@@ -179,7 +177,11 @@ impl World {
         let Some((lease, walks)) = next else { return };
         let name = if leader == 0 { format!("worker {id}") } else { format!("relay > worker {id}") };
         self.walked.push((walks.clone(), name));
-        self.say(leader, id, ToCoordinator::Result(LeaseResult { seconds, ..toy::result(lease, walks) }));
+        self.say(
+            leader,
+            id,
+            ToCoordinator::Result(LeaseResult { seconds, ..crate::toy::result(lease, walks) }),
+        );
     }
 
     /// Lets a worker finish its first lease at 1,000 walks per second.

@@ -1,16 +1,14 @@
 //! Tests of large results and the state machine without sockets: which worker is asked when, and what becomes of
 //! results that never come.
 
-mod toy;
-
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
+use crate::toy::{LAYOUT, READY, coordinator, hash, plan, result_of};
 use protocol::message::{LeaseResult, PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
 use protocol::{Action, Coordinator, Ending, JobPlan, Lead, Limits, PeerId, STALL};
 use radiosity::{Counts, Layout, Tally};
-use toy::{LAYOUT, READY, coordinator, hash, plan, result_of};
 
 const PATCHES: usize = 4 * SMALL_TALLY;
 
@@ -54,7 +52,7 @@ impl Workers {
 
     fn join(&mut self, coordinator: &mut Coordinator, id: PeerId) {
         self.read(coordinator.on_connect(id));
-        for message in [ToCoordinator::Hello(toy::hello("large", 1)), READY] {
+        for message in [ToCoordinator::Hello(crate::toy::hello("large", 1)), READY] {
             self.read(coordinator.on_message(id, message, Duration::ZERO));
         }
     }
@@ -296,7 +294,7 @@ fn what_continues_the_prefix_is_asked_for_though_a_checkpoint_reads_it() {
 fn distinct(walks: Range<u64>) -> Tally {
     let number = walks.end - walks.start;
     let counts = Counts { walks: number, rays: number, absorbed: number, ..Counts::default() };
-    let score = walks.map(|n| u128::from(toy::hash(n) >> 40)).sum();
+    let score = walks.map(|n| u128::from(crate::toy::hash(n) >> 40)).sum();
     let sums = vec![score; PATCHES * LAYOUT.columns()];
     Tally::from_parts(counts, PATCHES, LAYOUT, sums).unwrap()
 }
@@ -331,7 +329,7 @@ impl Stage {
         for id in 0..workers {
             let actions = stage.coordinator.on_connect(id);
             stage.read(actions);
-            stage.hear(id, ToCoordinator::Hello(toy::hello("large", 1)), Duration::ZERO);
+            stage.hear(id, ToCoordinator::Hello(crate::toy::hello("large", 1)), Duration::ZERO);
             stage.hear(id, READY, Duration::ZERO);
         }
         stage

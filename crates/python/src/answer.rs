@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use job::{OutputFile, Word};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use results::{Kept, Latest, RunOutput, WalkEnding};
+use results::{Ending, Kept, Latest, RunOutput};
 
 use crate::refusal::refuse;
 use crate::table::{PyColumn, to_python};
@@ -18,7 +18,7 @@ const GIT: &str = env!("RADWALK_GIT");
 pub(crate) struct Answer {
     pub(crate) kept: Kept,
     /// Why its walks ended; `None` where it was opened from a folder, which does not say.
-    pub(crate) ending: Option<WalkEnding>,
+    pub(crate) ending: Option<Ending>,
     /// What was to be said of the scene before it was walked, a sentence each.
     #[pyo3(get)]
     pub(crate) warnings: Vec<String>,
@@ -39,9 +39,9 @@ impl Answer {
     #[getter]
     fn ending(&self) -> Option<&'static str> {
         self.ending.map(|ending| match ending {
-            WalkEnding::BudgetSpent => "budget spent",
-            WalkEnding::TargetReached => "target reached",
-            WalkEnding::WallClock => "wall clock",
+            Ending::TargetReached => "target reached",
+            Ending::WallClock => "wall clock",
+            _ => "budget spent",
         })
     }
 

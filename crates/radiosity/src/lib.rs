@@ -40,20 +40,15 @@ mod trace;
 mod walk;
 
 pub use experiment::arrivals::Arrival;
-pub use experiment::daylight::{Coefficients, SkyTally};
-pub use experiment::exchange::{ExchangeRows, ExchangeSpec, FactorKind, RowBoard, Segment, exchange_counts};
-pub use experiment::influence::{Derivative, Influences, Property};
-pub use experiment::planes::{Figure, PlaneFigure, PlaneFigures, Sufficiency};
 pub use experiment::precision::{
     Apart, FLOOR, Headline, Judged, Place, Precision, QUANTILES, Quantity, Reach, TINY,
 };
 pub use experiment::readings::{Reading, Readings};
-pub use experiment::replay::{Replay, ReplayedHit};
 pub use experiment::slopes::{Accuracy, AnswerError, Fit, Slopes, ToldAnswer};
 pub use experiment::solution::{Channels, Estimate, Estimates, Mix, Solution};
 pub use experiment::{
-    Board, Compiled, Emptied, Experiment, Groups, Lost, Meaning, PatchGroup, SensitivityMaterial, SensorView,
-    SourceScores, Unfit, birth_probabilities,
+    Board, Experiment, Groups, Lost, Meaning, PatchGroup, SensorView, SourceScores, Unfit,
+    birth_probabilities,
 };
 pub use geometry::axes::{Covariance, outer_square, principal_axes};
 pub use geometry::face::{Face, FaceIter, Faces};
@@ -67,21 +62,55 @@ pub use geometry::spec::{SKY, SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSp
 pub use geometry::surface::Surface;
 pub use hands::Hands;
 pub use jacobi::plan::{Iterations, RayBirths, Solve};
-pub use jacobi::{ChainBoard, Iteration, IterationPhase, Reciprocity, stochastic_iteration};
 pub use method::{BatchScore, Batches, Birth, Chains, Direction, Method, Score, Unit, Walks};
 pub use random::Sampler;
 pub use random::rng::{Sequence, WalkRng};
-pub use scene::retracing::{Foresight, Retracing};
 pub use scene::sealed::Sealed;
 pub use scene::view::Lookout;
 pub use scene::{IndexChoice, Memory, Scene, SceneError};
-pub use tally::{Counts, Events, Layout, MergeError, Overflow, Scoreboard, Tally, Word};
+pub use tally::{Counts, Layout, Overflow, Tally};
 pub use trace::coplanar::Overlap;
 pub use trace::ray::{Hit, Ray};
 pub use trace::stack::Stack;
-pub use trace::tree::{StepKind, TreeStep};
 pub use walk::Space;
 pub use walk::batch::WalkEnd;
 pub use walk::estimator::{Course, Estimator, EstimatorKind, Event};
 pub use walk::fate::InfiniteEnd;
 pub use walk::plain::walk as plain_walk;
+
+/// Where the walks of a thread score, below [`Board`].
+pub mod boards {
+    pub use crate::jacobi::ChainBoard;
+    pub use crate::tally::{Events, MergeError, Scoreboard, Word};
+}
+
+/// Walks from cells of sensors that count the patches of a sky.
+pub mod daylight {
+    pub use crate::experiment::daylight::{Coefficients, SkyTally};
+}
+
+/// Walks that are counted by the group that takes them.
+pub mod exchange {
+    pub use crate::experiment::exchange::{
+        ExchangeRows, ExchangeSpec, FactorKind, RowBoard, Segment, exchange_counts,
+    };
+}
+
+/// What looks into walks, chains and traces one by one: the product replays a walk, all else is for measurements.
+pub mod instruments {
+    pub use crate::experiment::replay::{Replay, ReplayedHit};
+    pub use crate::jacobi::{Iteration, IterationPhase, Reciprocity, stochastic_iteration};
+    pub use crate::scene::retracing::{Foresight, Retracing};
+    pub use crate::trace::tree::{StepKind, TreeStep};
+}
+
+/// The figures of planes of points.
+pub mod planes {
+    pub use crate::experiment::planes::{Figure, PlaneFigure, PlaneFigures, Sufficiency};
+}
+
+/// What the light would be with other materials and lamps.
+pub mod sensitivity {
+    pub use crate::experiment::SensitivityMaterial;
+    pub use crate::experiment::influence::{Derivative, Influences, Property};
+}

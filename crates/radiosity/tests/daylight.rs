@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use radiosity::{
-    Coefficients, IndexChoice, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides, SkyPatches,
-    SkyTally, SurfaceSpec,
+    IndexChoice, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides, SkyPatches, SurfaceSpec,
+    daylight::{Coefficients, SkyTally},
 };
 
 /// A square of side 2 a around the z axis at height z.

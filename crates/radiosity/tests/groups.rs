@@ -1,8 +1,6 @@
 //! Patches that are groups of cells.
 
-mod common;
-
-use common::{box_scene, experiment, quad, room_with_plates, surface, walk};
+use crate::common::{box_scene, experiment, quad, room_with_plates, surface, walk};
 use glam::DVec3;
 use radiosity::{
     BatchScore, Batches, Estimator, Experiment, Face, IndexChoice, InfiniteEnd, Sampler, Scene, SceneError,

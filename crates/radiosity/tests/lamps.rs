@@ -129,7 +129,7 @@ fn light_at_points_is_exact() {
         let scene = Scene::build(&with_lamps(cube(0.0), vec![lamp.clone()]), IndexChoice::Auto).unwrap();
         let experiment = Experiment::new(scene, Method::shooting(Estimator::Collision)).unwrap();
         let experiment = experiment.with_sensors(std::slice::from_ref(&sensor)).unwrap();
-        let mut board = experiment.board::<2>();
+        let mut board = experiment.board();
         experiment.walk(&Sequence::new(1), 0..2048, &mut board);
         let tally = board.take().unwrap();
         let readings = Readings::new(&experiment, &tally, 0.95).unwrap();
@@ -200,7 +200,7 @@ fn light_from_far_away_falls_by_the_cosine() {
         let sensors =
             [SensorSpec { name: "quad".into(), shape: quad }, points(&mut Sequence::new(9).walk(0), 3)];
         let experiment = experiment.with_sensors(&sensors).unwrap();
-        let mut board = experiment.board::<2>();
+        let mut board = experiment.board();
         experiment.walk(&Sequence::new(1), 0..65_536, &mut board);
         let tally = board.take().unwrap();
         let readings = Readings::new(&experiment, &tally, 0.95).unwrap();

@@ -1,8 +1,6 @@
 //! Surfaces that are cut into rectangles of different sizes.
 
-mod common;
-
-use common::{quad, room_with_plates};
+use crate::common::{quad, room_with_plates};
 use radiosity::{
     BatchScore, Batches, Birth, Chains, Direction, Estimator, Experiment, Faces, IndexChoice, Iterations,
     Leaves, Method, Sampler, Scene, SceneError, SceneSpec, Score, Sequence, Shape, Side, Solution, Solve,
@@ -44,7 +42,7 @@ fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
 }
 
 fn tally(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let mut board = experiment.board::<2>();
+    let mut board = experiment.board();
     experiment.walk(&Sequence::new(seed), 0..walks, &mut board);
     board.take().unwrap()
 }

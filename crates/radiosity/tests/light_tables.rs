@@ -1,14 +1,11 @@
 //! Directions of births at lamps with tables, held to quadrature.
 
-#[path = "../../photometry/tests/support/mod.rs"]
-mod support;
-
 use std::f64::consts::PI;
 
+use crate::support::{Random, quadrature, tables};
 use glam::DVec3;
 use photometry::Distribution;
 use radiosity::{Emission, IndexChoice, LampSpec, LampsSpec, Scene, SceneSpec};
-use support::{Random, quadrature, tables};
 
 /// A cube around a lamp with this table.
 fn lit_by(light: &Distribution) -> Scene {

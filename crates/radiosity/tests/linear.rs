@@ -1,8 +1,6 @@
 //! The linear basis: slopes of scores, and what they tell of the light's spread over patches.
 
-mod common;
-
-use common::{box_scene, cube54, quad, surface};
+use crate::common::{box_scene, cube54, quad, surface};
 use glam::DVec3;
 use radiosity::{
     BatchScore, Batches, Birth, Chains, Direction, Estimates, Estimator, EstimatorKind, Experiment,
@@ -54,7 +52,7 @@ fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
 }
 
 fn tally(experiment: &Experiment, seed: u64, walks: std::ops::Range<u64>) -> Tally {
-    let mut board = experiment.board::<2>();
+    let mut board = experiment.board();
     experiment.walk(&Sequence::new(seed), walks, &mut board);
     board.take().unwrap()
 }
@@ -140,7 +138,7 @@ fn slopes_are_those_of_the_hits() {
     for (k, cells) in [[2 * STEPS, 2], [2, 2 * STEPS]].into_iter().enumerate() {
         let fine = walks(Direction::Shooting, Space::Continuous, Score::Of(Estimator::Collision));
         let fine = experiment(&cut(cells), fine);
-        let (mut sums, mut squares, mut together) = ([0_i128; 4], [0_u128; 4], linear.tally::<2>());
+        let (mut sums, mut squares, mut together) = ([0_i128; 4], [0_u128; 4], linear.tally());
         for walk in 0..300 {
             let [hits, slopes] = [&fine, &linear].map(|experiment| tally(experiment, 11, walk..walk + 1));
             together.merge(&slopes).unwrap();

@@ -1,8 +1,6 @@
 //! Linear fits on patches that are groups of cells.
 
-mod common;
-
-use common::{box_walls, experiment, surface, walk};
+use crate::common::{box_walls, experiment, surface, walk};
 use glam::DVec3;
 use radiosity::{
     Birth, Direction, Estimates, Estimator, IndexChoice, SceneSpec, Score, Shape, Sides, Space, SurfaceSpec,

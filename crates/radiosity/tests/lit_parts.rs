@@ -1,8 +1,6 @@
 //! The search for lit parts of faces is held against continuous walks, in random rooms of touching, overlapping and doubled bodies.
 
-mod common;
-
-use common::{box_walls, collision, experiment, flipped, quad, surface, walk};
+use crate::common::{box_walls, collision, experiment, flipped, quad, surface, walk};
 use glam::{DMat3, DVec3};
 use radiosity::{IndexChoice, Scene, SceneSpec, Sequence, Shape, Sides, Space, SurfaceSpec};
 

@@ -5,9 +5,10 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 use radiosity::{
-    Birth, CLEAREST, Coefficients, Emission, Estimator, Experiment, IndexChoice, LampSpec, Method, PaneSpec,
-    Readings, Scene, SceneError, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, SkyPatches, SkyTally,
-    Solution, SurfaceSpec, Unfit,
+    Birth, CLEAREST, Emission, Estimator, Experiment, IndexChoice, LampSpec, Method, PaneSpec, Readings,
+    Scene, SceneError, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, SkyPatches, Solution,
+    SurfaceSpec, Unfit,
+    daylight::{Coefficients, SkyTally},
 };
 use stats::mean_squared_z;
 
@@ -153,7 +154,7 @@ fn every_method_sees_through_panes() {
     let experiment = Experiment::new(scene, shooting).unwrap().with_sensors(&sensors).unwrap();
     let exact = floor_light(0.3, -0.2);
     let z = (0..40).map(|seed| {
-        let mut board = experiment.board::<2>();
+        let mut board = experiment.board();
         experiment.walk(&Sequence::new(seed), 0..32_768, &mut board);
         let tally = board.take().unwrap();
         let reading = Readings::new(&experiment, &tally, 0.95).unwrap().cell(0)[0];
@@ -225,7 +226,7 @@ fn shooting_and_gathering_agree_behind_a_pane() {
     let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
     let run = |method: Method, seed: u64, walks: u64| {
         let experiment = Experiment::new(scene.clone(), method).unwrap();
-        let mut board = experiment.board::<2>();
+        let mut board = experiment.board();
         experiment.walk(&Sequence::new(seed), 0..walks, &mut board);
         let tally = board.take().unwrap();
         let solution = Solution::new(&experiment, &tally, 0.95);

@@ -1,14 +1,12 @@
 //! Tallies have the same bits on any machine, with or without a tree, however the walks are split.
 
-mod common;
-
-use common::{box_scene, bumpy_sphere, collision, cube54, experiment, map_corners, rotation, walk};
+use crate::common::{box_scene, bumpy_sphere, collision, cube54, experiment, map_corners, rotation, walk};
 use glam::DVec3;
 use radiosity::{IndexChoice, SceneSpec, Space, Tally};
 
 fn tally(spec: &SceneSpec, index: IndexChoice, space: Space, cuts: &[u64]) -> Tally {
     let experiment = experiment(spec, index, collision(space));
-    let mut total = experiment.tally::<2>();
+    let mut total = experiment.tally();
     for range in cuts.windows(2) {
         total.merge(&walk(&experiment, 42, range[0]..range[1])).unwrap();
     }
@@ -30,7 +28,8 @@ fn written_scenes() -> [(&'static str, SceneSpec); 3] {
         DVec3::new(p.x + 0.25 * p.y - 0.1 * p.z, p.y + 0.3 * p.z, 0.9 * p.z - 0.2 * p.x) + DVec3::splat(17.3)
     };
     let mut two_sided = cube54();
-    let plate = common::quad(DVec3::new(0.3, 0.2, 0.5), DVec3::X * 0.5, DVec3::new(0.0, 0.4, 0.1), [2, 2]);
+    let plate =
+        crate::common::quad(DVec3::new(0.3, 0.2, 0.5), DVec3::X * 0.5, DVec3::new(0.0, 0.4, 0.1), [2, 2]);
     let triangle = radiosity::Shape::Triangle {
         a: DVec3::new(0.2, 0.2, 0.2),
         b: DVec3::new(0.8, 0.3, 0.2),
@@ -41,7 +40,7 @@ fn written_scenes() -> [(&'static str, SceneSpec); 3] {
         two_sided.surfaces.push(radiosity::SurfaceSpec {
             sides: radiosity::Sides::Both,
             emittance: 0.5.into(),
-            ..common::surface(shape, 0.6)
+            ..crate::common::surface(shape, 0.6)
         });
     }
     [

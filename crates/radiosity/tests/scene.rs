@@ -1,10 +1,8 @@
 //! What a scene makes of its description.
 
-mod common;
-
 use std::collections::HashSet;
 
-use common::{box_scene, quad, surface};
+use crate::common::{box_scene, quad, surface};
 use glam::DVec3;
 use radiosity::{IndexChoice, Scene, SceneSpec, Shape, Side, Sides, SurfaceSpec};
 

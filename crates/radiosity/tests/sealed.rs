@@ -1,8 +1,6 @@
 //! Which faces light cannot reach: by who sees whom, not by the luck of walks.
 
-mod common;
-
-use common::{box_walls, flipped, quad, surface};
+use crate::common::{box_walls, flipped, quad, surface};
 use glam::DVec3;
 use radiosity::{IndexChoice, Scene, SceneSpec, Shape, Sides, SurfaceSpec};
 

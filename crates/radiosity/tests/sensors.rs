@@ -1,8 +1,6 @@
 //! Sensors: what they leave alone, what cannot change them, and scenes whose light is known without a solution.
 
-mod common;
-
-use common::{cube54, quad, surface};
+use crate::common::{cube54, quad, surface};
 use glam::DVec3;
 use radiosity::{
     BatchScore, Batches, Birth, Chains, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd,
@@ -54,9 +52,9 @@ fn methods() -> Vec<(Method, u64)> {
 /// The tally of some walks, handed over at every cut, each part on a board of its own.
 fn tally(experiment: &Experiment, cuts: &[u64]) -> Tally {
     let sequence = Sequence::new(3);
-    let mut tally = experiment.tally::<2>();
+    let mut tally = experiment.tally();
     for pair in cuts.windows(2).rev() {
-        let mut board = experiment.board::<2>();
+        let mut board = experiment.board();
         experiment.walk(&sequence, pair[0]..pair[1], &mut board);
         board.add_to(&mut tally).unwrap();
     }
@@ -65,8 +63,8 @@ fn tally(experiment: &Experiment, cuts: &[u64]) -> Tally {
 
 /// Boards that are emptied, and walks that go on where others have ended, change nothing either.
 fn in_chunks(experiment: &Experiment, walks: u64, chunk: u64, chunks_of_board: u64) -> Tally {
-    let (sequence, mut tally) = (Sequence::new(3), experiment.tally::<2>());
-    let mut board = experiment.board::<2>();
+    let (sequence, mut tally) = (Sequence::new(3), experiment.tally());
+    let mut board = experiment.board();
     for (number, first) in (0..walks).step_by(chunk as usize).enumerate() {
         experiment.walk(&sequence, first..walks.min(first + chunk), &mut board);
         if (number as u64 + 1).is_multiple_of(chunks_of_board) {

@@ -1,8 +1,6 @@
 //! From a tally to what is reported, in numbers that can be checked by hand.
 
-mod common;
-
-use common::{box_scene, box_walls, collision, experiment, surface, walk};
+use crate::common::{box_scene, box_walls, collision, experiment, surface, walk};
 use glam::DVec3;
 use radiosity::{
     Birth, Counts, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice, InfiniteEnd,
@@ -27,7 +25,7 @@ fn six_walls() -> (Experiment, Tally) {
     spec.surfaces[3].sides = Sides::Both;
     let experiment = experiment(&spec, IndexChoice::Auto, collision(Space::Discrete));
     let counts = Counts { walks: WALKS, ..Counts::default() };
-    let tally = Tally::from_parts(counts, 7, experiment.layout::<2>(), SUMS.concat()).unwrap();
+    let tally = Tally::from_parts(counts, 7, experiment.layout(), SUMS.concat()).unwrap();
     (experiment, tally)
 }
 

@@ -1,9 +1,7 @@
 //! What walks do where it can be told without solving anything: where they begin, how they leave, what stops
 //! them, what they cannot reach. Most of it is exact and holds for any seed.
 
-mod common;
-
-use common::{box_scene, box_walls, collision, cube54, experiment, map_corners, quad, surface, walk};
+use crate::common::{box_scene, box_walls, collision, cube54, experiment, map_corners, quad, surface, walk};
 use glam::DVec3;
 use radiosity::{
     Experiment, IndexChoice, Ray, Scene, SceneSpec, Shape, Side, Sides, Solution, Space, Spectrum,

@@ -2,9 +2,9 @@
 //!
 //! 10⁷ rays for each scene in the everyday suite; `RADWALK_RAYS=1000000000` asks for more.
 
-mod common;
-
-use common::{box_scene, bumpy_sphere, collision, cube54, experiment, flipped, map_corners, rotation, walk};
+use crate::common::{
+    box_scene, bumpy_sphere, collision, cube54, experiment, flipped, map_corners, rotation, walk,
+};
 use glam::DVec3;
 use radiosity::{IndexChoice, Ray, Scene, SceneSpec, Side, Space, Spectrum, SurfaceSpec};
 

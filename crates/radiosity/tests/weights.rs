@@ -1,8 +1,6 @@
 //! Weighted scores against whole hits: where all channels are alike, weights are 1, and a score is a number of hits.
 
-mod common;
-
-use common::{box_scene, collision, experiment, walk};
+use crate::common::{box_scene, collision, experiment, walk};
 use glam::DVec3;
 use radiosity::{EstimatorKind, IndexChoice, SceneSpec, Score, Space, Spectrum, Tally, Walks};
 

@@ -241,7 +241,7 @@ mod tests {
         let experiment = experiment(scene);
         let tally = shot(&experiment);
         let facts = RunFacts {
-            model: Model::new(scene, experiment.method(), 2, None),
+            model: Model::new(scene, experiment.method(), None),
             version: String::new(),
             git: None,
             job_hash: [0; 32],

@@ -25,7 +25,7 @@ pub struct Model {
     /// Patches whose light rays of their own gather from what is found elsewhere; absent where there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub final_gather: Vec<u32>,
-    /// Power sums kept per patch.
+    /// Power sums kept per patch: always 2.
     pub moments: usize,
     /// The number of patches.
     pub patches: usize,
@@ -44,8 +44,8 @@ pub struct Model {
 }
 
 impl Model {
-    /// What a method models in a scene, with `moments` power sums per patch and `bounces` as a pilot tells.
-    pub fn new(scene: &Scene, method: &Method, moments: usize, bounces: Option<Vec<Bounce>>) -> Self {
+    /// What a method models in a scene, with `bounces` as a pilot tells.
+    pub fn new(scene: &Scene, method: &Method, bounces: Option<Vec<Bounce>>) -> Self {
         let words = MethodWords::of(method);
         let emitters = scene.faces().iter().filter(|patch| patch.emittance.is_lit()).count();
         let mut model = Model {
@@ -56,7 +56,7 @@ impl Model {
             walk: words.walk,
             jacobi: words.chains,
             final_gather: method.final_gather().to_vec(),
-            moments,
+            moments: 2,
             patches: scene.faces().patch_count(),
             surfaces: scene.surfaces().len(),
             emitters,
@@ -110,10 +110,7 @@ impl Model {
         };
         let sums = match self.jacobi {
             Some(_) => "Chains are the sample: two sums of each patch over them are all that is kept.",
-            None if self.moments == 2 => {
-                "Intervals follow from two sums of each patch, Σx and Σx²: no higher ones are kept."
-            }
-            None => "Some check asks for higher sums of each patch than Σx and Σx².",
+            None => "Intervals follow from two sums of each patch, Σx and Σx²: no higher ones are kept.",
         };
         let mut why = vec![channels.into(), sides.into(), index, space.into(), sums.into()];
         if !self.final_gather.is_empty() {
@@ -216,7 +213,7 @@ mod tests {
 
     #[test]
     fn the_model_tells_trees_and_sides() {
-        let model = |scene: &Scene| Model::new(scene, &method(), 2, None);
+        let model = |scene: &Scene| Model::new(scene, &method(), None);
         assert_eq!(model(&cube()).sides, "one");
         let mut spec = cornell();
         spec.surfaces[0].sides = Sides::Both;
@@ -228,7 +225,7 @@ mod tests {
     #[test]
     fn two_lines_tell_what_is_there_and_what_is_not() {
         let bounces = [0, 1].map(|n| Bounce { reflections: n, or_more: n == 1, part: 0.5, std_error: 0.01 });
-        let [what, light] = Model::new(&cube(), &method(), 2, Some(bounces.into())).lines();
+        let [what, light] = Model::new(&cube(), &method(), Some(bounces.into())).lines();
         assert_eq!(
             what,
             "grey, one-sided, 6 surfaces all met by each ray, 54 patches of 2 sums, discrete shooting"

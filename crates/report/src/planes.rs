@@ -2,7 +2,10 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Figure, PlaneFigure, Reading, Readings, SensorCell, Sufficiency};
+use radiosity::{
+    Reading, Readings, SensorCell,
+    planes::{Figure, PlaneFigure, Sufficiency},
+};
 use serde::Serialize;
 
 use crate::patches::per_channel;
@@ -165,7 +168,7 @@ pub fn plane_summaries<D: Iterator<Item = (PlaneFigure, f64)>>(
     };
     let summary = |(number, sensor): (usize, usize)| {
         let figures: Vec<_> = (0..readings.channels()).map(|c| readings.plane(number, c)).collect();
-        let per = |of: &dyn Fn(&radiosity::PlaneFigures) -> Figure| {
+        let per = |of: &dyn Fn(&radiosity::planes::PlaneFigures) -> Figure| {
             PerChannel::of(figures.iter().map(of).collect())
         };
         PlaneSummary {

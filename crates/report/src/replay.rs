@@ -1,6 +1,9 @@
 //! One walk in words.
 
-use radiosity::{Replay, ReplayedHit, Scene, WalkEnd};
+use radiosity::{
+    Scene, WalkEnd,
+    instruments::{Replay, ReplayedHit},
+};
 
 use crate::patches::side_name;
 

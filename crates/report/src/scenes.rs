@@ -80,7 +80,7 @@ pub(crate) fn experiment(scene: &Scene) -> Experiment {
 
 /// The tally of 100,000 walks.
 pub(crate) fn shot(experiment: &Experiment) -> Tally {
-    let mut board = experiment.board::<2>();
+    let mut board = experiment.board();
     experiment.walk(&Sequence::new(1), 0..100_000, &mut board);
     board.take().unwrap()
 }

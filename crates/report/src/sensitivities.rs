@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Derivative, Influences, Property};
+use radiosity::sensitivity::{Derivative, Influences, Property};
 use serde::Serialize;
 
 use crate::patches::{per_channel, side_columns, side_heads};
@@ -29,7 +29,7 @@ pub fn sensitivity_summaries(influences: &Influences) -> Vec<SensitivitySummary>
         area += face.area;
         light += face.area * known.iter().map(|estimate| estimate.radiosity).sum::<f64>() / channels;
     }
-    let summary = |(number, material): (usize, &radiosity::SensitivityMaterial)| {
+    let summary = |(number, material): (usize, &radiosity::sensitivity::SensitivityMaterial)| {
         let (mut change, mut error) = (0.0, 0.0);
         for (i, face) in scene.faces().iter().enumerate() {
             for by in influences.of(number, Property::Reflectance, i).into_iter().flatten() {

@@ -506,7 +506,7 @@ mod tests {
     fn facts() -> RunFacts {
         let method = Method::shooting(EstimatorKind::Collision);
         RunFacts {
-            model: Model::new(&cube(), &method, 2, None),
+            model: Model::new(&cube(), &method, None),
             version: "0.1.0".into(),
             git: None,
             job_hash: [0xAB; 32],

@@ -10,10 +10,9 @@ use std::ops::Range;
 use std::path::Path;
 
 use job::OutputFile;
-use judge::MOMENTS;
 use protocol::digest::{self, Digest, Digester};
 use protocol::{Checkpoint, Contributor, Delivery, WalkRange};
-use radiosity::{Estimates, Experiment, Influences, Overflow, Readings, Sequence};
+use radiosity::{Estimates, Experiment, Overflow, Readings, Sequence, sensitivity::Influences};
 use serde_json::Value;
 
 use crate::checkpoints::{PLANES, SENSITIVITIES, SENSORS, SOURCES};
@@ -214,7 +213,7 @@ fn sample(leases: Vec<Lease>, share: f64, seed: u64) -> Vec<Lease> {
 /// The leases that come out otherwise than they were delivered.
 fn wrong(sample: &[Lease], settings: &Settings, experiment: &Experiment) -> Result<Vec<Lease>, Overflow> {
     let digester = Digester::new(&experiment.scene().hash());
-    let board = || experiment.board::<MOMENTS>();
+    let board = || experiment.board();
     let found = parallel::on_threads(parallel::cores(), sample.len(), board, |board, i| {
         let lease = &sample[i];
         let replica = Replica::new(experiment.clone(), settings, lease.seed);

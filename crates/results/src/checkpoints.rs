@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use job::{Budget, Job, OutputFile, Word};
-use judge::{MOMENTS, limits};
+use judge::limits;
 use protocol::{
     Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, JobPlan, Judge, Past, Session, WalkRange,
 };
@@ -101,7 +101,7 @@ impl Identity {
             stream_paths,
             leases_per_thread,
             patches: experiment.rows(),
-            layout: experiment.layout::<MOMENTS>(),
+            layout: experiment.layout(),
             limits: limits(experiment),
             wall: budget.wall_seconds.map(Duration::from_secs_f64),
             lots,

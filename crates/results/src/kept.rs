@@ -4,7 +4,7 @@ use std::path::Path;
 
 use job::Partition;
 use protocol::{Checkpoint, CheckpointError};
-use radiosity::{Estimates, Experiment, Influences, Readings};
+use radiosity::{Estimates, Experiment, Readings, sensitivity::Influences};
 
 use crate::checkpoints::{CURRENT, PREVIOUS};
 use crate::error::Error;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use job::{Beside, Forecast, Light, OutputFile, WalkKind, Word};
 use judge::{Control, bounces, checks_of_result, is_discretised, target};
 use protocol::{Book, Checkpoint, Contributor, Look, Session, WalkRange};
-use radiosity::{Estimates, Experiment, Influences, Precision, Quantity, Readings, Scene};
+use radiosity::{Estimates, Experiment, Precision, Quantity, Readings, Scene, sensitivity::Influences};
 use report::words::{counted, percent, quantity};
 use report::{
     AccuracySummary, ChoiceSummary, Digits, DiscretisedSummary, Draft, Live, Milestone, Model, OutputFolder,
@@ -384,7 +384,6 @@ fn facts(
         model: Model::new(
             estimates.scene(),
             experiment.method(),
-            tally.layout().moments,
             experiment.mixture().map_or_else(|| bounces(experiment), |_| None),
         ),
         paths,

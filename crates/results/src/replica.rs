@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use job::{Demand, Partition, Vantage};
-use judge::MOMENTS;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
 use radiosity::{
@@ -144,7 +143,7 @@ pub(crate) fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
 /// # Errors
 /// Where it has others.
 pub(crate) fn check_shape(tally: &Tally, experiment: &Experiment) -> Result<(), CheckpointFault> {
-    let expected = (experiment.layout::<MOMENTS>(), experiment.rows());
+    let expected = (experiment.layout(), experiment.rows());
     if (tally.layout(), tally.patches()) == expected {
         Ok(())
     } else if tally.patches() == experiment.scene().faces().patch_count() {
@@ -203,7 +202,7 @@ impl Replica {
     ///
     /// # Errors
     /// Where a sum overflows.
-    pub fn trace(&self, walks: Range<u64>, board: &mut Board<MOMENTS>) -> Result<Tally, Overflow> {
+    pub fn trace(&self, walks: Range<u64>, board: &mut Board) -> Result<Tally, Overflow> {
         self.experiment.walk(&self.sequence, walks, board);
         board.take()
     }
@@ -223,7 +222,7 @@ mod tests {
         let method = job::MethodTable::default().walks();
         let experiment = Experiment::new(scene, method).unwrap();
         let fault = |sums: usize| {
-            let tally = Tally::new(sums, experiment.layout::<MOMENTS>());
+            let tally = Tally::new(sums, experiment.layout());
             check_shape(&tally, &experiment).map_err(|fault| fault.to_string())
         };
         assert!(fault(6).unwrap_err().contains("one sum for both sides"));

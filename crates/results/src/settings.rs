@@ -6,7 +6,9 @@ use job::{
     Target, TotalTarget, View,
 };
 use judge::target::{Observer, SensorGoal, judge, total_is_met};
-use radiosity::{Estimates, ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec, Shape, Tally};
+use radiosity::{
+    Estimates, Experiment, Groups, PatchGroup, Scene, SensorSpec, Shape, Tally, exchange::ExchangeSpec,
+};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a job.

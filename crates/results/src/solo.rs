@@ -1,18 +1,20 @@
-//! A job that threads of this process walk by themselves, without workers and sockets. Leases come from a coordinator's ledger and
-//! looks from a coordinator's ladder, so the answer is that of the cluster.
+//! A job that threads of this process walk by themselves. They are the one worker of a coordinator that needs no socket to lead them, so
+//! the answer is that of the cluster.
 
+use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use job::{Budget, Job};
-use judge::MOMENTS;
-use judge::target::{Observer, looks};
+use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, unbounded};
+use job::Job;
+use judge::target::looks;
 use protocol::codec::pack;
 use protocol::digest::Digester;
-use protocol::{Deliveries, Delivery, Effort, LeaseId, Ledger, Look, Parcel, Past, Roster};
+use protocol::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
+use protocol::pace::{BOARD_WALKS, FIRST_CHUNK, next_chunk};
+use protocol::{Action, Coordinator, Ending, Lead, LeaseId, LeaseProvenance, Look, Past, PeerId};
 use radiosity::{Board, Experiment, Overflow, Tally};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -25,34 +27,11 @@ use crate::settings::Settings;
 /// Between two calls of the watcher.
 const WATCH: Duration = Duration::from_millis(100);
 
-/// How long a lease should take: short enough that the last ones end together.
-const LEASE: Duration = Duration::from_millis(200);
+/// For how long the coordinator waits for a result before it is told the time.
+const TICK: Duration = Duration::from_millis(20);
 
-/// Added to it for each sum of a tally, so that packing a large tally stays a small part of its lease.
-const LEASE_PER_SUM: Duration = Duration::from_micros(1);
-
-/// How long walks go on without asking whether they should.
-const CHUNK: Duration = Duration::from_millis(5);
-
-/// Walks of the first chunk, and of the largest.
-const CHUNKS: Range<u64> = 512..1 << 16;
-
-/// The most walks of a lease: the 64-bit sums of a board must not wrap.
-const LONGEST_LEASE: u64 = 1 << 22;
-
-/// How long walks under way are waited for when the wall clock has run out.
-const GRACE: Duration = Duration::from_secs(3);
-
-/// Why the walks of a job ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WalkEnding {
-    /// Every walk is in.
-    BudgetSpent,
-    /// The target was met at a look.
-    TargetReached,
-    /// The wall-clock limit came first.
-    WallClock,
-}
+/// The number of the only worker.
+const WORKER: PeerId = 0;
 
 /// Where a job stands that this process walks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,271 +57,241 @@ pub fn walk_here(
     threads: usize,
     build: &str,
     watch: &mut dyn FnMut(Stage) -> bool,
-) -> Result<Option<(Kept, WalkEnding)>, Error> {
+) -> Result<Option<(Kept, Ending)>, Error> {
     let settings = Settings::of(job);
     let identity = Identity::new(job, &settings, &experiment, build)?;
+    let mut observer = settings.observer(&experiment);
+    let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
+    let looks = looks(&experiment, job.budget.paths / experiment.unit().paths());
+    let walks = looks.last().copied().unwrap_or(0);
+    let plan = identity.plan(build, &job.budget, &experiment, (looks, judge), 0);
+    let coordinator = Coordinator::new(plan, Past::none(experiment.tally()));
     let replica = Replica::new(experiment, &settings, settings.seed);
-    let hall = Hall::new(&replica, &settings, &job.budget);
-    let goes_on = thread::scope(|scope| {
+    let shooters = Shooters { replica: &replica, over: AtomicBool::new(false), progress: AtomicU64::new(0) };
+    let (ending, past) = thread::scope(|scope| {
+        let (queue, leases) = unbounded();
+        let (found, results) = unbounded();
+        // However this ends, threads are waited for.
+        let _over = Over(&shooters.over);
         for _ in 0..threads.max(1) {
-            hall.books().threads += 1;
-            let shoot = || {
-                let _leaving = Leaving(&hall);
-                hall.shoot();
-            };
-            if let Err(source) = thread::Builder::new().spawn_scoped(scope, shoot) {
-                hall.books().threads -= 1;
-                hall.over.store(true, Ordering::Relaxed);
-                return Err(Error::System { doing: "starting a thread", source });
-            }
+            let (leases, found, shooters) = (leases.clone(), found.clone(), &shooters);
+            thread::Builder::new()
+                .spawn_scoped(scope, move || shooters.shoot(&leases, &found))
+                .map_err(|source| Error::System { doing: "starting a thread", source })?;
         }
-        Ok(hall.watch(watch))
+        drop(found);
+        let offered = HashMap::new();
+        let mut led = Led { shooters: &shooters, coordinator, queue, offered, cpu_seconds: 0.0, walks };
+        led.introduce(build, threads.max(1));
+        let ending = led.lead(&results, watch)?;
+        Ok::<_, Error>((ending, led.coordinator.into_past()))
     })?;
-    let books = hall.books.into_inner().expect("no thread panics while it holds this");
-    match books.ending {
-        Some(Err(Overflow)) => Err(Error::Overflow),
-        Some(Ok(ending)) if goes_on => {
-            let checkpoint = identity.checkpoint(books.past(threads));
-            let experiment = replica.into_experiment();
-            Ok(Some((Kept { checkpoint, settings, experiment }, ending)))
-        }
-        _ => Ok(None),
-    }
+    let checkpoint = identity.checkpoint(past);
+    Ok(ending.map(|ending| (Kept { checkpoint, settings, experiment: replica.into_experiment() }, ending)))
 }
 
-/// Where threads take leases and bring what became of them.
-struct Hall<'a> {
+/// A range of walks under a number.
+struct ThreadLease {
+    id: LeaseId,
+    walks: Range<u64>,
+}
+
+/// What the threads share.
+struct Shooters<'a> {
     replica: &'a Replica,
-    digester: Digester,
-    books: Mutex<Books>,
-    /// A thread has left, or the job has ended.
-    news: Condvar,
     /// Whether walks under way are of no use any more.
     over: AtomicBool,
-    began: Instant,
-    wall: Option<Duration>,
-    /// Whether walks are leased one by one, because each is a batch or a chain.
-    one_by_one: bool,
+    /// How often any thread has gone on: that it grows shows that they do.
+    progress: AtomicU64,
 }
 
-struct Books {
-    ledger: Ledger,
-    observer: Observer,
-    looks: Vec<Look>,
-    roster: Roster,
-    /// The number of threads that walk.
-    threads: usize,
-    /// Whether no more leases are given.
-    closed: bool,
-    ending: Option<Result<WalkEnding, Overflow>>,
-    /// Processor time of walks [s].
-    cpu_seconds: f64,
-    /// From the first walk to the latest that came in [s].
-    seconds: f64,
+/// Ends the walks when it is dropped, also by a panic: they would be waited for.
+struct Over<'a>(&'a AtomicBool);
+
+impl Drop for Over<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
-impl<'a> Hall<'a> {
-    fn new(replica: &'a Replica, settings: &Settings, budget: &Budget) -> Self {
-        let experiment = replica.experiment();
-        let one_by_one = !experiment.unit().is_walk();
-        let stream_walks = if one_by_one { 1 } else { budget.stream_paths };
-        let looks = looks(experiment, budget.paths / experiment.unit().paths());
-        let walks = looks.last().copied().unwrap_or(0);
-        let empty = Arc::new(experiment.tally::<MOMENTS>());
-        let first = budget.first_path / experiment.unit().paths();
-        let ledger = Ledger::new(walks, stream_walks, looks, empty, Deliveries::default());
-        let mut roster = Roster::new(Vec::new());
-        roster.number(&format!("process {}", std::process::id()));
-        let books = Books {
-            ledger: ledger.numbered_from(first),
-            observer: settings.observer(experiment),
-            looks: Vec::new(),
-            roster,
-            threads: 0,
-            closed: false,
-            ending: None,
-            cpu_seconds: 0.0,
-            seconds: 0.0,
-        };
-        Hall {
-            replica,
-            digester: Digester::new(&experiment.scene().hash()),
-            books: Mutex::new(books),
-            news: Condvar::new(),
-            over: AtomicBool::new(false),
-            began: Instant::now(),
-            wall: budget.wall_seconds.map(Duration::from_secs_f64),
-            one_by_one,
-        }
-    }
-
-    fn books(&self) -> MutexGuard<'_, Books> {
-        self.books.lock().expect("no thread panics while it holds this")
-    }
-
-    /// Tells where the job stands until it has ended, and once more then. Returns whether the watcher let it end.
-    fn watch(&self, watch: &mut dyn FnMut(Stage) -> bool) -> bool {
-        let (mut goes_on, mut ended) = (true, false);
-        while !ended {
-            let mut books = self.books();
-            if books.threads > 0 {
-                books = self.news.wait_timeout(books, WATCH).expect("no thread panics while it holds this").0;
-            }
-            ended = books.threads == 0;
-            self.heed_clock(&mut books, ended);
-            let stage = self.stage(&books);
-            drop(books);
-            if goes_on && !watch(stage) {
-                goes_on = false;
-                self.over.store(true, Ordering::Relaxed);
-            }
-        }
-        goes_on
-    }
-
-    /// Gives no more leases when the wall clock has run out, and gives walks up where the last ones take too long.
-    fn heed_clock(&self, books: &mut Books, ended: bool) {
-        let Some(wall) = self.wall else { return };
-        let age = self.began.elapsed();
-        books.closed |= age >= wall;
-        if age >= wall.saturating_add(GRACE) {
-            self.over.store(true, Ordering::Relaxed);
-        }
-        if ended && books.closed {
-            books.ending.get_or_insert(Ok(WalkEnding::WallClock));
-        }
-    }
-
-    fn stage(&self, Books { ledger, looks, .. }: &Books) -> Stage {
-        let paths_per_walk = self.replica.experiment().unit().paths();
-        Stage {
-            paths: ledger.walks_in().saturating_mul(paths_per_walk),
-            paths_total: ledger.total().saturating_mul(paths_per_walk),
-            seconds: self.began.elapsed().as_secs_f64(),
-            median_relative_error: looks.last().map(|look| look.median_relative_error),
-        }
+impl Shooters<'_> {
+    fn go_on(&self) -> bool {
+        self.progress.fetch_add(1, Ordering::Relaxed);
+        !self.over.load(Ordering::Relaxed)
     }
 
     /// One thread's work: lease after lease, until there are no more.
-    fn shoot(&self) {
-        let mut board = self.replica.experiment().board();
-        let (mut walks, mut chunk) = (1, CHUNKS.start);
-        while let Some((id, range)) = self.lease(walks) {
+    fn shoot(&self, leases: &Receiver<ThreadLease>, found: &Sender<Result<LeaseResult, Overflow>>) {
+        let _panicking = Panicking(&self.over);
+        let experiment = self.replica.experiment();
+        let digester = Digester::new(&experiment.scene().hash());
+        let (mut board, mut chunk) = (experiment.board(), FIRST_CHUNK);
+        for ThreadLease { id, walks } in leases {
             let (began, cpu_began) = (Instant::now(), thread_seconds());
-            let found = self.trace(range.clone(), &mut board, &mut chunk);
-            if self.over.load(Ordering::Relaxed) {
+            let tally = match self.trace(walks, &mut board, &mut chunk) {
+                Ok(Some(tally)) => tally,
+                Ok(None) => return,
+                Err(overflow) => return drop(found.send(Err(overflow))),
+            };
+            let result = LeaseResult {
+                lease: id,
+                seconds: began.elapsed().as_secs_f64(),
+                cpu_seconds: thread_seconds() - cpu_began,
+                digest: digester.digest(&tally),
+                counts: Box::new(tally.counts.to_array()),
+                sums: pack(tally.sums()),
+                provenance: LeaseProvenance::default(),
+            };
+            if found.send(Ok(result)).is_err() {
                 return;
             }
-            let sums = found.as_ref().map_or(0, |tally| tally.sums().len());
-            self.deliver(id, found, thread_seconds() - cpu_began);
-            walks = paced(range.end - range.start, began.elapsed(), LEASE + LEASE_PER_SUM * sums as u32);
         }
     }
 
-    /// The next lease of about this many walks, by the numbers that they have in the job; the last leases are shared out evenly.
-    fn lease(&self, walks: u64) -> Option<(LeaseId, Range<u64>)> {
-        let mut books = self.books();
-        if books.closed || books.ending.is_some() {
-            return None;
-        }
-        let share = books.ledger.unleased() / (2 * books.threads.max(1) as u64);
-        let walks = if self.one_by_one { 1 } else { walks.min(share).min(LONGEST_LEASE) };
-        let (id, range) = books.ledger.lease(walks)?;
-        let first = books.ledger.number(range.start);
-        Some((id, first..first + (range.end - range.start)))
-    }
-
-    /// The tally of some walks; any tally, where they are given up.
+    /// The tally of some walks; `None` where they are given up.
     fn trace(
         &self,
         walks: Range<u64>,
-        board: &mut Board<MOMENTS>,
+        board: &mut Board,
         chunk: &mut u64,
-    ) -> Result<Tally, Overflow> {
-        let go_on = || !self.over.load(Ordering::Relaxed);
-        let (experiment, mut next) = (self.replica.experiment(), walks.start);
-        while next < walks.end && go_on() {
-            let end = walks.end.min(next.saturating_add(*chunk));
-            let began = Instant::now();
-            experiment.walk_while(self.replica.sequence(), next..end, board, &go_on);
-            *chunk = paced(*chunk, began.elapsed(), CHUNK).clamp(CHUNKS.start, CHUNKS.end);
-            next = end;
+    ) -> Result<Option<Tally>, Overflow> {
+        let experiment = self.replica.experiment();
+        let (mut tally, mut next) = (experiment.tally(), walks.start);
+        while next < walks.end {
+            let end = walks.end.min(next.saturating_add(BOARD_WALKS));
+            while next < end {
+                let part = next..end.min(next + *chunk);
+                next = part.end;
+                let began = Instant::now();
+                experiment.walk_while(self.replica.sequence(), part, board, &|| self.go_on());
+                *chunk = next_chunk(*chunk, began.elapsed());
+                if !self.go_on() {
+                    return Ok(None);
+                }
+            }
+            board.add_to(&mut tally)?;
         }
-        board.take()
+        Ok(Some(tally))
     }
+}
 
-    /// Takes what became of a lease, and looks at the prefix where the job says so.
-    fn deliver(&self, id: LeaseId, found: Result<Tally, Overflow>, cpu_seconds: f64) {
-        let brought = found.map(|tally| {
-            let digest = self.digester.digest(&tally);
-            let parcel = Parcel::new(tally.counts, pack(tally.sums()), digest, &self.digester);
-            (parcel.expect("what was just packed"), Delivery::lease(tally.counts.walks, 0, digest))
-        });
-        let mut books = self.books();
-        books.cpu_seconds += cpu_seconds;
-        books.seconds = self.began.elapsed().as_secs_f64();
-        let done = brought.and_then(|(parcel, delivery)| books.take(id, parcel, delivery));
-        if let Some(ending) = done.transpose() {
-            books.ending.get_or_insert(ending);
-            self.over.store(true, Ordering::Relaxed);
+/// Ends all walks where those of a thread panic.
+struct Panicking<'a>(&'a AtomicBool);
+
+impl Drop for Panicking<'_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.store(true, Ordering::Relaxed);
         }
     }
 }
 
-impl Books {
-    fn take(
+/// The coordinator with its only worker.
+struct Led<'a> {
+    shooters: &'a Shooters<'a>,
+    coordinator: Coordinator,
+    queue: Sender<ThreadLease>,
+    /// Large results, until the coordinator asks for them.
+    offered: HashMap<LeaseId, LeaseResult>,
+    /// Processor time of all walks so far [s].
+    cpu_seconds: f64,
+    /// Walks of the whole job.
+    walks: u64,
+}
+
+impl Led<'_> {
+    fn introduce(&mut self, build: &str, threads: usize) {
+        let name = format!("process {}", std::process::id());
+        let (build, threads) = (build.to_owned(), threads as u32);
+        let (scene_hash, job_hash) =
+            (self.shooters.replica.experiment().scene().hash(), self.shooters.replica.job_hash());
+        self.coordinator.on_connect(WORKER);
+        self.tell(
+            ToCoordinator::Hello(Hello { protocol: PROTOCOL, build, name, threads, relays: false }),
+            Duration::ZERO,
+        );
+        self.tell(ToCoordinator::Ready { scene_hash, job_hash }, Duration::ZERO);
+    }
+
+    /// Leads the threads until the job has ended. Returns why; `None` where the watcher has given it up.
+    fn lead(
         &mut self,
-        id: LeaseId,
-        parcel: Parcel,
-        delivery: Delivery,
-    ) -> Result<Option<WalkEnding>, Overflow> {
-        if self.ending.is_some() {
-            return Ok(None);
-        }
-        let Books { ledger, observer, looks, roster, .. } = self;
-        ledger.accept(id, parcel, &[delivery]).map_err(|_| Overflow)?;
-        while ledger.advance(|delivery| roster.credit(delivery)).map_err(|_| Overflow)? {
-            if ledger.at_look() {
-                let look = observer.look(ledger.prefix(), looks);
-                looks.push(look);
-                if look.reached {
-                    return Ok(Some(WalkEnding::TargetReached));
+        results: &Receiver<Result<LeaseResult, Overflow>>,
+        watch: &mut dyn FnMut(Stage) -> bool,
+    ) -> Result<Option<Ending>, Error> {
+        let began = Instant::now();
+        let mut watched = WATCH;
+        while self.coordinator.ending().is_none() && !self.shooters.over.load(Ordering::Relaxed) {
+            let heard = results.recv_timeout(TICK);
+            let now = began.elapsed();
+            match heard {
+                Ok(result) => self.bring(result.map_err(|Overflow| Error::Overflow)?, now),
+                Err(RecvTimeoutError::Timeout) => {
+                    let progress = self.shooters.progress.load(Ordering::Relaxed);
+                    self.tell(ToCoordinator::Alive { progress }, now);
+                }
+                // A thread has panicked, and the scope tells.
+                Err(RecvTimeoutError::Disconnected) => return Ok(None),
+            }
+            let actions = self.coordinator.on_tick(now);
+            self.obey(actions, now);
+            if now >= watched {
+                watched = now + WATCH;
+                if !watch(self.stage(now)) {
+                    return Ok(None);
                 }
             }
         }
-        Ok(ledger.is_complete().then_some(WalkEnding::BudgetSpent))
-    }
-
-    fn past(self, threads: usize) -> Past {
-        let Books { ledger, looks, roster, cpu_seconds, seconds, .. } = self;
-        let effort = Effort { seconds, cpu_seconds, workers_seen: threads as u64, ..Effort::default() };
-        let (tally, deliveries) = ledger.into_prefix();
-        Past { tally, deliveries, out_of_order: Vec::new(), workers: roster.into_workers(), looks, effort }
-    }
-}
-
-/// Counts a thread that leaves, also where its walks panic: it would be waited for.
-struct Leaving<'a>(&'a Hall<'a>);
-
-impl Drop for Leaving<'_> {
-    fn drop(&mut self) {
-        if thread::panicking() {
-            self.0.over.store(true, Ordering::Relaxed);
+        let goes_on = watch(self.stage(began.elapsed()));
+        match self.coordinator.ending() {
+            Some(Ending::Overflow) => Err(Error::Overflow),
+            ending => Ok(ending.filter(|_| goes_on)),
         }
-        if let Ok(mut books) = self.0.books.lock() {
-            books.closed |= thread::panicking();
-            books.threads -= 1;
-        }
-        self.0.news.notify_all();
     }
-}
 
-/// The number of walks to take next, if `walks` walks took the time `took` and the next should take about `wanted`.
-fn paced(walks: u64, took: Duration, wanted: Duration) -> u64 {
-    match took {
-        took if took < wanted / 2 => walks.saturating_mul(2),
-        took if took > 2 * wanted => (walks / 2).max(1),
-        _ => walks,
+    /// Brings the coordinator a result: a large one when it asks.
+    fn bring(&mut self, mut result: LeaseResult, now: Duration) {
+        self.cpu_seconds += result.cpu_seconds;
+        result.cpu_seconds = self.cpu_seconds;
+        if self.coordinator.prefix().sums().len() <= SMALL_TALLY {
+            return self.tell(ToCoordinator::Result(result), now);
+        }
+        let (lease, bytes) = (result.lease, result.sums.len() as u64);
+        self.offered.insert(lease, result);
+        self.tell(ToCoordinator::Offer { lease, bytes }, now);
+    }
+
+    fn tell(&mut self, message: ToCoordinator, now: Duration) {
+        let actions = self.coordinator.on_message(WORKER, message, now);
+        self.obey(actions, now);
+    }
+
+    fn obey(&mut self, actions: Vec<Action>, now: Duration) {
+        for action in actions {
+            match action {
+                Action::Send(_, ToWorker::Lease { id, first_walk, walks }) => {
+                    // Where the threads are gone, they have panicked, and the scope tells.
+                    let _ = self.queue.send(ThreadLease { id, walks: first_walk..first_walk + walks });
+                }
+                Action::Send(_, ToWorker::Send { lease }) => {
+                    for message in self.offered.remove(&lease).into_iter().flat_map(LeaseResult::in_pieces) {
+                        self.tell(message, now);
+                    }
+                }
+                Action::Send(_, ToWorker::Drop { lease }) => drop(self.offered.remove(&lease)),
+                Action::Send(..) | Action::Close(_) | Action::Tell(_) => {}
+            }
+        }
+    }
+
+    fn stage(&self, now: Duration) -> Stage {
+        let paths = self.shooters.replica.experiment().unit().paths();
+        Stage {
+            paths: self.coordinator.progress().walks.saturating_mul(paths),
+            paths_total: self.walks.saturating_mul(paths),
+            seconds: now.as_secs_f64(),
+            median_relative_error: self.coordinator.looks().last().map(|look| look.median_relative_error),
+        }
     }
 }
 

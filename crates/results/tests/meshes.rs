@@ -1,13 +1,11 @@
 //! Groups of faces that a pilot chooses: the choice is a function of the job, files give it on, and intervals stay true under it.
 
-mod common;
-
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::tally;
+use crate::common::tally;
 use job::{Job, Partition};
 use radiosity::{Estimates, Experiment};
 use results::choose;
@@ -170,7 +168,7 @@ fn coverage(seeds: u64, paths: u64) -> (f64, f64, u64) {
         }
         parts.push(Coverage { covered, trials });
     }
-    common::over_seeds(&parts)
+    crate::common::over_seeds(&parts)
 }
 
 /// Within 4 standard errors of 95 % (false-alarm rate 6·10⁻⁵), which are below 1 %.

@@ -1,11 +1,9 @@
 //! Patches that a pilot chooses: the choice is a function of the job, and intervals stay true under it.
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::tally;
+use crate::common::tally;
 use job::{Cut, Job, Partition};
 use radiosity::{CutCell, Estimates, Experiment, SceneSpec, Shape, SurfaceSpec};
 use results::choose;
@@ -197,7 +195,7 @@ fn coverage(seeds: u64, paths: u64, known: u64) -> (f64, f64, u64) {
         }
         parts.push(Coverage { covered, trials });
     }
-    common::over_seeds(&parts)
+    crate::common::over_seeds(&parts)
 }
 
 /// Within 4 standard errors of 95 % (false-alarm rate 6·10⁻⁵), which are below 1 %.

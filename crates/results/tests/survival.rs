@@ -1,12 +1,9 @@
 //! Scenes that a choice must survive: steep light beside lamps, high reflectance, no light, a half that no light reaches, one small lamp.
 
-#[expect(dead_code, reason = "other tests share the rest")]
-mod common;
-
 use std::fs;
 use std::path::PathBuf;
 
-use common::tally;
+use crate::common::tally;
 use glam::DVec3;
 use job::{Forecast, Job, Partition};
 use judge::partition::{Control, Missed};

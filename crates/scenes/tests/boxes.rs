@@ -58,7 +58,7 @@ fn the_boxes_of_the_papers_are_closed_and_as_large_as_published() {
         assert_eq!((scene.surfaces().len(), scene.faces().patch_count()), (surfaces, patches));
         let method = Method::gathering(Birth::Area, Estimator::Collision);
         let experiment = Experiment::new(scene, method).unwrap();
-        let mut board = experiment.board::<2>();
+        let mut board = experiment.board();
         experiment.walk(&Sequence::new(1), 0..20_000, &mut board);
         assert_eq!(board.take().unwrap().counts.absorbed, 20_000, "no ray escapes or meets a back");
     }

@@ -17,7 +17,7 @@ fn not_one_walk_escapes_or_meets_a_back() {
     for space in [Space::Discrete, Space::Continuous] {
         let method = Walks { space, ..Walks::shooting(Estimator::Collision) };
         let experiment = Experiment::new(scene.clone(), method).unwrap();
-        let mut board = experiment.board::<2>();
+        let mut board = experiment.board();
         experiment.walk(&Sequence::new(1), 0..500_000, &mut board);
         let counts = board.take().unwrap().counts;
         assert_eq!((counts.escaped, counts.absorbed_back), (0, 0), "{space:?}");

@@ -6,8 +6,9 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 use radiosity::{
-    Coefficients, IndexChoice, PaneSpec, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides,
-    SkyPatches, SkyTally, SurfaceSpec,
+    IndexChoice, PaneSpec, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides, SkyPatches,
+    SurfaceSpec,
+    daylight::{Coefficients, SkyTally},
 };
 use sky::{Dome, STANDARD_SKIES, Sky, SkyPatchCounts, SunPosition};
 

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use job::Job;
-use judge::MOMENTS;
 use radiosity::{Experiment, Scene, Sequence, Space};
 use serde::{Deserialize, Serialize};
 
@@ -171,7 +170,7 @@ fn rays_per_walk(experiment: &Experiment) -> f64 {
     const SAMPLE: u64 = 20_000;
     // Batches are shot whole.
     let units = SAMPLE.div_ceil(experiment.unit().paths());
-    let mut board = experiment.board::<MOMENTS>();
+    let mut board = experiment.board();
     experiment.walk(&Sequence::new(3), 0..units, &mut board);
     let rays = board.take().expect("the sums of a pilot are small").counts.rays;
     rays as f64 / (units * experiment.unit().paths()) as f64

@@ -3,7 +3,6 @@
 
 use std::sync::mpsc::channel;
 
-use judge::MOMENTS;
 use protocol::{Look, Past};
 use radiosity::{Counts, Tally};
 use results::{Identity, Settings};
@@ -40,9 +39,9 @@ pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<TrialRuns,
         let _ = out.send(prefix.clone());
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
-    let (job, past) = ((&identity, &job.budget, experiment), Past::none(experiment.tally::<MOMENTS>()));
+    let (job, past) = ((&identity, &job.budget, experiment), Past::none(experiment.tally()));
     let walked = walk(&Executor::Local(team), job, past, (ends, Box::new(judge)), &mut |_| ())?;
-    let mut before = experiment.tally::<MOMENTS>();
+    let mut before = experiment.tally();
     let run = |prefix: Tally| {
         let run = since(&before, &prefix);
         before = prefix;

@@ -11,7 +11,7 @@ pub const CHAINS: u64 = 8;
 pub const CONFIDENCE: f64 = 0.95;
 
 pub fn run(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let mut board = experiment.board::<2>();
+    let mut board = experiment.board();
     experiment.walk(&Sequence::new(seed), 0..walks, &mut board);
     board.take().unwrap()
 }

@@ -4,8 +4,8 @@
 use exact::Exact;
 use exchange::ExchangeCounts;
 use radiosity::{
-    EstimatorKind, ExchangeSpec, Experiment, FactorKind, IndexChoice, Method, Scene, SceneSpec, Segment,
-    Sequence, exchange_counts,
+    EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence,
+    exchange::{ExchangeSpec, FactorKind, Segment, exchange_counts},
 };
 
 /// A scene whose faces belong to groups, all of which emit.
@@ -54,7 +54,7 @@ impl Grouped {
         let all = spec.walks();
         let method = Method::shooting(EstimatorKind::Absorption);
         let experiment = Experiment::new(self.scene.clone(), method).unwrap().with_exchange(spec).unwrap();
-        let mut board = experiment.board::<2>();
+        let mut board = experiment.board();
         // In three pieces, as leases may have it.
         for part in [0..all / 3, all / 3..all / 2, all / 2..all] {
             experiment.walk(&Sequence::new(seed), part, &mut board);

@@ -4,7 +4,6 @@ use job::Target;
 use protocol::Look;
 use radiosity::{Estimates, Experiment, Sequence, Tally};
 
-use crate::MOMENTS;
 use crate::target::{Observer, Prospect, SensorGoal, looks};
 
 /// A pilot of more than [`FREE_RAYS`] rays takes at most one of this many parts of the run that it foretells.
@@ -61,7 +60,7 @@ impl PlanPilot {
     ) -> Self {
         let began = clock();
         let sequence = Sequence::new(seed);
-        let (mut board, mut tally) = (experiment.board::<MOMENTS>(), experiment.tally::<MOMENTS>());
+        let (mut board, mut tally) = (experiment.board(), experiment.tally());
         let mut observer =
             Observer::new(experiment.clone(), level, target.cloned()).with_sensors(sensors.cloned());
         let mut seen: Vec<Look> = Vec::new();

@@ -152,7 +152,7 @@ fn run(
     let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
     let (experiment, building) = experiment(room, room.even(size, linear), &keys)?;
     let unit = experiment.unit().paths();
-    let (mut time, mut tally, mut done) = (building, experiment.tally::<2>(), 0);
+    let (mut time, mut tally, mut done) = (building, experiment.tally(), 0);
     let mut found = JobOutcome {
         what: what.into(),
         patches: experiment.scene().faces().patch_count(),

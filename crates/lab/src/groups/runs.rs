@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use job::{Cut, Job, Partition};
-use judge::MOMENTS;
 use judge::partition::{Grid, doublings};
 use radiosity::{Experiment, Scene, Sequence, Space, SurfaceSpec, Tally};
 use rustix::time::{ClockId, clock_gettime};
@@ -72,8 +71,8 @@ pub fn experiment(
 }
 
 pub fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<MOMENTS>());
-    let mut tally = experiment.tally::<MOMENTS>();
+    let (sequence, mut board) = (Sequence::new(seed), experiment.board());
+    let mut tally = experiment.tally();
     for first in (0..walks).step_by(1 << 20) {
         experiment.walk(&sequence, first..walks.min(first + (1 << 20)), &mut board);
         board.add_to(&mut tally).expect("few walks");

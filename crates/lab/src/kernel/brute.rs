@@ -30,7 +30,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     )?;
     let (next, agreed) = (AtomicU64::new(0), AtomicU64::new(0));
     let compare = || {
-        let mut boards: [Board<2>; 2] = [tree.board(), flat.board()];
+        let mut boards: [Board; 2] = [tree.board(), flat.board()];
         let sequence = Sequence::new(1);
         while agreed.load(Ordering::Relaxed) < wanted {
             let first = next.fetch_add(PART, Ordering::Relaxed);

@@ -10,7 +10,10 @@ use super::meshes::grey_scene;
 use super::rays::side_by_side;
 use super::{Failure, processor_seconds};
 use glam::DVec3;
-use radiosity::{Foresight, IndexChoice, Ray, Retracing, Scene, StepKind, TreeStep};
+use radiosity::{
+    IndexChoice, Ray, Scene,
+    instruments::{Foresight, Retracing, StepKind, TreeStep},
+};
 use scenes::interior;
 
 /// The number of rays that are traced.

@@ -16,7 +16,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     {
         let experiment =
             Experiment::new(Scene::build(&spec, IndexChoice::Auto)?, Method::shooting(Estimator::Collision))?;
-        let mut board: Board<2> = experiment.board();
+        let mut board: Board = experiment.board();
         let sequence = Sequence::new(1);
         let (mut rays, mut escaped, mut next) = (0, 0, 0);
         while rays < wanted {

@@ -160,14 +160,14 @@ fn chains(scene: &Scene, chain_rays: u64) -> Result<Experiment, Failure> {
 
 fn rays_per_walk(walks: &Experiment) -> Result<f64, Failure> {
     const SAMPLE: u64 = 20_000;
-    let mut board: Board<2> = walks.board();
+    let mut board: Board = walks.board();
     walks.walk(&Sequence::new(3), 0..SAMPLE, &mut board);
     Ok(board.take()?.counts.rays as f64 / SAMPLE as f64)
 }
 
 /// B of every patch by some walks or chains [W/m²].
 fn radiosities(experiment: &Experiment, seed: u64, units: std::ops::Range<u64>) -> Result<Vec<f64>, Failure> {
-    let mut board: Board<2> = experiment.board();
+    let mut board: Board = experiment.board();
     experiment.walk(&Sequence::new(seed), units, &mut board);
     let solution = Solution::new(experiment, &board.take()?, 0.95);
     Ok(solution.estimates.into_iter().flatten().map(|estimate| estimate.radiosity).collect())

@@ -126,7 +126,7 @@ fn measure(study: &GatherStudy) -> Result<(), Failure> {
 
 /// B of every patch [W/m²], 0 where it is not known, and the number of rays.
 fn solve(experiment: &Experiment, seed: u64, units: Range<u64>) -> Result<(Vec<f64>, u64), Failure> {
-    let mut board: Board<2> = experiment.board();
+    let mut board: Board = experiment.board();
     experiment.walk(&Sequence::new(seed), units, &mut board);
     let tally = board.take()?;
     let estimates = Estimates::new(experiment, &tally, 0.95);

@@ -8,8 +8,9 @@ use std::time::Instant;
 use glam::DVec3;
 use photometry::{Distribution, Luminaire};
 use radiosity::{
-    Emission, Estimator, Experiment, Figure, IndexChoice, LampSpec, LampsSpec, Method, PlaneFigures,
-    Readings, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, SurfaceSpec,
+    Emission, Estimator, Experiment, IndexChoice, LampSpec, LampsSpec, Method, Readings, Scene, SceneSpec,
+    SensorShape, SensorSpec, Sequence, Shape, SurfaceSpec,
+    planes::{Figure, PlaneFigures},
 };
 use scenes::interior;
 use stats::{Coverage, Interval};
@@ -102,7 +103,7 @@ fn experiment(mut spec: SceneSpec, emission: Option<Emission>) -> Result<Experim
 
 /// Rays and seconds of a measurement.
 fn seconds(experiment: &Experiment, turn: u64) -> (u64, f64) {
-    let mut board = experiment.board::<2>();
+    let mut board = experiment.board();
     let start = Instant::now();
     experiment.walk(&Sequence::new(turn), 0..WALKS, &mut board);
     let seconds = start.elapsed().as_secs_f64();
@@ -171,8 +172,7 @@ fn each(figures: &PlaneFigures) -> [Figure; 5] {
 
 /// The figures of the plane after some walks.
 fn figures(experiment: &Experiment, seed: u64, walks: u64) -> Result<PlaneFigures, Failure> {
-    let (sequence, mut board, mut tally) =
-        (Sequence::new(seed), experiment.board::<2>(), experiment.tally::<2>());
+    let (sequence, mut board, mut tally) = (Sequence::new(seed), experiment.board(), experiment.tally());
     for first in (0..walks).step_by(RUN as usize) {
         experiment.walk(&sequence, first..walks.min(first + RUN), &mut board);
         board.add_to(&mut tally)?;

@@ -30,7 +30,7 @@ pub fn collision_shooting(scene: Scene) -> Result<Experiment, Failure> {
 pub struct TimedWalks {
     experiment: Experiment,
     sequence: Sequence,
-    board: Board<2>,
+    board: Board,
     next: u64,
 }
 

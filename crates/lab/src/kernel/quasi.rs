@@ -77,7 +77,7 @@ fn compare(name: &str, scene: &Scene, kind: &str, power: u32, runs: u64) -> Resu
 
 /// B of every patch by some walks or batches [W/m²], and their rays.
 fn radiosities(experiment: &Experiment, units: Range<u64>) -> Result<(Vec<f64>, u64), Failure> {
-    let mut board: Board<2> = experiment.board();
+    let mut board: Board = experiment.board();
     experiment.walk(&Sequence::new(7), units, &mut board);
     let tally = board.take()?;
     let estimates = Estimates::new(experiment, &tally, 0.95);

@@ -77,7 +77,7 @@ fn parts(spec: &SceneSpec, count: u32) -> Vec<PatchGroup> {
 /// The median of the rates of an experiment over those of another.
 fn rate_over(experiment: &Experiment, other: &Experiment) -> f64 {
     let seconds = |experiment: &Experiment, turn: u64| {
-        let mut board = experiment.board::<2>();
+        let mut board = experiment.board();
         let start = Instant::now();
         experiment.walk(&Sequence::new(turn), 0..WALKS, &mut board);
         start.elapsed().as_secs_f64()

@@ -4,7 +4,7 @@
 use exact::{Exact, jacobi_variances};
 use radiosity::{
     Direction, EstimatorKind, IndexChoice, RayBirths, Scene, SceneSpec, Sequence, Space, Walks,
-    stochastic_iteration,
+    instruments::stochastic_iteration,
 };
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;

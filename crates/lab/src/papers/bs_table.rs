@@ -1,7 +1,9 @@
 //! BS table 1: the mean squared error per ray in a cube of six patches, R + E = 1.
 
 use exact::{Exact, jacobi_variances, systematic_jacobi_variances};
-use radiosity::{Direction, EstimatorKind, IndexChoice, RayBirths, Scene, Sequence, stochastic_iteration};
+use radiosity::{
+    Direction, EstimatorKind, IndexChoice, RayBirths, Scene, Sequence, instruments::stochastic_iteration,
+};
 use stats::Measured;
 
 use crate::claim::{Claim, ClaimBound};

@@ -138,7 +138,7 @@ impl Grown {
 }
 
 fn time_of_walk(experiment: &Experiment, walks: u64) -> f64 {
-    let mut board = experiment.board::<2>();
+    let mut board = experiment.board();
     let began = thread_seconds();
     experiment.walk(&radiosity::Sequence::new(702), 0..walks, &mut board);
     (thread_seconds() - began) / walks as f64

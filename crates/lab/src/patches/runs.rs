@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 use job::Cut;
-use judge::MOMENTS;
 use radiosity::{
     Direction, Estimator, EstimatorKind, Experiment, Fit, IndexChoice, Scene, SceneSpec, Score, Sequence,
     Side, Space, SurfaceSpec, Tally, Walks,
@@ -23,8 +22,8 @@ pub fn experiment(spec: &SceneSpec, cuts: &[Cut], linear: bool) -> Result<Experi
 }
 
 pub fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<MOMENTS>());
-    let mut tally = experiment.tally::<MOMENTS>();
+    let (sequence, mut board) = (Sequence::new(seed), experiment.board());
+    let mut tally = experiment.tally();
     let mut next = 0;
     while next < walks {
         let end = walks.min(next + (1 << 20));

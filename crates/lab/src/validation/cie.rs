@@ -8,8 +8,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use photometry::{Distribution, Luminaire};
 use radiosity::{
-    Emission, Estimator, Experiment, FactorKind, IndexChoice, LampSpec, LampsSpec, Method, Scene, SceneSpec,
-    Shape, SurfaceSpec,
+    Emission, Estimator, Experiment, IndexChoice, LampSpec, LampsSpec, Method, Scene, SceneSpec, Shape,
+    SurfaceSpec, exchange::FactorKind,
 };
 use stats::Measured;
 

@@ -1,6 +1,6 @@
 //! More of the catalogue: elements, unequal and offset rectangles, endless strips, discs and annuli.
 
-use radiosity::FactorKind;
+use radiosity::exchange::FactorKind;
 
 use super::{KnownFactor, closed_forms, measure, shapes};
 use crate::lab::Lab;

@@ -10,8 +10,8 @@ mod shapes;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_6};
 
 use radiosity::{
-    EstimatorKind, ExchangeRows, Experiment, FactorKind, IndexChoice, Method, Scene, SceneSpec, Sequence,
-    Space,
+    EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Space,
+    exchange::{ExchangeRows, FactorKind},
 };
 use stats::Measured;
 

@@ -1,7 +1,7 @@
 //! An out-of-order range: results that wait beyond a gap, merged with their neighbours.
 
 use bincode::{Decode, Encode};
-use radiosity::{Counts, MergeError, Tally};
+use radiosity::{Counts, Tally, boards::MergeError};
 
 use crate::codec::pack;
 use crate::deliveries::{Deliveries, Growing};

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use radiosity::{Counts, MergeError};
+use radiosity::{Counts, boards::MergeError};
 
 use super::peer::Peer;
 use super::{PoolOutcome, SILENCE, WorkerPool};

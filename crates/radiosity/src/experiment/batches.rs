@@ -37,11 +37,11 @@ const WALKS_AT_ONCE: usize = 1 << 18;
 
 impl Experiment {
     /// Scores each batch or chain of `batches`, of which `one` makes one.
-    pub(super) fn batches<const M: usize>(
+    pub(super) fn batches(
         &self,
         sequence: &Sequence,
         batches: Range<u64>,
-        (board, sensing): (&mut ChainBoard<M>, &mut Option<Sensing<M>>),
+        (board, sensing): (&mut ChainBoard, &mut Option<Sensing>),
         one: impl Fn(u64) -> Option<ChainOutcome>,
         go_on: &dyn Fn() -> bool,
     ) -> Counts {
@@ -94,7 +94,7 @@ impl Experiment {
         let (walks, (estimator, space)) = (plan.walks, plan.score.of_walks());
         let score = if self.method.is_linear() { Score::Linear(estimator) } else { Score::Of(estimator) };
         let numbers = Quasi::new(sequence, batch, walks);
-        let mut board = self.scores_of_walks::<2>(score, self.scene.faces().len());
+        let mut board = self.scores_of_walks(score, self.scene.faces().len());
         let mut tally: Option<Tally> = None;
         for first in (0..walks).step_by(WALKS_AT_ONCE) {
             if !go_on() {

@@ -6,51 +6,17 @@ use crate::jacobi::final_gather::GatheredLight;
 use crate::jacobi::{ChainBoard, UNITS};
 use crate::tally::{ColouredBoard, Layout, LinearBoard, Overflow, Scoreboard, Tally};
 use crate::walk::marks::MarkBoard;
-use crate::walk::score::{RELATED, fixed_units};
+use crate::walk::score::RELATED;
 
-/// The board that an experiment scores on; M power sums per score.
+/// The board that an experiment scores on.
 #[derive(Clone, Debug)]
-pub struct Board<const M: usize> {
+pub struct Board {
     /// The scores of faces.
-    pub(super) scores: Scores<M>,
+    pub(super) scores: Scores,
     /// The scores of sensors, where there are any.
-    pub(super) sensing: Option<Sensing<M>>,
+    pub(super) sensing: Option<Sensing>,
     /// The scores of groups, where there are any; with sensors, groups are sources alone.
     pub(super) apart: Option<GroupSums>,
-}
-
-/// A board that can be emptied: as walking, this is compiled with this crate, once for each number of power sums that is in use.
-pub trait Emptied {
-    /// Does what [`Board::take`] does.
-    ///
-    /// # Errors
-    /// As there.
-    fn hand_over(&mut self) -> Result<Tally, Overflow>;
-
-    /// Does what [`Board::add_to`] does.
-    ///
-    /// # Errors
-    /// As there.
-    fn hand_to(&mut self, tally: &mut Tally) -> Result<(), Overflow>;
-}
-
-impl Emptied for Board<2> {
-    #[inline(never)]
-    fn hand_over(&mut self) -> Result<Tally, Overflow> {
-        match (&mut self.sensing, &mut self.apart) {
-            (None, None) => self.scores.take(),
-            (Some(sensing), _) => sensing.take(&mut self.scores),
-            (None, Some(apart)) => apart.take(&mut self.scores),
-        }
-    }
-
-    #[inline(never)]
-    fn hand_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
-        if self.sensing.is_none() && self.apart.is_none() {
-            return self.scores.add_to(tally);
-        }
-        tally.merge(&self.hand_over()?).map_err(|_| Overflow)
-    }
 }
 
 /// What a board keeps for groups of patches.
@@ -64,15 +30,15 @@ pub(super) struct GroupSums {
 
 /// Where the faces of a scene score.
 #[derive(Clone, Debug)]
-pub(super) enum Scores<const M: usize> {
+pub(super) enum Scores {
     /// Grey analog shooting: whole hits.
-    Hits(Scoreboard<u64, (), 1, M>),
+    Hits(Scoreboard<u64, (), 1>),
     /// Grey analog shooting with three estimators at once: whole hits.
-    RelatedHits(Scoreboard<u64, (), RELATED, M>),
+    RelatedHits(Scoreboard<u64, (), RELATED>),
     /// Other grey walks: fixed point.
-    Fixed(Scoreboard<u128, u64, 1, M>),
+    Fixed(Scoreboard<u128, u64, 1>),
     /// Gathering with three estimators at once.
-    RelatedFixed(Scoreboard<u128, u64, RELATED, M>),
+    RelatedFixed(Scoreboard<u128, u64, RELATED>),
     /// All walks in coloured scenes: three channels.
     Coloured(ColouredBoard),
     /// Grey analog shooting with slopes.
@@ -82,7 +48,7 @@ pub(super) enum Scores<const M: usize> {
     /// Three channels with slopes.
     LinearColoured(LinearBoard<u128, u64, 3>),
     /// Whole chains of stochastic Jacobi.
-    Chains(ChainBoard<M>),
+    Chains(ChainBoard),
 }
 
 /// Does the same with every kind of scores.
@@ -104,33 +70,34 @@ macro_rules! with_board {
 
 pub(super) use with_board;
 
-impl<const M: usize> Board<M> {
+impl Board {
     /// Hands over all that was scored and empties the board.
     ///
     /// # Errors
     /// Where a sum may have wrapped.
-    pub fn take(&mut self) -> Result<Tally, Overflow>
-    where
-        Self: Emptied,
-    {
-        self.hand_over()
+    pub fn take(&mut self) -> Result<Tally, Overflow> {
+        match (&mut self.sensing, &mut self.apart) {
+            (None, None) => self.scores.take(),
+            (Some(sensing), _) => sensing.take(&mut self.scores),
+            (None, Some(apart)) => apart.take(&mut self.scores),
+        }
     }
 
     /// Adds all that was scored to a tally of the same experiment and empties the board.
     ///
     /// # Errors
     /// Where a sum may have wrapped or leaves its range; then the tally is unusable.
-    pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow>
-    where
-        Self: Emptied,
-    {
-        self.hand_to(tally)
+    pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
+        if self.sensing.is_none() && self.apart.is_none() {
+            return self.scores.add_to(tally);
+        }
+        tally.merge(&self.take()?).map_err(|_| Overflow)
     }
 }
 
 impl GroupSums {
     /// Hands over what faces have scored: all classes together, then each but the first, then what materials do.
-    fn take<const M: usize>(&mut self, scores: &mut Scores<M>) -> Result<Tally, Overflow> {
+    fn take(&mut self, scores: &mut Scores) -> Result<Tally, Overflow> {
         scores.total_first(self.faces);
         let of_classes = scores.take()?;
         let Some(marks) = &mut self.marks else { return Ok(of_classes) };
@@ -142,7 +109,7 @@ impl GroupSums {
     }
 }
 
-impl<const M: usize> Scores<M> {
+impl Scores {
     /// Adds what all classes have scored to the slots of the first, which stand for all of them then.
     fn total_first(&mut self, faces: usize) {
         match self {
@@ -171,7 +138,7 @@ impl<const M: usize> Scores<M> {
 
 /// What a board keeps for sensors.
 #[derive(Clone, Debug)]
-pub(crate) struct Sensing<const M: usize> {
+pub(crate) struct Sensing {
     /// The walks that the scores of faces hold, where walks are samples of their own: those of a sample that is not done.
     pub(super) open: Range<u64>,
     /// What faces have scored before.
@@ -183,12 +150,7 @@ pub(crate) struct Sensing<const M: usize> {
     layout: Layout,
 }
 
-/// Units of score in the largest radiosity, for boards of `moments` power sums.
-pub(super) fn units(moments: usize) -> f64 {
-    fixed_units(moments).min(UNITS)
-}
-
-impl<const M: usize> Sensing<M> {
+impl Sensing {
     /// For scores of these faces, with those of all classes of sources, and these cells.
     pub(super) fn new([faces, rows]: [usize; 2], cells: usize, layout: Layout) -> Self {
         Sensing {
@@ -201,7 +163,7 @@ impl<const M: usize> Sensing<M> {
     }
 
     /// The next walk is number `walk`. Where it does not follow the open ones, their sample will be done elsewhere.
-    pub(super) fn open_at(&mut self, walk: u64, scores: &mut Scores<M>) {
+    pub(super) fn open_at(&mut self, walk: u64, scores: &mut Scores) {
         if self.open.end != walk {
             if !self.open.is_empty() && scores.add_to(&mut self.done).is_err() {
                 self.sums = None;
@@ -211,7 +173,7 @@ impl<const M: usize> Sensing<M> {
     }
 
     /// The sample of the open walks is done: all of it, those `before` the open ones included.
-    pub(super) fn close(&mut self, scores: &mut Scores<M>, mut before: Tally) -> Result<Tally, Overflow> {
+    pub(super) fn close(&mut self, scores: &mut Scores, mut before: Tally) -> Result<Tally, Overflow> {
         self.open = self.open.end..self.open.end;
         let mut add = || {
             let own = scores.take()?;
@@ -243,7 +205,7 @@ impl<const M: usize> Sensing<M> {
         add(&mut count[1], Some(gathered.iter().map(|cell| u128::from(cell.rays)).sum()));
         for (row, GatheredLight { irradiance, landed, .. }) in rows.zip(gathered) {
             for (c, h) in irradiance.iter().enumerate() {
-                let x = (h / largest[c] * units(M) + 0.5) as u128;
+                let x = (h / largest[c] * UNITS + 0.5) as u128;
                 let mut power = Some(1_u128);
                 for sum in &mut row[c * moments..(c + 1) * moments] {
                     power = power.and_then(|power| power.checked_mul(x));
@@ -260,7 +222,7 @@ impl<const M: usize> Sensing<M> {
     }
 
     /// Hands over all that faces and sensors have scored.
-    pub(super) fn take(&mut self, scores: &mut Scores<M>) -> Result<Tally, Overflow> {
+    pub(super) fn take(&mut self, scores: &mut Scores) -> Result<Tally, Overflow> {
         self.open = 0..0;
         let faces = self.done.patches();
         scores.add_to(&mut self.done)?;

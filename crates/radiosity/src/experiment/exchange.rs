@@ -156,12 +156,12 @@ impl Exchange {
     }
 
     /// Some walks of a sequence onto a board with these rows.
-    pub(super) fn walk<const M: usize>(
+    pub(super) fn walk(
         &self,
         scene: &Scene,
         space: Space,
         (sequence, walks): (&Sequence, Range<u64>),
-        board: &mut Scoreboard<u64, (), 1, M>,
+        board: &mut Scoreboard<u64, (), 1>,
     ) {
         for (group, walks) in self.parts(walks) {
             let first_row = group * self.columns();

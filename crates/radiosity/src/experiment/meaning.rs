@@ -11,7 +11,7 @@ use crate::method::{Chains, Method};
 use crate::tally::{Counts, Tally};
 use crate::walk::estimator::{Estimator, Repeats};
 use crate::walk::fate::InfiniteEnd;
-use crate::walk::score::fixed_units;
+use crate::walk::score::FIXED_UNITS;
 
 /// What the sums of one score on one face mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +43,7 @@ impl Experiment {
         match (&self.method, &self.gathering) {
             (Method::Walks(walks), Some(gathering)) => {
                 let estimator = walks.score.estimator();
-                self.meaning_of_gathering(gathering, estimator, (i, face), channel, tally.layout().moments)
+                self.meaning_of_gathering(gathering, estimator, (i, face), channel)
             }
             (Method::Walks(walks), None) => {
                 Some(self.meaning_of_shooting(walks.score.estimator(), (i, face), channel, tally))
@@ -117,7 +117,7 @@ impl Experiment {
         let cut_off =
             counts.truncated_weight[channel] as f64 / Counts::WEIGHT_UNITS / counts.walks.max(1) as f64;
         Meaning {
-            unit: if tally.layout().events { 1.0 / fixed_units(tally.layout().moments) } else { 1.0 },
+            unit: if tally.layout().events { 1.0 / FIXED_UNITS } else { 1.0 },
             irradiance_per_event: scale.map(|scale| scale * per_hit),
             // A colour of light that all emitters share has weights of 1, but for rounding.
             ratio_bound: (weight * ratio_bound).max(1.0),
@@ -139,7 +139,6 @@ impl Experiment {
         estimator: Estimator,
         (i, face): (usize, &Face),
         channel: usize,
-        moments: usize,
     ) -> Option<Meaning> {
         let probability = gathering.probability[i];
         if probability == 0.0 {
@@ -153,7 +152,7 @@ impl Experiment {
         };
         let reflectance = face.reflectance[channel];
         Some(Meaning {
-            unit: 1.0 / fixed_units(moments),
+            unit: 1.0 / FIXED_UNITS,
             irradiance_per_event: Some(gathering.largest_value[channel] / probability),
             ratio_bound: gathering.ratio_bound[channel],
             bias_bound: reflectance * cut_off * gathering.b_bar[channel],

@@ -24,12 +24,11 @@ pub(crate) mod solution;
 mod sources;
 mod unfit;
 
-pub use board::{Board, Emptied};
+pub use board::Board;
 pub use gathering::birth_probabilities;
 pub use groups::{Groups, PatchGroup, SensitivityMaterial};
 pub use lost::Lost;
 pub use meaning::Meaning;
-pub use run::Compiled;
 pub use sensing::SensorView;
 pub use sources::SourceScores;
 pub use unfit::Unfit;
@@ -224,9 +223,9 @@ impl Experiment {
         self.method.is_biased()
     }
 
-    /// What a tally of M power sums keeps of each patch.
-    pub fn layout<const M: usize>(&self) -> Layout {
-        with_board!(&self.scores::<M>(0), board => board.layout())
+    /// What a tally keeps of each patch.
+    pub fn layout(&self) -> Layout {
+        with_board!(&self.scores(0), board => board.layout())
     }
 
     /// Rows of a tally: the faces; where groups are told apart those of every class but the first, and of materials; where there are sensors
@@ -239,37 +238,37 @@ impl Experiment {
         self.face_rows() + self.groups().map_or(0, Groups::material_rows) + of_sensors
     }
 
-    /// An empty tally of M power sums.
-    pub fn tally<const M: usize>(&self) -> Tally {
-        Tally::new(self.rows(), self.layout::<M>())
+    /// An empty tally.
+    pub fn tally(&self) -> Tally {
+        Tally::new(self.rows(), self.layout())
     }
 
     /// An empty board for one thread to score on.
-    pub fn board<const M: usize>(&self) -> Board<M> {
+    pub fn board(&self) -> Board {
         let sensing = self.sensors().map(|_| {
             let faces = [self.scene.faces().len(), self.face_rows()];
-            Sensing::new(faces, self.sensor_rows(), self.layout::<M>())
+            Sensing::new(faces, self.sensor_rows(), self.layout())
         });
         let faces = self.exchange.as_ref().map_or(self.scene.faces().len(), |exchange| exchange.rows());
         // Exchange factors are counted in place of light.
         let groups = self.groups().filter(|_| self.exchange.is_none());
         let slots = faces + groups.map_or(0, Groups::class_rows);
-        Board { scores: self.scores(slots), sensing, apart: groups.map(|groups| self.apart::<M>(groups)) }
+        Board { scores: self.scores(slots), sensing, apart: groups.map(|groups| self.apart(groups)) }
     }
 
-    fn apart<const M: usize>(&self, groups: &Groups) -> GroupSums {
-        let (faces, layout) = (self.scene.faces().len(), self.layout::<M>());
+    fn apart(&self, groups: &Groups) -> GroupSums {
+        let (faces, layout) = (self.scene.faces().len(), self.layout());
         let materials = groups.materials().len();
         let (size, columns) = ([faces, materials], layout.columns());
         let marks = (materials > 0).then(|| match (layout.events, layout.scores) {
-            (false, _) => MarkBoard::Hits(Marked::new(size, M, columns)),
-            (true, 1) => MarkBoard::Fixed(Marked::new(size, M, columns)),
-            (true, _) => MarkBoard::Coloured(Marked::new(size, M, columns)),
+            (false, _) => MarkBoard::Hits(Marked::new(size, columns)),
+            (true, 1) => MarkBoard::Fixed(Marked::new(size, columns)),
+            (true, _) => MarkBoard::Coloured(Marked::new(size, columns)),
         });
         GroupSums { faces, marks }
     }
 
-    fn scores<const M: usize>(&self, faces: usize) -> Scores<M> {
+    fn scores(&self, faces: usize) -> Scores {
         match &self.method {
             Method::Walks(walks) => self.scores_of_walks(walks.score, faces),
             Method::Batches(_) | Method::Chains(_) => {
@@ -280,7 +279,7 @@ impl Experiment {
     }
 
     /// Where single walks score.
-    fn scores_of_walks<const M: usize>(&self, score: Score, faces: usize) -> Scores<M> {
+    fn scores_of_walks(&self, score: Score, faces: usize) -> Scores {
         let hits = !self.gathers();
         match (self.scene.channels(), score) {
             (1, Score::Mix) if hits => Scores::RelatedHits(Scoreboard::new(faces)),

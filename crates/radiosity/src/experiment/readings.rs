@@ -3,9 +3,9 @@
 use stats::Moments;
 
 use super::Experiment;
-use super::board::units;
 use super::chains::{By, Student};
 use crate::geometry::sensor::Sensors;
+use crate::jacobi::UNITS;
 use crate::scene::Scene;
 use crate::tally::Tally;
 
@@ -161,7 +161,7 @@ impl<'a> Readings<'a> {
 
     /// What a unit of score is worth [W/m²].
     fn per_unit(&self, channel: usize) -> f64 {
-        self.experiment.largest_radiosity[channel] / units(self.tally.layout().moments)
+        self.experiment.largest_radiosity[channel] / UNITS
     }
 
     /// Σx and Σx² of a row of sensors.

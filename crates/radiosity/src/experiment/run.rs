@@ -40,34 +40,6 @@ macro_rules! marks_of {
 /// Samples between two looks at whether a sum could wrap: those of that many never do.
 const PART: u64 = 1 << 18;
 
-/// A board that walks can be scored on. It is implemented for the numbers of power sums that are in use: the kernel is compiled
-/// with this crate, once for each, and not again in every crate that walks.
-pub trait Compiled {
-    /// Does what [`Experiment::walk_while`] does.
-    fn sample(&mut self, experiment: &Experiment, sequence: &Sequence, walks: Range<u64>, hands: &dyn Hands);
-}
-
-macro_rules! compile_for {
-    ($($moments:literal),*) => {$(
-        impl Compiled for Board<$moments> {
-            // Inlined, the kernel would be compiled where it is called.
-            #[inline(never)]
-            fn sample(
-                &mut self,
-                experiment: &Experiment,
-                sequence: &Sequence,
-                walks: Range<u64>,
-                hands: &dyn Hands,
-            ) {
-                experiment.sample(sequence, walks, self, hands);
-            }
-        }
-    )*};
-}
-
-// Two give standard errors.
-compile_for!(2);
-
 impl Experiment {
     /// What the first `samples` walks (or batches, or chains) of a seed's sequence tell, on this thread, with intervals of
     /// 95 %.
@@ -79,7 +51,7 @@ impl Experiment {
     /// Where `samples` is 0: nothing would be known.
     pub fn run(&self, seed: u64, samples: u64) -> Result<Solution, Overflow> {
         assert!(samples > 0, "no samples tell nothing; ask for one or more");
-        let (sequence, mut board, mut tally) = (Sequence::new(seed), self.board::<2>(), self.tally::<2>());
+        let (sequence, mut board, mut tally) = (Sequence::new(seed), self.board(), self.tally());
         for first in (0..samples).step_by(PART as usize) {
             self.walk(&sequence, first..samples.min(first + PART), &mut board);
             board.add_to(&mut tally)?;
@@ -92,10 +64,7 @@ impl Experiment {
     ///
     /// # Panics
     /// Where the board was made by an experiment that scores in another way.
-    pub fn walk<const M: usize>(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board<M>)
-    where
-        Board<M>: Compiled,
-    {
+    pub fn walk(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board) {
         self.walk_while(sequence, walks, board, &|| true);
     }
 
@@ -104,26 +73,7 @@ impl Experiment {
     ///
     /// # Panics
     /// Where the board was made by an experiment that scores in another way.
-    pub fn walk_while<const M: usize>(
-        &self,
-        sequence: &Sequence,
-        walks: Range<u64>,
-        board: &mut Board<M>,
-        hands: &dyn Hands,
-    ) where
-        Board<M>: Compiled,
-    {
-        board.sample(self, sequence, walks, hands);
-    }
-
-    /// [`Experiment::walk_while`], compiled for one M after the other.
-    fn sample<const M: usize>(
-        &self,
-        sequence: &Sequence,
-        walks: Range<u64>,
-        board: &mut Board<M>,
-        hands: &dyn Hands,
-    ) {
+    pub fn walk_while(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board, hands: &dyn Hands) {
         let go_on = &|| hands.go_on();
         let Board { scores, sensing, apart } = board;
         if let Some(exchange) = &self.exchange {
@@ -157,12 +107,12 @@ impl Experiment {
     }
 
     /// Walks that are samples each, onto the scores of faces, and onto the marks of materials where these are asked for.
-    pub(super) fn single_walks<const M: usize>(
+    pub(super) fn single_walks(
         &self,
         plan: &Walks,
         sequence: &Sequence,
         walks: Range<u64>,
-        (scores, marks): (&mut Scores<M>, Option<&mut MarkBoard>),
+        (scores, marks): (&mut Scores, Option<&mut MarkBoard>),
     ) {
         let counts = match &self.gathering {
             None => {
@@ -175,11 +125,11 @@ impl Experiment {
     }
 
     /// Walks from the emitters.
-    pub(super) fn shoot<const M: usize>(
+    pub(super) fn shoot(
         &self,
         (score, space): (Score, Space),
         source: &Source,
-        (board, marks): (&mut Scores<M>, Option<&mut MarkBoard>),
+        (board, marks): (&mut Scores, Option<&mut MarkBoard>),
     ) -> Counts {
         match (board, score) {
             (Scores::Hits(board), Score::Of(estimator)) => {
@@ -246,12 +196,12 @@ impl Experiment {
     }
 
     /// Walks from the patches.
-    fn gather<const M: usize>(
+    fn gather(
         &self,
         plan: &Walks,
         gathering: &Gathering,
         (sequence, walks): (&Sequence, Range<u64>),
-        board: &mut Scores<M>,
+        board: &mut Scores,
     ) -> Counts {
         let (scene, births, space) = (&self.scene, &gathering.births, plan.space);
         match (board, &gathering.values, plan.score) {

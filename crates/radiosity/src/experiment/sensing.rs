@@ -67,12 +67,12 @@ impl Experiment {
 
     /// Walks that are samples of their own, where there are sensors. The walks of a sample are scored apart, and when the last
     /// of them is done, sensors gather what all of them have found. Those that another lease holds are walked once more.
-    pub(super) fn sensed_walks<const M: usize>(
+    pub(super) fn sensed_walks(
         &self,
         (plan, sensors): (&Walks, &Sensors),
         sequence: &Sequence,
         walks: Range<u64>,
-        (scores, sensing): (&mut Scores<M>, &mut Sensing<M>),
+        (scores, sensing): (&mut Scores, &mut Sensing),
         go_on: &dyn Fn() -> bool,
     ) {
         let size = sensors.sample_walks();
@@ -89,7 +89,7 @@ impl Experiment {
                 return;
             }
             let elsewhere = sample * size..sensing.open.start;
-            let Some(before) = self.walked_elsewhere::<M>(plan, sequence, elsewhere, go_on) else { return };
+            let Some(before) = self.walked_elsewhere(plan, sequence, elsewhere, go_on) else { return };
             // Where a sum has left its range, the board says so when it is taken.
             let Ok(whole) = sensing.close(scores, before) else { return };
             let reflected = self.reflected_by_tally(&whole);
@@ -102,7 +102,7 @@ impl Experiment {
     }
 
     /// The tally of walks of a sample that are not on the board.
-    fn walked_elsewhere<const M: usize>(
+    fn walked_elsewhere(
         &self,
         plan: &Walks,
         sequence: &Sequence,
@@ -110,11 +110,11 @@ impl Experiment {
         go_on: &dyn Fn() -> bool,
     ) -> Option<Tally> {
         let rows = self.face_rows();
-        let mut tally = Tally::new(rows, self.layout::<M>());
+        let mut tally = Tally::new(rows, self.layout());
         if walks.is_empty() {
             return Some(tally);
         }
-        let mut scores = self.scores::<M>(rows);
+        let mut scores = self.scores(rows);
         for first in walks.clone().step_by(WALKS_AT_ONCE) {
             if !go_on() {
                 return None;

@@ -2,14 +2,14 @@
 
 use super::outcome::ChainOutcome;
 use crate::scene::Scene;
-use crate::tally::{Counts, Layout, Overflow, Tally};
+use crate::tally::{Counts, Layout, MOMENTS, Overflow, Tally};
 
 /// Units of score in the largest radiosity that a channel can have: H is scored in fixed point.
 pub(crate) const UNITS: f64 = (1_u64 << 40) as f64;
 
-/// The sums of M powers of the scores of chains.
+/// The power sums of the scores of chains.
 #[derive(Clone, Debug)]
-pub struct ChainBoard<const M: usize> {
+pub struct ChainBoard {
     /// Chains, and how their rays ended.
     pub counts: Counts,
     layout: Layout,
@@ -18,10 +18,10 @@ pub struct ChainBoard<const M: usize> {
     sums: Option<Vec<u128>>,
 }
 
-impl<const M: usize> ChainBoard<M> {
+impl ChainBoard {
     /// An empty board of one score per channel, which has this number of slopes.
     pub(crate) fn new(patches: usize, channels: usize, slopes: usize) -> Self {
-        let layout = Layout { scores: channels, moments: M, slopes: slopes * channels, events: true };
+        let layout = Layout { scores: channels, moments: MOMENTS, slopes: slopes * channels, events: true };
         ChainBoard {
             counts: Counts::default(),
             layout,
@@ -43,9 +43,9 @@ impl<const M: usize> ChainBoard<M> {
             let scores = irradiance.iter().zip(largest).map(|(h, largest)| units(*h, *largest));
             let of_slopes = outcome.slopes.chunks_exact(channels).nth(i).unwrap_or_default();
             let slopes = scores.clone().zip(of_slopes).zip(largest).flat_map(|((score, slopes), largest)| {
-                slopes.iter().flat_map(move |slope| slope_powers::<M>(score, slope / largest))
+                slopes.iter().flat_map(move |slope| slope_powers(score, slope / largest))
             });
-            let columns = scores.flat_map(powers::<M>).chain(slopes);
+            let columns = scores.flat_map(powers).chain(slopes);
             columns.chain([Some(u128::from(landed))]).collect::<Vec<_>>()
         });
         self.sums = self.sums.take().and_then(|sums| {
@@ -90,17 +90,12 @@ fn units(irradiance: f64, largest: f64) -> u128 {
 }
 
 /// x + d and d² of the nearest slope d to `slope`, in units, that does not exceed its score x.
-fn slope_powers<const M: usize>(x: u128, slope: f64) -> [Option<u128>; M] {
+fn slope_powers(x: u128, slope: f64) -> [Option<u128>; MOMENTS] {
     let d = ((slope * UNITS).round() as i128).clamp(-(x as i128), x as i128);
-    let mut powers = [x.checked_add_signed(d), d.unsigned_abs().checked_pow(2)].into_iter();
-    std::array::from_fn(|_| powers.next().flatten())
+    [x.checked_add_signed(d), d.unsigned_abs().checked_pow(2)]
 }
 
-/// x, x² … x^M, where they fit.
-fn powers<const M: usize>(x: u128) -> [Option<u128>; M] {
-    let mut power = Some(1_u128);
-    std::array::from_fn(|_| {
-        power = power.and_then(|power| power.checked_mul(x));
-        power
-    })
+/// x and x², where they fit.
+fn powers(x: u128) -> [Option<u128>; MOMENTS] {
+    [Some(x), x.checked_pow(2)]
 }

@@ -1,7 +1,7 @@
 //! Where the walks of a thread score.
 
 use super::counts::{Counts, Overflow};
-use super::sums::{Layout, Tally};
+use super::sums::{Layout, MOMENTS, Tally};
 use super::word::{Word, raise_sums};
 
 /// A count of events beside the scores, or none where scores are counts themselves.
@@ -41,25 +41,24 @@ impl Events for u64 {
 
 /// What one patch has collected.
 #[derive(Clone, Copy, Debug)]
-struct PatchScores<W, E, const S: usize, const M: usize> {
+struct PatchScores<W, E, const S: usize> {
     events: E,
-    sums: [[W; M]; S],
+    sums: [[W; MOMENTS]; S],
 }
 
-impl<W: Word, E: Events, const S: usize, const M: usize> PatchScores<W, E, S, M> {
+impl<W: Word, E: Events, const S: usize> PatchScores<W, E, S> {
     fn empty() -> Self {
-        PatchScores { events: E::default(), sums: [[W::default(); M]; S] }
+        PatchScores { events: E::default(), sums: [[W::default(); MOMENTS]; S] }
     }
 
-    /// Whether no sum can have wrapped. Σx cannot. Counts: Σx² ≤ (Σx)² and Σx³, Σx⁴ ≤ (Σx²)². Other scores:
-    /// Σx^k ≤ Σx·(largest score)^(k−1).
+    /// Whether no sum can have wrapped. Σx cannot. Counts: Σx² ≤ (Σx)². Other scores: Σx² ≤ Σx·(largest score).
     fn fits(&self, largest: u128) -> bool {
         self.sums.iter().all(|sums| {
             if !E::COUNTED {
-                return sums.iter().take(M.div_ceil(2)).all(|sum| sum.is_small());
+                return sums[0].is_small();
             }
             let sum: u128 = sums[0].into();
-            (1..M).try_fold(sum, |bound, _| bound.checked_mul(largest)).is_some()
+            sum.checked_mul(largest).is_some()
         })
     }
 }
@@ -71,10 +70,10 @@ fn plus<W: Word, const S: usize>(a: [W; S], b: [W; S]) -> [W; S] {
 
 /// Where a thread's walks score: per patch the power sums of S whole-walk scores.
 #[derive(Clone, Debug)]
-pub struct Scoreboard<W, E, const S: usize, const M: usize> {
+pub struct Scoreboard<W, E, const S: usize> {
     /// How the walks ended.
     pub counts: Counts,
-    cells: Vec<PatchScores<W, E, S, M>>,
+    cells: Vec<PatchScores<W, E, S>>,
     /// The largest score of a walk; watched where scores are not counts.
     largest: u128,
 }
@@ -85,8 +84,8 @@ pub(super) const NEAR_CACHE: usize = 32 * 1024;
 /// Paths up to this long are searched for earlier visits one by one, longer ones are sorted.
 const SHORT_PATH: usize = 64;
 
-impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> {
-    const LAYOUT: Layout = Layout { scores: S, moments: M, slopes: 0, events: E::COUNTED };
+impl<W: Word, E: Events, const S: usize> Scoreboard<W, E, S> {
+    const LAYOUT: Layout = Layout { scores: S, moments: MOMENTS, slopes: 0, events: E::COUNTED };
 
     /// A board of `patches` patches without scores.
     pub fn new(patches: usize) -> Self {
@@ -143,7 +142,7 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
         }
     }
 
-    /// Raises what a walk scores on a patch: Σx^k grows by (x + units)^k − x^k.
+    /// Raises what a walk scores on a patch: Σx² grows by (x + units)² − x².
     #[inline(always)]
     fn raise(&mut self, patch: u32, before: [W; S], units: [W; S]) {
         let cell = &mut self.cells[patch as usize];
@@ -152,14 +151,8 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
             if E::COUNTED {
                 self.largest = self.largest.max(after.into());
             }
-            let (mut power_before, mut power_after) = (before, after);
-            for (k, sum) in sums.iter_mut().enumerate() {
-                if k > 0 {
-                    power_before = power_before.times(before);
-                    power_after = power_after.times(after);
-                }
-                *sum = sum.plus(power_after.minus(power_before));
-            }
+            let grown = after.times(after).minus(before.times(before));
+            *sums = [sums[0].plus(units), sums[1].plus(grown)];
         }
     }
 
@@ -226,11 +219,10 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
     }
 }
 
-impl<const S: usize, const M: usize> Scoreboard<u128, u64, S, M> {
+impl<const S: usize> Scoreboard<u128, u64, S> {
     /// Counts an event of a walk on a patch, where it has scored `before`, below 2⁶², and adds what it scores now.
     #[inline(always)]
     pub(crate) fn add_event(&mut self, patch: u32, before: &[u64; S], now: &[u64; S]) {
-        const { assert!(M == 2) };
         let cell = &mut self.cells[patch as usize];
         cell.events += 1;
         let mut largest = 0;
@@ -250,25 +242,25 @@ impl<const S: usize, const M: usize> Scoreboard<u128, u64, S, M> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::MergeError;
+    use crate::tally::MergeError;
 
     const PAIR: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
 
     #[test]
     fn the_whole_score_of_a_walk_is_raised_to_the_power() {
-        let mut board = Scoreboard::<u64, (), 1, 4>::new(2);
+        let mut board = Scoreboard::<u64, (), 1>::new(2);
         for path in [&[0, 1, 0, 0][..], &[0], &[1, 1]] {
             board.add_path(path, |_| [1]);
         }
         let tally = board.take().unwrap();
         // Patch 0: scores 3 and 1; patch 1: scores 1 and 2.
-        assert_eq!(tally.patch(0, 0), [4, 10, 28, 82]);
-        assert_eq!(tally.patch(1, 0), [3, 5, 9, 17]);
+        assert_eq!(tally.patch(0, 0), [4, 10]);
+        assert_eq!(tally.patch(1, 0), [3, 5]);
     }
 
     #[test]
     fn fixed_point_scores_and_their_events_are_kept_apart() {
-        let mut board = Scoreboard::<u128, u64, 1, 2>::new(1);
+        let mut board = Scoreboard::<u128, u64, 1>::new(1);
         board.add_path(&[0, 0], |i| [[1_u128 << 40, 3 << 38][i]]);
         board.count(0);
         board.count(0);
@@ -280,19 +272,19 @@ mod tests {
     #[test]
     fn long_paths_score_as_short_ones_do() {
         let path: Vec<u32> = (0..1000).map(|i| i * i % 7).collect();
-        let mut board = Scoreboard::<u64, (), 1, 4>::new(7);
+        let mut board = Scoreboard::<u64, (), 1>::new(7);
         board.add_path(&path, |i| [i as u64 % 3]);
         let tally = board.take().unwrap();
         for patch in 0..7 {
             let visits = path.iter().enumerate().filter(|&(_, &visited)| visited == patch);
             let score: u128 = visits.map(|(i, _)| i as u128 % 3).sum();
-            assert_eq!(tally.patch(patch as usize, 0), [1, 2, 3, 4].map(|power| score.pow(power)));
+            assert_eq!(tally.patch(patch as usize, 0), [score, score.pow(2)]);
         }
     }
 
     #[test]
     fn a_board_forgets_what_it_handed_over() {
-        let mut board = Scoreboard::<u64, (), 1, 2>::new(1);
+        let mut board = Scoreboard::<u64, (), 1>::new(1);
         board.add(0, [1]);
         board.take().unwrap();
         board.add(0, [1]);
@@ -318,17 +310,14 @@ mod tests {
         let full = Tally::from_parts(Counts::default(), 1, PAIR, vec![u128::MAX, 0]).unwrap();
         let one = Tally::from_parts(Counts::default(), 1, PAIR, vec![1, 0]).unwrap();
         assert_eq!(full.clone().merge(&one), Err(MergeError::Overflow(Overflow)));
-        let mut board = Scoreboard::<u64, (), 1, 2>::new(1);
+        let mut board = Scoreboard::<u64, (), 1>::new(1);
         board.add(0, [1 << 32]);
         assert_eq!(board.take(), Err(Overflow));
     }
-    /// Of four powers the second is looked at, too; of fixed-point scores the largest is.
+
     #[test]
-    fn a_board_does_not_hand_over_powers_that_may_have_wrapped() {
-        let mut hits = Scoreboard::<u64, (), 1, 4>::new(1);
-        hits.add(0, [1 << 17]);
-        assert_eq!(hits.take(), Err(Overflow));
-        let mut fixed = Scoreboard::<u128, u64, 1, 2>::new(1);
+    fn a_board_does_not_hand_over_squares_that_may_have_wrapped() {
+        let mut fixed = Scoreboard::<u128, u64, 1>::new(1);
         fixed.add(0, [1 << 40]);
         assert_eq!(fixed.take().unwrap().patch(0, 0), [1 << 40, 1 << 80]);
         fixed.add(0, [1 << 65]);

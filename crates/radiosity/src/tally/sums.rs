@@ -4,6 +4,9 @@ use crate::geometry::basis::SLOPE_UNITS;
 
 use super::counts::{Counts, MergeError, Overflow};
 
+/// Power sums of each score that walks and chains keep, Σx and Σx²: intervals need no more.
+pub(crate) const MOMENTS: usize = 2;
+
 /// What a tally keeps of each patch, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {

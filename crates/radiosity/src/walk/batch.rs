@@ -348,8 +348,9 @@ impl Counts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tally::Scoreboard;
     use crate::walk::plain;
-    use crate::{Birth, Emission, LampSpec, PaneSpec, Scoreboard, Shape, Sides, SurfaceSpec};
+    use crate::{Birth, Emission, LampSpec, PaneSpec, Shape, Sides, SurfaceSpec};
     use crate::{Direction, Estimator, Experiment, IndexChoice, InfiniteEnd, SceneSpec, Score, Tally, Walks};
     use glam::DVec3;
 
@@ -500,7 +501,7 @@ mod tests {
 
     fn tally(scene: Scene, method: &Walks) -> Tally {
         let experiment = Experiment::new(scene, method.clone()).unwrap();
-        let mut board = experiment.board::<2>();
+        let mut board = experiment.board();
         experiment.walk(&Sequence::new(7), 5..4_005, &mut board);
         board.take().unwrap()
     }
@@ -530,7 +531,7 @@ mod tests {
                         Estimator::Survival => survives,
                         _ => true,
                     };
-                    let mut board = Scoreboard::<u64, (), 1, 2>::new(scene.faces().len());
+                    let mut board = Scoreboard::<u64, (), 1>::new(scene.faces().len());
                     let mut counts = Counts::default();
                     for rng in Sequence::new(7).walks_from(5).take(4_000) {
                         let (mut scored, mut under_way) = (Vec::new(), true);

@@ -8,16 +8,16 @@ use crate::tally::Scoreboard;
 use crate::trace::ray::Rays;
 
 /// Exchange: one unit for each walk that an active side takes, in the row of that face's group.
-pub(crate) struct Exchanged<'a, const M: usize> {
-    board: &'a mut Scoreboard<u64, (), 1, M>,
+pub(crate) struct Exchanged<'a> {
+    board: &'a mut Scoreboard<u64, (), 1>,
     group_of_face: &'a [u32],
     /// The row of the first group.
     first_row: u32,
 }
 
-impl<'a, const M: usize> Exchanged<'a, M> {
+impl<'a> Exchanged<'a> {
     pub(crate) fn new(
-        board: &'a mut Scoreboard<u64, (), 1, M>,
+        board: &'a mut Scoreboard<u64, (), 1>,
         group_of_face: &'a [u32],
         first_row: u32,
     ) -> Self {
@@ -25,7 +25,7 @@ impl<'a, const M: usize> Exchanged<'a, M> {
     }
 }
 
-impl<const M: usize> Scorer<1> for Exchanged<'_, M> {
+impl Scorer<1> for Exchanged<'_> {
     #[inline(always)]
     fn begin(&mut self, _: usize, _: u32) {}
 

@@ -11,9 +11,6 @@ use crate::simd::batch::WIDTH;
 use crate::simd::isa::Simd;
 use crate::tally::{LinearBoard, Mark, Word};
 
-/// Power sums of scores with slopes: more would be signed.
-const MOMENTS: usize = 2;
-
 /// The mark of a number of hits, with the sum of their slopes.
 #[inline(always)]
 fn hits(number: u64, slopes: [i64; 2]) -> Mark<u64, 1> {
@@ -56,7 +53,7 @@ impl<const C: usize> WeightTally<C> for LinearBoard<u128, u64, C> {
 
     #[inline(always)]
     fn set_units(&mut self, units: &mut Self::Units, weights: &[[f64; C]; WIDTH]) {
-        set_units::<C, MOMENTS>(units, weights);
+        set_units(units, weights);
     }
 
     #[inline(always)]
@@ -94,7 +91,7 @@ impl<const C: usize> WeightTally<C> for LinearBoard<u128, u64, C> {
         let mut rounding = [0; C];
         let mut channels = rounding.iter_mut();
         let units = scores.map(|score| {
-            let (units, other) = dithered::<MOMENTS>(score, &mut rng);
+            let (units, other) = dithered(score, &mut rng);
             *channels.next().expect("one for each channel") = (other * SLOPE_UNITS as f64) as i64;
             units as u64
         });

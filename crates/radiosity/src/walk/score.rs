@@ -2,7 +2,7 @@
 //!
 //! A shooting walk scores on the faces it meets; a gathering walk on the face it was born on, by the
 //! emittances it meets; in each of C channels. Scores are whole numbers of units: hits for grey analog shooting,
-//! else 2⁻⁴⁰ of the largest single score (2⁻²⁴ where fourth powers are summed, which would not fit otherwise).
+//! else 2⁻⁴⁰ of the largest single score.
 
 use super::estimator::Event;
 use super::spots::BasisSample;
@@ -14,11 +14,8 @@ use crate::simd::isa::{Isa, Simd};
 use crate::tally::{Scoreboard, Word, rounded};
 use crate::trace::ray::{Hits, Rays};
 
-/// Units of fixed-point scores in the largest single score, for boards of `moments` power sums.
-pub(crate) const fn fixed_units(moments: usize) -> f64 {
-    let bits = if moments <= 2 { 40 } else { 24 };
-    (1_u64 << bits) as f64
-}
+/// Units of fixed-point scores in the largest single score.
+pub(crate) const FIXED_UNITS: f64 = (1_u64 << 40) as f64;
 
 /// Scores the events of a batch of walks, C channels at a time.
 pub(crate) trait Scorer<const C: usize> {
@@ -85,7 +82,7 @@ pub(crate) trait WeightTally<const C: usize> {
     fn expect_faces(&self, faces: &[u32]);
 }
 
-impl<const M: usize> HitTally for Scoreboard<u64, (), 1, M> {
+impl HitTally for Scoreboard<u64, (), 1> {
     type Sample = ();
 
     #[inline(always)]
@@ -99,7 +96,7 @@ impl<const M: usize> HitTally for Scoreboard<u64, (), 1, M> {
     }
 }
 
-impl<const C: usize, const M: usize> WeightTally<C> for Scoreboard<u128, u64, C, M> {
+impl<const C: usize> WeightTally<C> for Scoreboard<u128, u64, C> {
     type Sample = ();
     type Mark = [u64; C];
 
@@ -108,7 +105,7 @@ impl<const C: usize, const M: usize> WeightTally<C> for Scoreboard<u128, u64, C,
 
     #[inline(always)]
     fn set_units(&mut self, units: &mut Self::Units, weights: &[[f64; C]; WIDTH]) {
-        set_units::<C, M>(units, weights);
+        set_units::<C>(units, weights);
     }
 
     #[inline(always)]
@@ -143,7 +140,7 @@ impl<const C: usize, const M: usize> WeightTally<C> for Scoreboard<u128, u64, C,
 
     #[inline(always)]
     fn add_gathered(&mut self, birth: u32, scores: [f64; C], (): (), mut rng: WalkRng) {
-        self.add(birth, scores.map(|score| dithered::<M>(score, &mut rng).0));
+        self.add(birth, scores.map(|score| dithered(score, &mut rng).0));
     }
 
     #[inline(always)]
@@ -222,23 +219,20 @@ impl<B: HitTally> Scorer<1> for ShootHits<'_, B> {
     }
 }
 
-/// Weights in units of boards of M power sums, rounded.
+/// Weights in units, rounded.
 #[inline(always)]
-pub(super) fn set_units<const C: usize, const M: usize>(
-    units: &mut [[u64; C]; WIDTH],
-    weights: &[[f64; C]; WIDTH],
-) {
+pub(super) fn set_units<const C: usize>(units: &mut [[u64; C]; WIDTH], weights: &[[f64; C]; WIDTH]) {
     for (units, weight) in units.as_flattened_mut().iter_mut().zip(weights.as_flattened()) {
-        *units = rounded(weight * fixed_units(M));
+        *units = rounded(weight * FIXED_UNITS);
     }
 }
 
 /// A score of a walk in whole units: rounded to a neighbouring one at random, without bias. An emitter may be
 /// 10⁻¹² of another, and its light must not vanish. Returns the other uniform number of the draw, too.
 #[inline(always)]
-pub(super) fn dithered<const M: usize>(score: f64, rng: &mut WalkRng) -> (u128, f64) {
+pub(super) fn dithered(score: f64, rng: &mut WalkRng) -> (u128, f64) {
     let [dither, other] = rng.pair();
-    (u128::from_units(score * fixed_units(M) + dither), other)
+    (u128::from_units(score * FIXED_UNITS + dither), other)
 }
 
 /// The face that a gathering walk was born on, and what the walk has gathered.
@@ -320,18 +314,18 @@ impl<B: WeightTally<C>, const C: usize> Scorer<C> for Gather<'_, B, C> {
 pub(crate) const RELATED: usize = 4;
 
 /// Collision, absorption and survival shooting of the same grey walks, in hits.
-pub(crate) struct ShootRelated<'a, const M: usize> {
-    board: &'a mut Scoreboard<u64, (), RELATED, M>,
+pub(crate) struct ShootRelated<'a> {
+    board: &'a mut Scoreboard<u64, (), RELATED>,
     paths: Vec<Path<[u64; RELATED]>>,
 }
 
-impl<'a, const M: usize> ShootRelated<'a, M> {
-    pub(crate) fn new(board: &'a mut Scoreboard<u64, (), RELATED, M>) -> Self {
+impl<'a> ShootRelated<'a> {
+    pub(crate) fn new(board: &'a mut Scoreboard<u64, (), RELATED>) -> Self {
         ShootRelated { board, paths: empty_paths() }
     }
 }
 
-impl<const M: usize> Scorer<1> for ShootRelated<'_, M> {
+impl Scorer<1> for ShootRelated<'_> {
     fn begin(&mut self, lane: usize, _: u32) {
         self.paths[lane].clear();
     }
@@ -352,20 +346,20 @@ impl<const M: usize> Scorer<1> for ShootRelated<'_, M> {
 }
 
 /// Collision, absorption and survival gathering of the same grey walks.
-pub(crate) struct GatherRelated<'a, const M: usize> {
-    board: &'a mut Scoreboard<u128, u64, RELATED, M>,
+pub(crate) struct GatherRelated<'a> {
+    board: &'a mut Scoreboard<u128, u64, RELATED>,
     /// What an arrival, a death, a survival on each face is worth, over the largest of all these values.
     values: &'a [[f64; 3]],
     gathered: [Gathered<3>; WIDTH],
 }
 
-impl<'a, const M: usize> GatherRelated<'a, M> {
-    pub(crate) fn new(board: &'a mut Scoreboard<u128, u64, RELATED, M>, values: &'a [[f64; 3]]) -> Self {
+impl<'a> GatherRelated<'a> {
+    pub(crate) fn new(board: &'a mut Scoreboard<u128, u64, RELATED>, values: &'a [[f64; 3]]) -> Self {
         GatherRelated { board, values, gathered: [Gathered::default(); WIDTH] }
     }
 }
 
-impl<const M: usize> Scorer<1> for GatherRelated<'_, M> {
+impl Scorer<1> for GatherRelated<'_> {
     fn begin(&mut self, lane: usize, birth: u32) {
         self.gathered[lane] = Gathered { birth, scores: [0.0; 3] };
         self.board.count(birth);
@@ -382,7 +376,7 @@ impl<const M: usize> Scorer<1> for GatherRelated<'_, M> {
     fn end(&mut self, lane: usize, mut rng: WalkRng) {
         let Gathered { birth, scores } = self.gathered[lane];
         if scores[0] > 0.0 {
-            let [collision, absorption, survival] = scores.map(|score| dithered::<M>(score, &mut rng).0);
+            let [collision, absorption, survival] = scores.map(|score| dithered(score, &mut rng).0);
             self.board.add(birth, [collision, absorption, survival, absorption + survival]);
         }
     }

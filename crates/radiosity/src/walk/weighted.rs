@@ -1,7 +1,7 @@
 //! Scores of weighted walks: the weights of C channels at each event, in fixed point.
 
 use super::estimator::Event;
-use super::score::{Scorer, WeightTally, dithered, fixed_units};
+use super::score::{FIXED_UNITS, Scorer, WeightTally, dithered};
 use super::spots::BasisSample;
 use super::visits::{Earlier, SEARCHED, VisitRecord, Visits};
 use crate::random::rng::WalkRng;
@@ -10,9 +10,6 @@ use crate::simd::batch::{Decisions, Lanes, WIDTH, WORD};
 use crate::simd::isa::{Isa, Kernel, Simd};
 use crate::tally::{ColouredBoard, ColouredVisits};
 use crate::trace::ray::Hits;
-
-/// Power sums of a score in three channels.
-const MOMENTS: usize = 2;
 
 impl WeightTally<3> for ColouredBoard {
     type Sample = ();
@@ -23,7 +20,7 @@ impl WeightTally<3> for ColouredBoard {
 
     #[inline(always)]
     fn set_units(&mut self, units: &mut Self::Units, weights: &[[f64; 3]; WIDTH]) {
-        self.set_visits(units, weights, fixed_units(MOMENTS));
+        self.set_visits(units, weights, FIXED_UNITS);
     }
 
     #[inline(always)]
@@ -58,7 +55,7 @@ impl WeightTally<3> for ColouredBoard {
 
     #[inline(always)]
     fn add_gathered(&mut self, birth: u32, scores: [f64; 3], (): (), mut rng: WalkRng) {
-        self.add_more(birth, [0; 3], scores.map(|score| dithered::<MOMENTS>(score, &mut rng).0));
+        self.add_more(birth, [0; 3], scores.map(|score| dithered(score, &mut rng).0));
     }
 
     #[inline(always)]

@@ -186,8 +186,8 @@ pub(crate) fn variance(blocks: &[Tally], patch: usize) -> Measured {
 /// The tally of some walks.
 pub(crate) fn walk(experiment: &Experiment, seed: u64, walks: Range<u64>) -> Tally {
     let sequence = Sequence::new(seed);
-    let mut board = experiment.board::<2>();
-    let mut tally = experiment.tally::<2>();
+    let mut board = experiment.board();
+    let mut tally = experiment.tally();
     let mut next = walks.start;
     while next < walks.end {
         let end = walks.end.min(next + (1 << 20));

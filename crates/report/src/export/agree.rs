@@ -149,7 +149,7 @@ fn unknown_is_empty_by_every_method() {
     ];
     for (method, samples) in methods {
         let experiment = Experiment::new(scene.clone(), method.clone()).unwrap();
-        let (mut board, mut tally) = (experiment.board::<2>(), experiment.tally::<2>());
+        let (mut board, mut tally) = (experiment.board(), experiment.tally());
         experiment.walk(&Sequence::new(1), 0..samples, &mut board);
         board.add_to(&mut tally).unwrap();
         let estimates = Estimates::new(&experiment, &tally, 0.95);

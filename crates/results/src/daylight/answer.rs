@@ -105,7 +105,8 @@ impl<'a> DaylightAnswer<'a> {
 
     fn summary(&self) -> DaylightSummary {
         let DaylightQuestion { job, weather, dome, wanted, tolerance, ground, .. } = self.question;
-        let sum = |of: fn(&radiosity::SkyTally) -> u64| self.counted.tallies.iter().map(of).sum::<u64>();
+        let sum =
+            |of: fn(&radiosity::daylight::SkyTally) -> u64| self.counted.tallies.iter().map(of).sum::<u64>();
         DaylightSummary {
             version: env!("CARGO_PKG_VERSION").into(),
             seed: job.seed,

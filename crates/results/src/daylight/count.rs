@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
 use parallel::on_threads;
-use radiosity::{Sequence, SkyTally};
+use radiosity::{Sequence, daylight::SkyTally};
 use sky::SkyPatchCounts;
 
 use super::question::DaylightQuestion;

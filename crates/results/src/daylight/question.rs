@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use job::Job;
-use radiosity::{Coefficients, SkyPatches};
+use radiosity::{SkyPatches, daylight::Coefficients};
 use sky::{Dome, SkyUnit, Wanted, Weather, Year};
 
 use super::count::FEWEST;

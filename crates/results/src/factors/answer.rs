@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use exchange::{Balance, Factors, Smoothed, SparseFactors, Thermal, ThermalFault, smooth};
-use radiosity::FactorKind;
+use radiosity::exchange::FactorKind;
 use report::words::{counted, percent};
 use report::{FactorsSummary, OutputFolder, SmoothingSummary, ToleranceSummary, is_outside};
 

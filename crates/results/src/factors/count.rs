@@ -5,7 +5,10 @@ use std::time::Instant;
 
 use exchange::{ExchangeCounts, WalkPlan};
 use job::Budget;
-use radiosity::{ExchangeSpec, Experiment, Segment, Tally, exchange_counts};
+use radiosity::{
+    Experiment, Tally,
+    exchange::{ExchangeSpec, Segment, exchange_counts},
+};
 use report::OutputFolder;
 
 use super::counted::{COUNTS, Cost, Counted};

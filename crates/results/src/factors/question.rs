@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use exchange::{Tolerance, WalkPlan};
 use job::{Enclosure, FaceGroups, Grouping, Job, MethodTable, load_enclosure};
-use radiosity::{FactorKind, Scene};
+use radiosity::{Scene, exchange::FactorKind};
 use report::{BACK, ESCAPE};
 
 use super::fault::FactorsFault;

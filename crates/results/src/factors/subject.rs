@@ -1,7 +1,7 @@
 //! What answers need of a question: it is kept beside the counts, so that a merge needs no job.
 
 use job::Enclosure;
-use radiosity::FactorKind;
+use radiosity::exchange::FactorKind;
 use report::GroupRow;
 use serde::{Deserialize, Serialize};
 

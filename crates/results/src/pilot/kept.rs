@@ -4,7 +4,6 @@ use std::fs;
 use std::io::{self, Write as _};
 use std::sync::Arc;
 
-use judge::MOMENTS;
 use protocol::codec::{decode_serde, encode_serde, pack, unpack};
 use radiosity::{Counts, Layout, Tally};
 use report::OutputFolder;
@@ -67,7 +66,7 @@ impl PilotBooks {
     pub fn past(&self, stage: &Stage) -> Option<(Arc<Tally>, Groups)> {
         let hash = stage.hash();
         let kept = self.stages.iter().find(|kept| kept.hash == hash)?;
-        let (rows, layout) = (stage.experiment().rows(), stage.experiment().layout::<MOMENTS>());
+        let (rows, layout) = (stage.experiment().rows(), stage.experiment().layout());
         let prefix = kept.prefix.unpack(rows, layout)?;
         let group = |group: &KeptTally| group.unpack(rows, layout.without_squares());
         let groups = kept.groups.iter().map(group).collect::<Option<_>>()?;

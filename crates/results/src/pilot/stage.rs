@@ -4,9 +4,8 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use job::{Beside, Budget, Cut, Job, MethodTable, WalkKind};
-use judge::MOMENTS;
 use judge::partition::PilotTallies;
-use radiosity::{Counts, Experiment, MergeError, Scene, Sequence, Space, Tally};
+use radiosity::{Counts, Experiment, Scene, Sequence, Space, Tally, boards::MergeError};
 
 use crate::checkpoints::Identity;
 use crate::error::Error;
@@ -121,11 +120,11 @@ impl<'a> Stage<'a> {
         let parts: Vec<(usize, Range<u64>)> = (0..self.groups)
             .flat_map(|group| (0..each).step_by(PART as usize).map(move |from| part(group, from)))
             .collect();
-        let empty = experiment.tally::<MOMENTS>();
+        let empty = experiment.tally();
         let group = Tally::new(empty.patches(), empty.layout().without_squares());
         let groups: Vec<_> = (0..self.groups).map(|_| Mutex::new(group.clone())).collect();
         let all = Mutex::new(empty);
-        let boards = || (experiment.board::<MOMENTS>(), experiment.tally::<MOMENTS>());
+        let boards = || (experiment.board(), experiment.tally());
         let walked = parallel::on_threads(threads, parts.len(), boards, |(board, tally), i| {
             let (group, range) = &parts[i];
             experiment.walk(&sequence, range.clone(), board);
@@ -185,7 +184,7 @@ pub struct Groups {
 impl Groups {
     /// No group of a stage.
     pub fn none(stage: &Stage) -> Self {
-        let layout = stage.experiment.layout::<MOMENTS>().without_squares();
+        let layout = stage.experiment.layout().without_squares();
         Groups { ended: Vec::new(), sum: Tally::new(stage.experiment.rows(), layout) }
     }
 

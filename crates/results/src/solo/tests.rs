@@ -13,13 +13,13 @@ fn walked(
     overrides: &[&str],
     threads: usize,
     watch: &mut dyn FnMut(Stage) -> bool,
-) -> Option<(Kept, WalkEnding)> {
+) -> Option<(Kept, Ending)> {
     let job = job(overrides);
     let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
     walk_here(&job, experiment, threads, "test", watch).unwrap()
 }
 
-fn all(overrides: &[&str], threads: usize) -> (Kept, WalkEnding) {
+fn all(overrides: &[&str], threads: usize) -> (Kept, Ending) {
     walked(overrides, threads, &mut |_| true).unwrap()
 }
 
@@ -33,10 +33,10 @@ fn threads_come_to_what_one_board_comes_to() {
     ];
     for set in sets {
         let (one, ending) = all(set, 1);
-        assert_eq!(ending, WalkEnding::BudgetSpent);
+        assert_eq!(ending, Ending::BudgetSpent);
         let replica = Replica::new(one.experiment.clone(), &one.settings, one.settings.seed);
         let part = &one.checkpoint.book.parts[0];
-        let mut board = replica.experiment().board::<MOMENTS>();
+        let mut board = replica.experiment().board();
         let expected = replica.trace(part.first..part.first + part.walks(), &mut board).unwrap();
         assert_eq!(*one.checkpoint.tally, expected, "{set:?}");
         one.checkpoint.verify().unwrap();
@@ -51,7 +51,7 @@ fn threads_come_to_what_one_board_comes_to() {
 fn a_target_ends_the_walks_at_a_look() {
     let set = ["budget.paths=100_000_000", "target.relative_error=0.05"];
     let (one, ending) = all(&set, 1);
-    assert_eq!(ending, WalkEnding::TargetReached);
+    assert_eq!(ending, Ending::TargetReached);
     let last = *one.checkpoint.book.looks.last().unwrap();
     assert_eq!(last.walks, one.checkpoint.tally.counts.walks);
     let (four, _) = all(&set, 4);
@@ -64,7 +64,7 @@ fn a_target_ends_the_walks_at_a_look() {
 #[test]
 fn the_wall_clock_leaves_a_prefix() {
     let (kept, ending) = all(&["budget.paths=1_000_000_000_000", "budget.wall_seconds=0.3"], 2);
-    assert_eq!(ending, WalkEnding::WallClock);
+    assert_eq!(ending, Ending::WallClock);
     kept.checkpoint.verify().unwrap();
     assert!(kept.checkpoint.tally.counts.walks > 0);
 }

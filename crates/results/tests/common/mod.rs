@@ -1,13 +1,12 @@
 //! What the tests of chosen patches share.
 
-use judge::MOMENTS;
 use radiosity::{Experiment, Sequence, Tally};
 use stats::Coverage;
 
 /// The tally of some walks of a seed.
 pub fn tally(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<MOMENTS>());
-    let mut tally = experiment.tally::<MOMENTS>();
+    let (sequence, mut board) = (Sequence::new(seed), experiment.board());
+    let mut tally = experiment.tally();
     for first in (0..walks).step_by(1 << 20) {
         experiment.walk(&sequence, first..walks.min(first + (1 << 20)), &mut board);
         board.add_to(&mut tally).unwrap();

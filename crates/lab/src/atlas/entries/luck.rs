@@ -209,7 +209,7 @@ impl Brightest {
                 let brightest = estimates[..*n].iter().max_by(|a, b| a.radiosity.total_cmp(&b.radiosity));
                 holds(brightest.expect("a seed at least"))
             };
-            let mut all = experiment.tally::<2>();
+            let mut all = experiment.tally();
             tallies.iter().for_each(|tally| all.merge(tally).expect("one experiment"));
             (sweep.iter().map(best).collect::<Vec<f64>>(), holds(&of(&all)))
         });
@@ -290,7 +290,7 @@ fn twice(lab: &Lab) -> Result<StudyFinding, Failure> {
     for &times in &sweep {
         let found = lab.each_seed(runs, |seed| {
             let once = walk(&experiment, seed, walks);
-            let mut tally = experiment.tally::<2>();
+            let mut tally = experiment.tally();
             (0..times).for_each(|_| tally.merge(&once).expect("one experiment"));
             covered(&Solution::new(&experiment, &tally, CONFIDENCE), &patches, &truth)
         });

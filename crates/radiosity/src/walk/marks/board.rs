@@ -1,8 +1,9 @@
 //! Where marks are summed up: cells of eight materials, face by face, and rows of a tally for what cells have no room for.
 
 use crate::simd::prefetch::prefetch;
+use crate::tally::MOMENTS;
 use crate::tally::Word;
-use crate::walk::score::fixed_units;
+use crate::walk::score::FIXED_UNITS;
 
 /// The materials of a block: one for each byte of a word.
 pub(super) const BLOCK: usize = 8;
@@ -115,8 +116,6 @@ pub(crate) struct Marked<T, const C: usize> {
     faces: usize,
     pub(super) materials: usize,
     pub(super) blocks: usize,
-    /// Power sums of each score in a tally.
-    moments: usize,
     /// Numbers of a row in a tally.
     columns: usize,
     /// Units of a weight of 1.
@@ -133,27 +132,14 @@ pub(crate) struct Marked<T, const C: usize> {
 }
 
 impl<T: Amount, const C: usize> Marked<T, C> {
-    /// An empty board for rows of `columns` numbers, of `moments` power sums each, of which marks have the first two.
-    pub(crate) fn new([faces, materials]: [usize; 2], moments: usize, columns: usize) -> Self {
+    /// An empty board for rows of `columns` numbers.
+    pub(crate) fn new([faces, materials]: [usize; 2], columns: usize) -> Self {
         let blocks = materials.div_ceil(BLOCK);
-        let scale = if T::WEIGHTED { fixed_units(moments) } else { 1.0 };
-        // Units of squares are 2⁻⁴⁰, whatever those of scores are.
+        let scale = if T::WEIGHTED { FIXED_UNITS } else { 1.0 };
         let shift = (scale.log2() as u32).saturating_sub(20);
         let cells = vec![MaterialScores::empty(); faces * blocks];
         let rows = Vec::new();
-        Marked {
-            faces,
-            materials,
-            blocks,
-            moments,
-            columns,
-            scale,
-            shift,
-            cells,
-            largest: 0,
-            rows,
-            fits: true,
-        }
+        Marked { faces, materials, blocks, columns, scale, shift, cells, largest: 0, rows, fits: true }
     }
 
     /// Asks for the cells of faces ahead of time.
@@ -195,7 +181,7 @@ impl<T: Amount, const C: usize> Marked<T, C> {
         if self.rows.is_empty() {
             self.rows = vec![0; self.materials * self.faces * self.columns];
         }
-        let first = (material * self.faces + face) * self.columns + c * self.moments;
+        let first = (material * self.faces + face) * self.columns + c * MOMENTS;
         for (row, part) in
             self.rows[first..][..2].iter_mut().zip([Some(sum), squares.checked_shl(2 * self.shift)])
         {

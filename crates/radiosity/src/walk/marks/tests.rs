@@ -36,7 +36,7 @@ fn marks(spec: &SceneSpec, kind: EstimatorKind, count: u32, walks: u64) -> Vec<V
     let scene = Scene::build(spec, IndexChoice::Flat).unwrap();
     let experiment = Experiment::new(scene, Method::shooting(kind)).unwrap();
     let experiment = experiment.with_groups(&[], &materials(count)).unwrap();
-    let mut board = experiment.board::<2>();
+    let mut board = experiment.board();
     experiment.walk(&Sequence::new(3), 0..walks, &mut board);
     let tally = board.take().unwrap();
     let first = experiment.rows() - (count * FACES) as usize;
@@ -106,7 +106,7 @@ fn weights_of_one_are_hits() {
 /// Cells that are full are emptied into rows, and nothing is lost.
 #[test]
 fn full_cells_are_emptied() {
-    let mut board = Marked::<u32, 1>::new([2, 3], 2, 2);
+    let mut board = Marked::<u32, 1>::new([2, 3], 2);
     for _ in 0..3 {
         assert!(board.make_room(60_000));
         board.cells[1].begin(&[[0, 0, 60_000, 0, 0, 0, 0, 0]], 0);

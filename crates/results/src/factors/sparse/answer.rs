@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::io::BufWriter;
 
 use exchange::{Balance, Intervals, SparseFactors, Thermal};
-use radiosity::FactorKind;
+use radiosity::exchange::FactorKind;
 use report::words::{counted, percent};
 use report::{
     BACK, CsrKind, CsrNumbers, DroppedSummary, ESCAPE, FoamList, OutputFolder, REST, SparseSummary,

@@ -9,7 +9,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use exchange::{Intervals, SparseRow};
-use radiosity::{ExchangeRows, RowBoard, Sequence, SkyPatches};
+use radiosity::{
+    Sequence, SkyPatches,
+    exchange::{ExchangeRows, RowBoard},
+};
 use report::OutputFolder;
 
 use super::super::question::FactorsQuestion;

@@ -1,0 +1,10 @@
+//! Tests of this crate from outside, in one binary: each would link everything again.
+
+mod toy;
+
+mod coordinator;
+mod explore;
+mod late;
+mod liveness;
+mod relay;
+mod transfers;

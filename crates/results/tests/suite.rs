@@ -1,0 +1,7 @@
+//! Tests of this crate from outside, in one binary: each would link everything again.
+
+mod common;
+
+mod meshes;
+mod partition;
+mod survival;
