@@ -1,7 +1,7 @@
 //! What chosen patches leave out of the light, measured by walks that have not chosen them, and finer patches where it is much.
 
 use job::{Auto, Forecast, Job};
-use judge::partition::{Control, Finer};
+use judge::partition::{Control, Finer, Missed};
 use radiosity::{Arrival, EstimatorKind, Experiment, Sequence, Shape, Space, Walks};
 
 use crate::error::Error;
@@ -9,6 +9,10 @@ use crate::pilot::{Chosen, seed};
 
 /// The control takes one of this many parts of the walks that the patches are for …
 const SHARE: u64 = 16;
+
+/// … or one of this many, if the error of what it measures is above this part of the energy of the whole error, …
+const LARGE_SHARE: u64 = 4;
+const SHARP: f64 = 0.2;
 
 /// … but this many at least, where there are as many, and at most.
 const WALKS: [u64; 2] = [1 << 13, 1 << 18];
@@ -32,16 +36,14 @@ impl Chosen {
         let Some(mut forecast) = self.partition.forecast else { return Ok(self) };
         let foretold = forecast.discretisation * forecast.discretisation;
         // Neither the walks of a pilot nor those of a first look.
-        let mut seed_of_round = seed(seed(seed(job.seed)));
+        let mut seed_of_round = seed(seed(job.seed));
         for round in 0..=ROUNDS {
             let cells = (&self.partition.cuts[..], &self.partition.groups[..]);
             self.scene = job.scene.recut(&self.scene, cells)?;
             let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) };
             let experiment = Experiment::new(self.scene.clone(), walks)?;
-            let least = WALKS[0].min(forecast.for_paths);
-            let control = Control::new(&experiment, (forecast.for_paths / SHARE).clamp(least, WALKS[1]));
-            let groups = walked(&control, &Sequence::new(seed_of_round), (&mut forecast, threads));
-            let Some(missed) = control.missed(&groups, forecast.linear) else { break };
+            let measured = measure(&experiment, foretold, &mut seed_of_round, (&mut forecast, threads));
+            let (control, groups, Some(missed)) = measured else { break };
             forecast.discretisation = missed.with(foretold).sqrt();
             let excess = missed.part - foretold;
             if round == ROUNDS || !forecast.linear || excess < SURE * missed.error {
@@ -56,10 +58,34 @@ impl Chosen {
             }
             forecast.noise = (forecast.noise * forecast.noise + noise).sqrt();
             (self.partition.cuts, self.partition.groups) = (cuts, groups);
-            seed_of_round = seed(seed_of_round);
         }
         self.partition.forecast = Some(forecast);
         Ok(self)
+    }
+}
+
+/// A control, the arrivals of its groups, and what it measures; by more walks where these are too few to know it. Each has a seed of its own, so that
+/// what few walks happen to find does not bend what is told.
+fn measure<'a>(
+    experiment: &'a Experiment,
+    foretold: f64,
+    last_seed: &mut u64,
+    (forecast, threads): (&mut Forecast, usize),
+) -> (Control<'a>, Vec<Vec<Arrival>>, Option<Missed>) {
+    let least = WALKS[0].min(forecast.for_paths);
+    let [few, many] = [SHARE, LARGE_SHARE].map(|share| (forecast.for_paths / share).clamp(least, WALKS[1]));
+    let noise = forecast.noise * forecast.noise;
+    let mut with = |walks: u64| {
+        *last_seed = seed(*last_seed);
+        let control = Control::new(experiment, walks);
+        let groups = walked(&control, &Sequence::new(*last_seed), (&mut *forecast, threads));
+        let missed = control.missed(&groups, forecast.linear);
+        (control, groups, missed)
+    };
+    let is_sharp = |missed: Missed| missed.error <= SHARP * (noise + missed.part.max(foretold));
+    match with(few) {
+        (.., Some(missed)) if !is_sharp(missed) && few < many => with(many),
+        measured => measured,
     }
 }
 

@@ -5,8 +5,8 @@
 //! path of reflections joins the point to an emitter. Every ray goes from a point to a point, so that no path passes a wall which it
 //! does not pass in a walk: *lit* is a proof (but for rounding). *Dark* is evidence: paths from a point try emitters, places known to be lit,
 //! and the points beside those that they meet; points that see each other are joined into groups, and a group is dark if none of its paths has
-//! found light. If one path in q finds light, n paths overlook it with probability (1 − 1/q)ⁿ; n is 7 for each point of a group at
-//! least, and [`PATHS`] for all points together. The part of a face is that of its points, an unbiased estimate, so that the
+//! found light. If one path in q finds light, n paths overlook it with probability (1 − 1/q)ⁿ. A group has no more than 1/q of the light of what its paths would
+//! find, and [`PATHS_PER_GROUP`] are enough to find a thousandth, a tenth of the floor of a headline. The part of a face is that of its points, an unbiased estimate, so that the
 //! area over many faces is right even where a sliver of one is overlooked.
 
 use std::collections::HashMap;
@@ -31,7 +31,10 @@ const POINTS: usize = 1 << 14;
 /// The most points of a face.
 const POINTS_PER_FACE: usize = 64;
 
-/// The paths that all dark points may start, beside [`PATHS_PER_POINT`] of each.
+/// The paths that a group of dark points starts: one that finds no more than a thousandth of the light overlooks it once in 60 times.
+const PATHS_PER_GROUP: usize = 1 << 12;
+
+/// The most paths of all groups together, where these are many: so many, or 7 of each point.
 const PATHS: usize = 1 << 16;
 const PATHS_PER_POINT: usize = 7;
 
@@ -402,19 +405,20 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Searches until every point is lit or has started its paths; returns those that are dark.
+    /// Searches until every point is lit or its group has started enough paths; returns the points that are dark.
     fn run(&mut self, mut lit_places: Vec<Point>) -> Vec<u32> {
         let from_light = lit_places.len();
         let all = self.lit.len() as u32;
         let most = PATHS.max(PATHS_PER_POINT * all as usize);
         let mut dark: Vec<u32> = (0..all).collect();
-        let (mut spent, mut each) = (0, 1);
-        while !dark.is_empty() && spent < most {
-            each = each.min((most - spent).div_ceil(dark.len()));
-            for _ in 0..each {
-                self.follow(&dark, &lit_places);
+        let (mut begun, mut spent, mut each) = (vec![0; all as usize], 0, 1);
+        while spent < most {
+            let starts = self.starts(&dark, &mut begun, each.min((most - spent).div_ceil(dark.len().max(1))));
+            if starts.is_empty() {
+                break;
             }
-            spent += each * dark.len();
+            self.follow(&starts, &lit_places);
+            spent += starts.len();
             each *= 2;
             self.light_what_waits();
             dark.retain(|&point| !self.is_lit(point));
@@ -424,6 +428,24 @@ impl Search<'_> {
             lit_places.extend(shining.iter().map(|&point| self.paths.points[point as usize]));
         }
         dark
+    }
+
+    /// The starts of a round: of each dark point as many paths as its group still lacks of [`PATHS_PER_GROUP`], and at most `each`. `begun` counts the
+    /// paths of each point.
+    fn starts(&mut self, dark: &[u32], begun: &mut [usize], each: usize) -> Vec<u32> {
+        let mut of_group: HashMap<u32, [usize; 2]> = HashMap::new();
+        for &point in dark {
+            let [points, paths] = of_group.entry(self.joined.root(point)).or_default();
+            (*points, *paths) = (*points + 1, *paths + begun[point as usize]);
+        }
+        let mut starts = Vec::new();
+        for &point in dark {
+            let [points, paths] = of_group[&self.joined.root(point)];
+            let lacking = PATHS_PER_GROUP.saturating_sub(paths).div_ceil(points).min(each);
+            begun[point as usize] += lacking;
+            starts.extend(std::iter::repeat_n(point, lacking));
+        }
+        starts
     }
 
     /// Follows a path from each of these points.
