@@ -70,7 +70,7 @@ fn coaxial_discs_have_the_factor_of_the_catalogue() {
     let [lower, upper] = [(0.0, true), (1.0, false)].map(|(z, up)| polygon(96, z, 1.0, up));
     let spec = painted(lower.into_iter().chain(upper), 0.0, 1.0);
     let discs = Grouped::new(&spec, |_, surface| surface / 96);
-    let counts = discs.count(FactorKind::FirstHit, 2, 0, 1 << 20);
+    let counts = discs.count(FactorKind::FirstHit, 2, 0, 3 << 18);
     let s = 3.0_f64;
     let truth = 0.5 * (s - (s * s - 4.0).sqrt());
     for (i, j) in [(0, 1), (1, 0)] {

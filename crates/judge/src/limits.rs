@@ -143,48 +143,52 @@ mod tests {
             .or_else(|| limits.breach_of_sums(&tally.counts, tally.layout(), sums))
     }
 
+    const METHODS: [&str; 22] = [
+        "walk=shooting estimator=absorption",
+        "walk=shooting estimator=survival",
+        "walk=shooting estimator=collision",
+        "walk=shooting estimator=collision space=continuous",
+        "walk=shooting estimator=infinite",
+        "walk=shooting estimator=infinite infinite.end=cutoff",
+        "walk=shooting estimator=infinite infinite.end=length infinite.length=20",
+        "walk=shooting estimator=direct",
+        "walk=shooting mix=true",
+        "walk=gathering estimator=absorption",
+        "walk=gathering estimator=survival",
+        "walk=gathering estimator=collision",
+        "walk=gathering estimator=infinite",
+        "walk=gathering mix=true",
+        "walk=shooting basis=linear",
+        "walk=shooting basis=linear estimator=infinite",
+        "walk=gathering basis=linear",
+        "walk=shooting basis=linear sampler=sobol",
+        "walk=shooting sampler=sobol",
+        "walk=jacobi",
+        "walk=jacobi jacobi.solve=iterations",
+        "walk=jacobi final_gather=[3,4]",
+    ];
+
     /// If an honest worker broke a limit, every job of that kind would end.
     #[test]
     fn walks_of_every_kind_keep_the_limits() {
-        let mut tried = 0;
-        for file in ["cube54", "cube6-r90", "cornell", "furnace", "two-rooms"] {
-            for method in [
-                "walk=shooting estimator=absorption",
-                "walk=shooting estimator=survival",
-                "walk=shooting estimator=collision",
-                "walk=shooting estimator=collision space=continuous",
-                "walk=shooting estimator=infinite",
-                "walk=shooting estimator=infinite infinite.end=cutoff",
-                "walk=shooting estimator=infinite infinite.end=length infinite.length=20",
-                "walk=shooting estimator=direct",
-                "walk=shooting mix=true",
-                "walk=gathering estimator=absorption",
-                "walk=gathering estimator=survival",
-                "walk=gathering estimator=collision",
-                "walk=gathering estimator=infinite",
-                "walk=gathering mix=true",
-                "walk=shooting basis=linear",
-                "walk=shooting basis=linear estimator=infinite",
-                "walk=gathering basis=linear",
-                "walk=shooting basis=linear sampler=sobol",
-                "walk=shooting sampler=sobol",
-                "walk=jacobi",
-                "walk=jacobi jacobi.solve=iterations",
-                "walk=jacobi final_gather=[3,4]",
-            ] {
-                let set = method.split(' ').map(|set| format!("method.{set}"));
-                let set: Vec<String> = set.chain(["budget.paths=100000".into()]).collect();
-                let path = format!("{}/../../configs/{file}.toml", env!("CARGO_MANIFEST_DIR"));
-                // Some methods do not fit some scenes.
-                let Ok(job) = job::load(path.as_ref(), &set) else { continue };
-                let Ok(scene) = job.build_scene() else { continue };
-                if Experiment::new(scene, job.method.walks()).is_err() {
-                    continue;
-                }
-                tried += 1;
-                assert_eq!(breach(&job), None, "{file}: {method}");
+        let files = ["cube54", "cube6-r90", "cornell", "furnace", "two-rooms"];
+        let jobs: Vec<_> =
+            files.iter().flat_map(|file| METHODS.iter().map(move |method| (*file, *method))).collect();
+        let tried = parallel::on_all_cores(jobs.len(), |i| {
+            let (file, method) = jobs[i];
+            let set = method.split(' ').map(|set| format!("method.{set}"));
+            let set: Vec<String> = set.chain(["budget.paths=50000".into()]).collect();
+            let path = format!("{}/../../configs/{file}.toml", env!("CARGO_MANIFEST_DIR"));
+            // Some methods do not fit some scenes.
+            let Ok(job) = job::load(path.as_ref(), &set) else { return false };
+            let Ok(scene) = job.build_scene() else { return false };
+            if Experiment::new(scene, job.method.walks()).is_err() {
+                return false;
             }
-        }
+            assert_eq!(breach(&job), None, "{file}: {method}");
+            true
+        });
+        let tried = tried.iter().filter(|&&tried| tried).count();
         assert!(tried > 60, "{tried} jobs");
     }
 }

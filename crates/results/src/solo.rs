@@ -300,6 +300,3 @@ fn thread_seconds() -> f64 {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
-
-#[cfg(test)]
-mod tests;

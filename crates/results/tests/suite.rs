@@ -4,4 +4,5 @@ mod common;
 
 mod meshes;
 mod partition;
+mod solo;
 mod survival;

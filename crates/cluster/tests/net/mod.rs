@@ -228,7 +228,7 @@ pub fn assert_done(run: &Run, paths: u64) {
 /// Work whose results are far larger than what sockets hold: every walk scores a large number everywhere.
 pub struct Bulky;
 
-pub const BULK: usize = 200_000;
+pub const BULK: usize = 50_000;
 pub const SINGLE: Layout = Layout { scores: 1, moments: 1, slopes: 0, events: false };
 
 pub fn bulky(walks: u64) -> Tally {

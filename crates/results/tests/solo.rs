@@ -1,6 +1,10 @@
+//! A job that threads of one process walk: its tally is that of the cluster's walks, whatever the threads are.
+
 use std::path::Path;
 
-use super::*;
+use job::Job;
+use radiosity::Experiment;
+use results::{Ending, Kept, Replica, Stage, walk_here};
 
 /// The job of a cube in memory.
 fn job(overrides: &[&str]) -> Job {
