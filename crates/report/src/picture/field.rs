@@ -125,7 +125,8 @@ impl Field {
         let by_lamps = even_lamps(&by_lamps, &links);
         let straight = pixels.iter().map(|pixel| pixel.direct);
         let noisy = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light);
-        let irradiance = noisy.zip(straight).map(|(noisy, straight)| noisy + straight).collect();
+        let irradiance =
+            noisy.zip(straight).map(|(noisy, straight)| noisy.max(Vec3::ZERO) + straight).collect();
         Field { size, pixels, irradiance }
     }
 

@@ -29,11 +29,10 @@ const LEAST_RANGE: f32 = 5e-3;
 /// Slopes of light are told over this many pixels on both sides, as a power of 2.
 const SLOPE: usize = 2;
 
-/// What light of another pixel is multiplied by at most to make up for a slope.
-const MOST_GAIN: f32 = 2.0;
+/// Passes that even out what surrounds points: a reach with the noise of the rays of its pixel would be small where these happened to meet light nearby.
+const REACH_PASSES: usize = 3;
 
-/// The filter of a pass, a cubic B-spline: the middle, and what is one step and two steps away.
-const MIDDLE: f32 = 0.375;
+/// The filter of a pass, a cubic B-spline: what is one step and two steps away. The pixel keeps the rest of its light.
 const ASIDE: [f32; 2] = [0.25, 1.0 / 16.0];
 
 /// Distances between pixels that are linked: powers of 2.
@@ -55,6 +54,20 @@ struct Off {
     /// Of [`AXES`].
     axis: usize,
     pixels: f32,
+}
+
+/// What a pixel takes from another.
+#[derive(Clone, Copy)]
+struct Taken {
+    weight: f32,
+    /// What is added to the light of the other pixel to be that of the pixel.
+    shift: Vec3,
+}
+
+impl Taken {
+    fn as_it_is(weight: f32) -> Self {
+        Taken { weight, shift: Vec3::ZERO }
+    }
 }
 
 impl Links {
@@ -109,12 +122,13 @@ impl Links {
     }
 
     /// What a pass makes of light, along rows and then along columns. `weights` are those of the pixels before and behind a pixel,
-    /// as far as there are, and what their light is multiplied by.
+    /// as far as there are, and what is added to their light. What a pixel does not take from others it keeps: where two take alike from each other,
+    /// all pixels together have as much light after a pass as before. Weights that are divided by their sum would take light from pixels that others take little from.
     fn filtered(
         &self,
         light: &[Noisy],
         pass: usize,
-        weights: impl Fn(usize, [Option<usize>; 2], Off) -> [[f32; 2]; 2] + Sync,
+        weights: impl Fn(usize, [Option<usize>; 2], Off) -> [Taken; 2] + Sync,
     ) -> Vec<Noisy> {
         let along_rows = self.filtered_along(0, light, pass, &weights);
         self.filtered_along(1, &along_rows, pass, &weights)
@@ -126,13 +140,12 @@ impl Links {
         axis: usize,
         light: &[Noisy],
         pass: usize,
-        weights: &(impl Fn(usize, [Option<usize>; 2], Off) -> [[f32; 2]; 2] + Sync),
+        weights: &(impl Fn(usize, [Option<usize>; 2], Off) -> [Taken; 2] + Sync),
     ) -> Vec<Noisy> {
         let [width, height] = self.size;
         let pixel = |own: usize| {
             let middle = &light[own];
-            let (mut sum, mut all) = (middle.light * MIDDLE, MIDDLE);
-            let mut variance = MIDDLE * MIDDLE * middle.variance;
+            let (mut sum, mut variance, mut kept) = (Vec3::ZERO, 0.0, 1.0);
             for (further, part) in ASIDE.into_iter().enumerate() {
                 let k = pass + further;
                 let others = [self.behind(own, axis, k), self.ahead(own, axis, k)];
@@ -140,15 +153,15 @@ impl Links {
                     continue;
                 }
                 let weights = weights(own, others, Off { axis, pixels: (1 << k) as f32 });
-                for (other, [weight, gain]) in others.into_iter().zip(weights) {
+                for (other, Taken { weight, shift }) in others.into_iter().zip(weights) {
                     let Some(other) = other.map(|other| &light[other]) else { continue };
                     let weight = weight * part;
-                    sum += other.light * (weight * gain);
-                    all += weight;
+                    sum += (other.light + shift) * weight;
+                    kept -= weight;
                     variance += weight * weight * other.variance;
                 }
             }
-            Noisy { light: sum / all, variance: variance / (all * all) }
+            Noisy { light: sum + kept * middle.light, variance: variance + kept * kept * middle.variance }
         };
         let row = |y: usize| (y * width..(y + 1) * width).map(pixel).collect::<Vec<Noisy>>();
         on_all_cores(height, row).concat()
@@ -156,14 +169,14 @@ impl Links {
 
     /// A pass whose weights are 1.
     fn evened(&self, light: &[Noisy], pass: usize) -> Vec<Noisy> {
-        self.filtered(light, pass, |_, _, _| [[1.0; 2]; 2])
+        self.filtered(light, pass, |_, _, _| [Taken::as_it_is(1.0); 2])
     }
 }
 
 /// Replaces the inverse reach of every pixel by the mean of those around, so that it is not noise.
 pub(super) fn even_reach(pixels: &mut [Seen], links: &Links) {
     let near = pixels.iter().map(|pixel| Noisy { light: Vec3::splat(1.0 / pixel.reach), variance: 0.0 });
-    let near = links.evened(&near.collect::<Vec<_>>(), 0);
+    let near = (0..REACH_PASSES).fold(near.collect(), |near: Vec<Noisy>, pass| links.evened(&near, pass));
     pixels.iter_mut().zip(near).for_each(|(pixel, near)| pixel.reach = 1.0 / near.light.x);
 }
 
@@ -177,9 +190,9 @@ pub(super) fn even_gathered(pixels: &[Seen], light: Vec<Noisy>, links: &Links, s
     };
     let weights = |pass: usize| {
         move |own: usize, others: [Option<usize>; 2], _: Off| match others {
-            [Some(behind), Some(ahead)] => [[weight(own, behind).min(weight(own, ahead)), 1.0]; 2],
-            _ if pass >= FIRST_IN_PAIRS => [[0.0; 2]; 2],
-            _ => others.map(|other| [other.map_or(0.0, |other| weight(own, other)), 1.0]),
+            [Some(behind), Some(ahead)] => [Taken::as_it_is(weight(own, behind).min(weight(own, ahead))); 2],
+            _ if pass >= FIRST_IN_PAIRS => [Taken::as_it_is(0.0); 2],
+            _ => others.map(|other| Taken::as_it_is(other.map_or(0.0, |other| weight(own, other)))),
         }
     };
     let pass = |light: Vec<Noisy>, pass: usize| {
@@ -203,8 +216,8 @@ fn even_by(guide: &Guide, light: &[Noisy], links: &Links) -> Vec<Noisy> {
         links.filtered(light, pass, |own, [behind, ahead], off| {
             let back = Off { pixels: -off.pixels, ..off };
             [(behind, back), (ahead, off)].map(|(other, off)| match other {
-                Some(other) => guide.weight(own, other, off),
-                None => [0.0; 2],
+                Some(other) => guide.taken(own, other, off),
+                None => Taken::as_it_is(0.0),
             })
         })
     };
@@ -219,12 +232,13 @@ struct Guide {
 /// What is foretold of a pixel.
 #[derive(Clone, Copy)]
 struct Foretold {
-    /// The mean of the channels.
+    /// The mean of the channels, and the channels over it.
     light: f32,
-    /// What that changes by from one pixel to the next, along rows and columns.
+    colour: Vec3,
+    /// What the mean changes by from one pixel to the next, along rows and columns.
     slopes: [f32; 2],
-    /// Over the square of a difference that is noise.
-    scale: f32,
+    /// The square of a difference that is noise.
+    noise: f32,
 }
 
 impl Guide {
@@ -237,7 +251,8 @@ impl Guide {
         let foretold = |(of, spread): (&Noisy, &Noisy)| {
             let light = mean(of.light);
             let noise = RANGE * RANGE * spread.light.x + (LEAST_RANGE * light).powi(2);
-            Foretold { light, slopes: [0.0; 2], scale: 1.0 / (noise + f32::MIN_POSITIVE) }
+            let colour = if light > 0.0 { of.light / light } else { Vec3::ONE };
+            Foretold { light, colour, slopes: [0.0; 2], noise: noise + f32::MIN_POSITIVE }
         };
         Guide { of: light.iter().zip(&spread).map(foretold).collect() }
     }
@@ -259,16 +274,14 @@ impl Guide {
         Guide { of: self.of.iter().enumerate().map(foretold).collect() }
     }
 
-    /// The weight of another pixel, so far from a pixel, and what its light is multiplied by to be that of the pixel.
-    fn weight(&self, own: usize, other: usize, off: Off) -> [f32; 2] {
+    /// What a pixel takes from another one so far away, the slope between them made up for: as much as that one takes from it.
+    fn taken(&self, own: usize, other: usize, off: Off) -> Taken {
         let (own, other) = (&self.of[own], &self.of[other]);
-        let foretold = own.light + own.slopes[off.axis] * off.pixels;
-        let difference = foretold - other.light;
+        let rise = 0.5 * (own.slopes[off.axis] + other.slopes[off.axis]) * off.pixels;
+        let difference = own.light + rise - other.light;
         // Near exp(−x), the same on every platform.
-        let weight = (1.0 - difference * difference * own.scale / 8.0).max(0.0).powi(8);
-        let gain =
-            if foretold > 0.0 { (own.light / foretold).clamp(1.0 / MOST_GAIN, MOST_GAIN) } else { 1.0 };
-        [weight, gain]
+        let weight = (1.0 - difference * difference / (4.0 * (own.noise + other.noise))).max(0.0).powi(8);
+        Taken { weight, shift: -0.5 * rise * (own.colour + other.colour) }
     }
 }
 
@@ -308,6 +321,29 @@ mod tests {
         let off = |column: usize| (filtered[24 * 64 + column].light.x - light(column)).abs();
         assert!(off(39) < 0.06 && off(34) < 0.03 && off(20) < 2e-3, "{} {} {}", off(39), off(34), off(20));
         assert!((filtered[24 * 64 + 41].light.x - 0.3).abs() < 1e-6);
+    }
+
+    /// Noise of few bright pixels, as light seen between two edges has: where they have less around them than others, and where light
+    /// rises, the filters leave as much light as there was, for the first within what its passes in pairs lose at the edges of the picture.
+    #[test]
+    fn filters_keep_the_light() {
+        let (mut pixels, links) = corner();
+        let is_bright = |pixel: usize| (pixel as u32).wrapping_mul(0x9E37_79B9) >> 27 == 0;
+        let light: Vec<Noisy> = (0..pixels.len())
+            .map(|pixel| {
+                let light = (1.0 + 0.02 * (pixel % 64) as f32) * if is_bright(pixel) { 9.0 } else { 0.75 };
+                Noisy { light: Vec3::new(light, 0.8 * light, 0.6 * light), variance: 0.1 * light * light }
+            })
+            .collect();
+        for (number, pixel) in pixels.iter_mut().enumerate() {
+            pixel.reach = if is_bright(number) { 8.0 } else { 60.0 };
+        }
+        let sum = |light: &[Noisy]| light.iter().map(|of| f64::from(mean(of.light))).sum::<f64>();
+        let by_lamps = sum(&even_lamps(&light, &links)) / sum(&light);
+        assert!((by_lamps - 1.0).abs() < 1e-4, "{by_lamps}");
+        let gathered = even_gathered(&pixels, light.clone(), &links, &vec![32; pixels.len()]);
+        let gathered = sum(&gathered) / sum(&light);
+        assert!((gathered - 1.0).abs() < 0.01, "{gathered}");
     }
 
     /// Links end at the edges of the picture and of surfaces, along all axes.
