@@ -22,7 +22,7 @@ DETAIL = (400, 250)
 
 HEAD = """# Pictures against a path tracer
 
-`scripts/pictures.sh` writes this page ({version}, Mitsuba 3 on Embree and LLVM with AVX-512, Intel Open Image Denoise). Both draw what is in `summary.json`'s
+`scripts/pictures.sh` writes this page ({version}, Mitsuba 3 on Embree and LLVM with {vectors}, Intel Open Image Denoise). Both draw what is in `summary.json`'s
 `picture`: the same surfaces, materials and camera. Rooms from archives are fetched by whoever measures, and none is part of this project.
 
 Relative squared errors are of means over 5 × 5 pixels, of those without a lamp or a black surface in them: products of the differences from two independent halves of
@@ -60,8 +60,11 @@ def main():
         if (args.page.parent / f"pictures-{name}.png").exists():
             samples = found["equal_samples"]
             details += f"\n## {name}\n\n![The same detail three times](pictures-{name}.png)\n\nradwalk; the path tracer at equal time ({samples} samples a pixel); the same, denoised.\n"
-    args.page.write_text(HEAD.format(version=version) + rows + details + pages(args.folder / "pages" / "pages.json"))
+    vectors = "AVX-512" if "avx512f" in Path("/proc/cpuinfo").read_text() else "AVX2"
+    args.page.write_text(HEAD.format(version=version, vectors=vectors) + rows + details + pages(args.folder / "pages" / "pages.json") + by_hand(args.page))
 
+
+BY_HAND = "\n## Light that filters took\n"
 
 PAGES = """
 ## Pages
@@ -81,6 +84,12 @@ def pages(path):
     of = "| {patches:,} | {megabytes:.1f} MB | {seconds:.1f} s | {processor:.1f} s | {memory:.0f} MB |\n"
     rows = [of.format(megabytes=page["bytes"] / 1e6, **page) for page in found if page["ready"] == "yes" and "…" in page["told"]]
     return PAGES + "".join(rows) if rows else ""
+
+
+def by_hand(page):
+    """The last section of the page as it is, which is written by hand."""
+    before, mark, section = page.read_text().partition(BY_HAND) if page.exists() else ("", "", "")
+    return mark + section
 
 
 def row(name, found):

@@ -182,6 +182,8 @@ fn lamps_are_dimmed_on_planes() {
     let (code, stdout, stderr) = run(&["audit", mixed.to_str().unwrap()]);
     assert_eq!(code, 0, "{stdout}{stderr}");
     assert!(std::fs::read_to_string(out.join("planes.svg")).unwrap().contains("desk: "));
+    let map = std::fs::read(out.join("planes.png")).unwrap();
+    assert!(map.starts_with(b"\x89PNG"), "a picture of the same");
 }
 
 #[test]

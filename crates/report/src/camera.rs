@@ -212,6 +212,18 @@ impl Camera {
         lit.map(|(d, sight)| self.footprint(&sight, d) * sight.cosine.sqrt().sqrt()).sum()
     }
 
+    /// The part of the pixels with something in sight whose sight is not lit.
+    fn dark_part(&self, scene: &Scene, lit: impl Fn(u32) -> bool) -> f64 {
+        let [width, height] = self.size;
+        let middles = (0..height).flat_map(|y| (0..width).map(move |x| [x, y].map(|k| f64::from(k) + 0.5)));
+        let (mut seen, mut dark) = (0, 0);
+        self.each_sight(scene, &middles.collect::<Vec<_>>(), |_, sight| {
+            seen += 1;
+            dark += u32::from(!lit(sight.piece));
+        });
+        f64::from(dark) / f64::from(seen.max(1))
+    }
+
     /// The area that one pixel covers [m²]: with d the distance from the eye to the pixel on the plane at distance 1, a
     /// pixel of side p there spans the solid angle p²/d³.
     fn footprint(&self, sight: &Sight, d: f64) -> f64 {

@@ -1,5 +1,7 @@
 //! `planes.svg`: maps of illuminance on planes of points, with lines of equal illuminance.
 
+mod raster;
+
 use std::fmt::Write as _;
 
 use base64::Engine;
@@ -9,6 +11,7 @@ use radiosity::{Readings, SensorShape};
 
 use crate::picture::Picture;
 use crate::words::quantity;
+pub use raster::isolux_picture;
 
 /// The width of a drawing, and the room for words about it [px].
 const WIDTH: f64 = 720.0;
@@ -112,21 +115,25 @@ fn levels([low, high]: [f64; 2]) -> Vec<f64> {
     (first..).map(|n| n as f64 * step).take_while(|level| *level < high).collect()
 }
 
-/// The drawing of all planes that are grids, one below the other, in a `unit`; `None` where there are none. In colour the first channel is drawn.
+/// The drawing of all planes that are grids, one below the other, in a `unit`; `None` where there are none.
 pub fn isolux_svg(readings: &Readings, unit: &str) -> Option<String> {
-    let sensors = readings.sensors();
     let (mut body, mut top) = (String::new(), 0.0);
-    for plane in sensors.planes() {
-        let spec = &sensors.specs()[plane];
-        let SensorShape::Points { points, grid } = &spec.shape else { continue };
-        if grid.contains(&1) {
-            continue;
-        }
-        let value = |cell: usize| readings.cell(cell)[0].irradiance.unwrap_or(0.0);
-        let drawn = PlaneGrid::of(points, *grid, sensors.cells_of(plane).map(value).collect());
-        top += draw(&mut body, &drawn, &spec.name, (unit, top));
+    for (name, grid) in grids(readings) {
+        top += draw(&mut body, &grid, name, (unit, top));
     }
     (top > 0.0).then(|| whole(&body, top))
+}
+
+/// The planes that are grids, with their names. In colour the first channel is drawn.
+fn grids<'a>(readings: &'a Readings<'_>) -> impl Iterator<Item = (&'a str, PlaneGrid)> {
+    let sensors = readings.sensors();
+    sensors.planes().filter_map(move |plane| {
+        let spec = &sensors.specs()[plane];
+        let SensorShape::Points { points, grid } = &spec.shape else { return None };
+        let value = |cell: usize| readings.cell(cell)[0].irradiance.unwrap_or(0.0);
+        let drawn = || PlaneGrid::of(points, *grid, sensors.cells_of(plane).map(value).collect());
+        (!grid.contains(&1)).then(|| (spec.name.as_str(), drawn()))
+    })
 }
 
 /// The drawing of one grid.

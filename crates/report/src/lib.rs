@@ -60,7 +60,7 @@ pub use factors::{
     ToleranceSummary, is_outside, write_exact_factors, write_factors, write_factors_mtx, write_factors_npz,
     write_groups, write_json, write_thermal,
 };
-pub use isolux::isolux_svg;
+pub use isolux::{isolux_picture, isolux_svg};
 pub use markdown::Markdown;
 pub use method::MethodWords;
 pub use model::{Bounce, Model};

@@ -175,7 +175,7 @@ pub(crate) fn find(
 /// What is made from a tally. It does not stand beside that of another run.
 pub(crate) fn derived() -> Vec<&'static str> {
     let chosen = OutputFile::ALL.iter().map(|file| file.name());
-    chosen.chain([PARTITION, SENSORS, PLANES, ISOLUX, SOURCES, SENSITIVITIES]).collect()
+    chosen.chain([PARTITION, SENSORS, PLANES, ISOLUX, ISOLUX_PICTURE, SOURCES, SENSITIVITIES]).collect()
 }
 
 /// How surfaces are cut; absent where no pilot has chosen it.
@@ -189,6 +189,7 @@ pub(crate) const PLANES: &str = "planes.csv";
 
 /// Lines of equal light on planes; absent where none is a grid.
 pub(crate) const ISOLUX: &str = "planes.svg";
+pub(crate) const ISOLUX_PICTURE: &str = "planes.png";
 
 /// What each source does; absent where none are told apart.
 pub(crate) const SOURCES: &str = "sources.csv";

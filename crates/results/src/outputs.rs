@@ -16,7 +16,8 @@ use report::{
 };
 
 use crate::checkpoints::{
-    self, CURRENT, ISOLUX, Latest, PARTITION, PLANES, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES, derived,
+    self, CURRENT, ISOLUX, ISOLUX_PICTURE, Latest, PARTITION, PLANES, PREVIOUS, SENSITIVITIES, SENSORS,
+    SOURCES, derived,
 };
 use crate::error::Error;
 use crate::kept::Kept;
@@ -169,6 +170,9 @@ impl RunOutput {
                 table(PLANES, &|writer| report::write_planes(writer, readings))?;
                 if let Some(lines) = report::isolux_svg(readings, summary.units.irradiance) {
                     table(ISOLUX, &|writer| writer.write_all(lines.as_bytes()))?;
+                }
+                if let Some(picture) = report::isolux_picture(readings) {
+                    table(ISOLUX_PICTURE, &|writer| picture.write_png(writer))?;
                 }
             }
         }

@@ -40,6 +40,9 @@ pub(super) const CLEARLY_MORE: f64 = 1.03;
 /// Rays along the longer side of a trial picture.
 pub(super) const TRIAL_SIZE: u32 = 40;
 
+/// Where a view is only judged, pixels are this many times as large.
+const TRIAL_STEP: u32 = 16;
+
 /// The longer side of a picture whose size nothing says [pixels].
 const SIZE: u32 = 800;
 
@@ -54,6 +57,9 @@ const OUTSIDE: f64 = 0.5;
 
 /// Of a room for people it must show this many times that area, and not through backs: a wall is missing, as that of a stage.
 const OPEN: f64 = 1.5;
+
+/// At most this part of what it shows is dark: outsides of walls, which no light reaches.
+const MOST_DARK: f64 = 0.15;
 
 /// The sine of the smallest angle between the direction of view and the one that is up.
 const PARALLEL: f64 = 1e-6;
@@ -91,7 +97,8 @@ impl Camera {
             let for_people = within.is_for_people;
             let shows = |sight: &Sight| lit(sight.piece) && !(for_people && sight.is_behind);
             let (outside, area) = Camera::among(scene, &shows, size, &[false]);
-            if area > (if for_people { OPEN } else { OUTSIDE }) * within.area {
+            let least = (if for_people { OPEN } else { OUTSIDE }) * within.area;
+            if area > least && outside.coarser(TRIAL_STEP).dark_part(scene, &lit) <= MOST_DARK {
                 return outside;
             }
         }

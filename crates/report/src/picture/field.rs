@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3};
 use parallel::on_all_cores;
 use radiosity::{Face, Scene};
 
-use super::filter::{Links, even_gathered, even_lamps, even_reach};
+use super::filter::{Links, even_gathered, even_lamps, even_reach, give_back};
 use super::lamps::{Lamps, SHADOWS};
 use super::spot::Spot;
 use super::tracer::{Sample, Task, Tracer};
@@ -123,9 +123,12 @@ impl Field {
         let gathered = even_gathered(&pixels, gathered, &links, &counts);
         let by_lamps: Vec<Noisy> = traced.iter().map(|sample| sample.lamps).collect();
         let by_lamps = even_lamps(&by_lamps, &links);
+        let filtered = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light).collect();
+        let unfiltered: Vec<Vec3> =
+            traced.iter().map(|sample| sample.gathered + sample.lamps.light).collect();
+        let noisy = give_back(filtered, &unfiltered, &links);
         let straight = pixels.iter().map(|pixel| pixel.direct);
-        let noisy = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light);
-        let irradiance = noisy.zip(straight).map(|(noisy, straight)| noisy + straight).collect();
+        let irradiance = noisy.into_iter().zip(straight).map(|(noisy, straight)| noisy + straight).collect();
         Field { size, pixels, irradiance }
     }
 

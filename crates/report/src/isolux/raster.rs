@@ -1,0 +1,160 @@
+//! `planes.png`: the maps of `planes.svg` in pixels, for where drawings are not shown.
+
+use radiosity::Readings;
+
+use super::{PlaneGrid, colour, grids, levels};
+use crate::picture::Picture;
+use crate::words::quantity;
+
+/// The longer side of a map, and what is white around each [px].
+const SIDE: f64 = 720.0;
+const MARGIN: usize = 24;
+
+/// How large a point of a digit is [px].
+const DOT: usize = 2;
+
+/// What numbers are written with, 3 × 5 points each: a row in three bits, from the top.
+const GLYPHS: [(char, [u8; 5]); 14] = [
+    ('0', [7, 5, 5, 5, 7]),
+    ('1', [2, 6, 2, 2, 7]),
+    ('2', [7, 1, 7, 4, 7]),
+    ('3', [7, 1, 7, 1, 7]),
+    ('4', [5, 5, 7, 1, 1]),
+    ('5', [7, 4, 7, 1, 7]),
+    ('6', [7, 4, 7, 5, 7]),
+    ('7', [7, 1, 1, 1, 1]),
+    ('8', [7, 5, 7, 5, 7]),
+    ('9', [7, 5, 7, 1, 7]),
+    ('.', [0, 0, 0, 0, 2]),
+    ('k', [4, 5, 6, 5, 5]),
+    ('M', [5, 7, 7, 5, 5]),
+    ('G', [7, 4, 5, 5, 7]),
+];
+
+const BLACK: [u8; 3] = [0; 3];
+const WHITE: [u8; 3] = [255; 3];
+
+/// The maps of all planes that are grids, one below the other; `None` where there are none.
+pub fn isolux_picture(readings: &Readings) -> Option<Picture> {
+    let maps: Vec<Picture> = grids(readings).map(|(_, grid)| map(&grid)).collect();
+    let width = maps.iter().map(|map| map.width as usize).max()? + 2 * MARGIN;
+    let height = maps.iter().map(|map| map.height as usize + MARGIN).sum::<usize>() + MARGIN;
+    let mut all = blank([width, height]);
+    let mut top = MARGIN;
+    for map in &maps {
+        let row_length = 3 * map.width as usize;
+        for (y, row) in map.pixels.chunks_exact(row_length).enumerate() {
+            let first = 3 * ((top + y) * width + MARGIN);
+            all.pixels[first..first + row_length].copy_from_slice(row);
+        }
+        top += map.height as usize + MARGIN;
+    }
+    Some(all)
+}
+
+fn blank([width, height]: [usize; 2]) -> Picture {
+    Picture { width: width as u32, height: height as u32, channels: 3, pixels: vec![255; 3 * width * height] }
+}
+
+/// A grid in colours, with white lines of equal light and what they stand for.
+fn map(grid: &PlaneGrid) -> Picture {
+    let sides = [0, 1].map(|axis| grid.size[axis] as f64 * grid.step[axis]);
+    let pixels_per_metre = SIDE / sides[0].max(sides[1]);
+    let [width, height] = sides.map(|side| (side * pixels_per_metre).round().max(1.0) as usize);
+    let [low, high] = grid.range();
+    let levels = levels([low, high]);
+    // In steps of the grid, from the point in the lower left.
+    let per_pixel = grid.step.map(|step| 1.0 / (step * pixels_per_metre));
+    let place = |x: usize, y: usize| {
+        [(x as f64 + 0.5) * per_pixel[0] - 0.5, ((height - 1 - y) as f64 + 0.5) * per_pixel[1] - 0.5]
+    };
+    let values: Vec<f64> =
+        (0..height).flat_map(|y| (0..width).map(move |x| place(x, y))).map(|at| grid.between(at)).collect();
+    let above = |value: f64| levels.iter().take_while(|level| **level <= value).count();
+    let mut picture = blank([width, height]);
+    for (pixel, value) in values.iter().enumerate() {
+        let (x, y) = (pixel % width, pixel / width);
+        let beside = [(x + 1 < width).then_some(pixel + 1), (y + 1 < height).then_some(pixel + width)];
+        let is_line = beside.into_iter().flatten().any(|other| above(values[other]) != above(*value));
+        let shade = if is_line { WHITE } else { colour((value - low) / (high - low).max(f64::MIN_POSITIVE)) };
+        picture.pixels[3 * pixel..3 * pixel + 3].copy_from_slice(&shade);
+    }
+    for level in levels {
+        let pieces = grid.line(level);
+        if let Some([a, b]) = pieces.get(pieces.len() / 2) {
+            let middle = [0, 1].map(|axis| (0.5 * (a[axis] + b[axis]) + 0.5) / per_pixel[axis]);
+            picture.write([middle[0], height as f64 - middle[1]], &quantity(level));
+        }
+    }
+    picture
+}
+
+impl PlaneGrid {
+    /// The value at a place in steps of the grid, linear between points and constant beyond the outer ones; NaN in a cell with a missing value.
+    fn between(&self, at: [f64; 2]) -> f64 {
+        let [(i, u), (j, v)] = [0, 1].map(|axis| {
+            let most = self.size[axis] - 1;
+            let at = at[axis].clamp(0.0, most as f64);
+            let low = (at as usize).min(most - 1);
+            (low, at - low as f64)
+        });
+        let along = |j: usize| (1.0 - u) * self.value(i, j) + u * self.value(i + 1, j);
+        (1.0 - v) * along(j) + v * along(j + 1)
+    }
+}
+
+impl Picture {
+    /// Writes a number about a place, black on white.
+    fn write(&mut self, [x, y]: [f64; 2], text: &str) {
+        let glyphs: Vec<[u8; 5]> = text
+            .chars()
+            .filter_map(|letter| GLYPHS.iter().find(|(known, _)| *known == letter).map(|(_, rows)| *rows))
+            .collect();
+        let size = [DOT * (4 * glyphs.len() + 1), DOT * 7];
+        let [left, top] = [x - size[0] as f64 / 2.0, y - size[1] as f64 / 2.0].map(|at| at.max(0.0) as usize);
+        for (row, column) in (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| (row, column))) {
+            // One point of white around, and one between digits.
+            let [down, across] = [row / DOT, column / DOT];
+            let is_on = (1..6).contains(&down)
+                && across % 4 > 0
+                && glyphs.get(across / 4).is_some_and(|rows| rows[down - 1] >> (3 - across % 4) & 1 == 1);
+            let [x, y] = [left + column, top + row];
+            if x < self.width as usize && y < self.height as usize {
+                let first = 3 * (y * self.width as usize + x);
+                self.pixels[first..first + 3].copy_from_slice(if is_on { &BLACK } else { &WHITE });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On a slope along u a white line stands where the value is that of the line, a number beside it, and the colour rises to the right.
+    #[test]
+    fn lines_stand_at_their_value() {
+        let values = (0..30).map(|n| f64::from(n / 5) * 20.0).collect();
+        let grid = PlaneGrid { size: [6, 5], step: [1.0, 1.0], values };
+        let picture = map(&grid);
+        assert_eq!([picture.width, picture.height], [720, 600]);
+        let pixel = |x: usize, y: usize| &picture.pixels[3 * (y * 720 + x)..][..3];
+        let whites: Vec<usize> = (0..720).filter(|&x| pixel(x, 100) == WHITE).collect();
+        // Lines of 20, 40, 60, 80; a point is 120 pixels from the next, and the first in the middle of its own.
+        assert_eq!(whites, [179, 299, 419, 539]);
+        assert!(pixel(100, 100)[0] < pixel(250, 100)[0] && pixel(250, 100)[0] < pixel(600, 100)[0]);
+        let blacks = picture.pixels.chunks_exact(3).filter(|pixel| *pixel == BLACK).count();
+        assert!(blacks > 4 * 10 * DOT * DOT, "{blacks}");
+    }
+
+    /// Cells of the grid beside a missing value are white, others are not.
+    #[test]
+    fn holes_are_white() {
+        let values = (0..12).map(|n| if n == 0 { f64::NAN } else { f64::from(n) }).collect();
+        let picture = map(&PlaneGrid { size: [4, 3], step: [1.0, 1.0], values });
+        assert_eq!([picture.width, picture.height], [720, 540]);
+        let corner = |x: usize, y: usize| &picture.pixels[3 * (y * 720 + x)..][..3];
+        assert_eq!(corner(0, 539), WHITE);
+        assert_ne!(corner(719, 0), WHITE);
+    }
+}
