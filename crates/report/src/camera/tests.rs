@@ -94,7 +94,9 @@ fn a_room_is_seen_from_where_a_person_stands() {
 #[test]
 fn half_of_a_view_is_dark_where_one_of_two_plates_is() {
     let plate = |x: f64| quad("plate", [[x, 0., 0.], [x + 1., 0., 0.], [x, 1., 0.]], [1, 1], 0.5);
-    let scene = build(&SceneSpec::new(vec![plate(0.0), plate(1.0)]));
+    let mut spec = SceneSpec::new(vec![plate(0.0), plate(1.0)]);
+    spec.surfaces.iter_mut().for_each(|plate| plate.emittance = 1.0.into());
+    let scene = build(&spec);
     let camera = best(&scene);
     let dark = camera.dark_part(&scene, |piece| piece == 0);
     assert!((dark - 0.5).abs() < 0.02, "{dark}");
