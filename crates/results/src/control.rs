@@ -82,7 +82,9 @@ fn measure<'a>(
         let missed = control.missed(&groups, forecast.linear);
         (control, groups, missed)
     };
-    let is_sharp = |missed: Missed| missed.error <= SHARP * (noise + missed.part.max(foretold));
+    // Light that a first look finds even has nothing foretold of it: few walks make sure of that.
+    let is_sharp =
+        |missed: Missed| foretold == 0.0 || missed.error <= SHARP * (noise + missed.part.max(foretold));
     match with(few) {
         (.., Some(missed)) if !is_sharp(missed) && few < many => with(many),
         measured => measured,

@@ -18,6 +18,7 @@ use crate::walking::Failure;
 
 pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     let (folder, rest) = words.split_first().ok_or("usage: honesty FOLDER [--quick] [SCENE…] [ROOM…]")?;
+    std::fs::create_dir_all(folder)?;
     let work = tempfile::tempdir()?;
     let sites = sites(rest, work.path())?;
     let mut rows: Vec<MethodRow> = Vec::new();
