@@ -5,8 +5,8 @@
 //! path of reflections joins the point to an emitter. Every ray goes from a point to a point, so that no path passes a wall which it
 //! does not pass in a walk: *lit* is a proof (but for rounding). *Dark* is evidence: paths from a point try emitters, places known to be lit,
 //! and the points beside those that they meet; points that see each other are joined into groups, and a group is dark if none of its paths has
-//! found light. If one path in q finds light, n paths overlook it with probability (1 − 1/q)ⁿ. A group has no more than 1/q of the light of what its paths would
-//! find, and [`PATHS_PER_GROUP`] are enough to find a thousandth, a tenth of the floor of a headline. The part of a face is that of its points, an unbiased estimate, so that the
+//! found light. If one path in q finds light, n paths overlook it with probability (1 − 1/q)ⁿ. A group that
+//! [`PATHS_PER_GROUP`] paths leave dark has hardly more than a thousandth of the light of what they meet, a tenth of a headline's floor. The part of a face is that of its points, an unbiased estimate, so that the
 //! area over many faces is right even where a sliver of one is overlooked.
 
 use std::collections::HashMap;
@@ -34,7 +34,7 @@ const POINTS_PER_FACE: usize = 64;
 /// The paths that a group of dark points starts: one that finds no more than a thousandth of the light overlooks it once in 60 times.
 const PATHS_PER_GROUP: usize = 1 << 12;
 
-/// The most paths of all groups together, where these are many: so many, or 7 of each point.
+/// All groups together start at most [`PATHS`] paths, or [`PATHS_PER_POINT`] for each point where that is more.
 const PATHS: usize = 1 << 16;
 const PATHS_PER_POINT: usize = 7;
 
