@@ -11,6 +11,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
 use stats::Measured;
 
+use crate::picture::Picture;
+
 /// Width of a chart, and height of its plot with the title [pixels].
 const SIZE: [u32; 2] = [720, 440];
 
@@ -18,6 +20,9 @@ const SIZE: [u32; 2] = [720, 440];
 const LEGEND_LINE: u32 = 20;
 
 const FONT: &str = "sans-serif";
+
+/// The size of labels in maps [px].
+const LABEL: u32 = 18;
 
 /// Colours that the colour-blind tell apart (Okabe & Ito 2008), and black. They only help.
 const COLOURS: [RGBColor; 6] = [
@@ -309,6 +314,21 @@ impl Chart {
         }
         Ok(())
     }
+}
+
+/// Writes words in the middle of a place of a picture in colour [px], black on white.
+pub(crate) fn write_label(picture: &mut Picture, at: [f64; 2], text: &str) {
+    load_font();
+    let backend = BitMapBackend::with_buffer(&mut picture.pixels, (picture.width, picture.height));
+    let area = backend.into_drawing_area();
+    let style = text_style(LABEL).pos(Pos::new(HPos::Center, VPos::Center));
+    let (width, height) = area.estimate_text_size(text, &style).expect("the font is built in");
+    let [x, y] = at.map(|at| at as i32);
+    let half = [width, height].map(|side| side as i32 / 2 + 2);
+    let around = [(x - half[0], y - half[1]), (x + half[0], y + half[1])];
+    area.draw(&Rectangle::new(around, WHITE.filled())).expect("memory takes all");
+    area.draw(&Text::new(text, (x, y), style)).expect("memory takes all");
+    area.present().expect("memory takes all");
 }
 
 fn text_style(size: u32) -> TextStyle<'static> {

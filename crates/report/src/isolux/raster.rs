@@ -3,6 +3,7 @@
 use radiosity::Readings;
 
 use super::{PlaneGrid, colour, grids, levels};
+use crate::chart::write_label;
 use crate::picture::Picture;
 use crate::words::quantity;
 
@@ -10,28 +11,6 @@ use crate::words::quantity;
 const SIDE: f64 = 720.0;
 const MARGIN: usize = 24;
 
-/// How large a point of a digit is [px].
-const DOT: usize = 2;
-
-/// What numbers are written with, 3 × 5 points each: a row in three bits, from the top.
-const GLYPHS: [(char, [u8; 5]); 14] = [
-    ('0', [7, 5, 5, 5, 7]),
-    ('1', [2, 6, 2, 2, 7]),
-    ('2', [7, 1, 7, 4, 7]),
-    ('3', [7, 1, 7, 1, 7]),
-    ('4', [5, 5, 7, 1, 1]),
-    ('5', [7, 4, 7, 1, 7]),
-    ('6', [7, 4, 7, 5, 7]),
-    ('7', [7, 1, 1, 1, 1]),
-    ('8', [7, 5, 7, 5, 7]),
-    ('9', [7, 5, 7, 1, 7]),
-    ('.', [0, 0, 0, 0, 2]),
-    ('k', [4, 5, 6, 5, 5]),
-    ('M', [5, 7, 7, 5, 5]),
-    ('G', [7, 4, 5, 5, 7]),
-];
-
-const BLACK: [u8; 3] = [0; 3];
 const WHITE: [u8; 3] = [255; 3];
 
 /// The maps of all planes that are grids, one below the other; `None` where there are none.
@@ -83,7 +62,7 @@ fn map(grid: &PlaneGrid) -> Picture {
         let pieces = grid.line(level);
         if let Some([a, b]) = pieces.get(pieces.len() / 2) {
             let middle = [0, 1].map(|axis| (0.5 * (a[axis] + b[axis]) + 0.5) / per_pixel[axis]);
-            picture.write([middle[0], height as f64 - middle[1]], &quantity(level));
+            write_label(&mut picture, [middle[0], height as f64 - middle[1]], &quantity(level));
         }
     }
     picture
@@ -103,30 +82,6 @@ impl PlaneGrid {
     }
 }
 
-impl Picture {
-    /// Writes a number about a place, black on white.
-    fn write(&mut self, [x, y]: [f64; 2], text: &str) {
-        let glyphs: Vec<[u8; 5]> = text
-            .chars()
-            .filter_map(|letter| GLYPHS.iter().find(|(known, _)| *known == letter).map(|(_, rows)| *rows))
-            .collect();
-        let size = [DOT * (4 * glyphs.len() + 1), DOT * 7];
-        let [left, top] = [x - size[0] as f64 / 2.0, y - size[1] as f64 / 2.0].map(|at| at.max(0.0) as usize);
-        for (row, column) in (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| (row, column))) {
-            // One point of white around, and one between digits.
-            let [down, across] = [row / DOT, column / DOT];
-            let is_on = (1..6).contains(&down)
-                && across % 4 > 0
-                && glyphs.get(across / 4).is_some_and(|rows| rows[down - 1] >> (3 - across % 4) & 1 == 1);
-            let [x, y] = [left + column, top + row];
-            if x < self.width as usize && y < self.height as usize {
-                let first = 3 * (y * self.width as usize + x);
-                self.pixels[first..first + 3].copy_from_slice(if is_on { &BLACK } else { &WHITE });
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,8 +98,10 @@ mod tests {
         // Lines of 20, 40, 60, 80; a point is 120 pixels from the next, and the first in the middle of its own.
         assert_eq!(whites, [179, 299, 419, 539]);
         assert!(pixel(100, 100)[0] < pixel(250, 100)[0] && pixel(250, 100)[0] < pixel(600, 100)[0]);
-        let blacks = picture.pixels.chunks_exact(3).filter(|pixel| *pixel == BLACK).count();
-        assert!(blacks > 4 * 10 * DOT * DOT, "{blacks}");
+        // No colour of the map is grey: that is the edge of a digit.
+        let is_ink = |pixel: &[u8]| pixel[0] < 128 && pixel.iter().all(|of| *of == pixel[0]);
+        let ink = picture.pixels.chunks_exact(3).filter(|pixel| is_ink(pixel)).count();
+        assert!(ink > 160, "{ink}");
     }
 
     /// Cells of the grid beside a missing value are white, others are not.
