@@ -113,7 +113,8 @@ pub struct Headline {
     pub floor: [f64; 3],
     /// What the parts [`QUANTILES`] of the judged area do not exceed; infinite where nothing is known.
     pub quantiles: [f64; 3],
-    /// The largest half-width of the judged faces that are larger than [`TINY`] of the judged area.
+    /// The largest half-width of a judged face. Faces of less than [`TINY`] of the judged area are passed over, while together
+    /// they are no more than the last of [`QUANTILES`] leaves out: the worst is not below any quantile.
     pub worst: f64,
     /// The face that has it.
     pub worst_face: Option<u32>,
@@ -129,7 +130,7 @@ pub const QUANTILES: [f64; 3] = [0.5, 0.9, 0.99];
 /// The floor of an estimate that a half-width is divided by, as a part of the area mean.
 pub const FLOOR: f64 = 0.01;
 
-/// Faces of a smaller part of the area are not named as the worst: no picture shows them, and few walks find them.
+/// A face of a smaller part of the area is not named as the worst where there are few such faces: no picture shows them, and few walks find them.
 pub const TINY: f64 = 1e-6;
 
 /// Some faces: their number, and their part of the area of all faces.
@@ -327,7 +328,7 @@ fn headline(quantity: Quantity, ranks: Vec<Ranked>) -> Headline {
     let mut errors: Vec<(f64, f64, u32)> =
         ranks.iter().map(|ranked| (error(ranked), ranked.part * ranked.area, ranked.face)).collect();
     errors.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(b.2.cmp(&a.2)));
-    let worst = errors.iter().rev().find(|(_, of_face, _)| *of_face >= TINY * area);
+    let worst = worst(&errors, area);
     Headline {
         quantity,
         area,
@@ -340,6 +341,16 @@ fn headline(quantity: Quantity, ranks: Vec<Ranked>) -> Headline {
     }
 }
 
+/// The worst of (error, area, face) by error, as [`Headline::worst`] says.
+fn worst(ranks: &[(f64, f64, u32)], total: f64) -> Option<&(f64, f64, u32)> {
+    let [.., last] = QUANTILES;
+    let mut passed_over = 0.0;
+    ranks.iter().rev().find(|(_, area, _)| {
+        passed_over += area;
+        *area >= TINY * total || passed_over > (1.0 - last) * total
+    })
+}
+
 /// What [`QUANTILES`] of the area do not exceed, of (error, area, face) by error.
 fn quantiles(ranks: &[(f64, f64, u32)], total: f64) -> [f64; 3] {
     QUANTILES.map(|part| {
@@ -350,4 +361,24 @@ fn quantiles(ranks: &[(f64, f64, u32)], total: f64) -> [f64; 3] {
         });
         reached.map_or(f64::INFINITY, |&(error, ..)| error)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A large face of error 0.1, and `many` of half of [`TINY`] whose error is 2: these hold the worst as soon as they are a hundredth of the area.
+    #[test]
+    fn the_worst_is_not_below_a_quantile() {
+        for (many, expected) in [(3, 0.1), (10_000, 0.1), (30_000, 2.0)] {
+            let mut ranks = vec![(0.1, 1.0, 0)];
+            ranks.extend((1..=many).map(|face| (2.0, 0.5 * TINY, face)));
+            let total = ranks.iter().map(|(_, area, _)| area).sum();
+            let (error, ..) = *worst(&ranks, total).unwrap();
+            assert_eq!(error, expected, "{many} tiny faces");
+            assert!(error >= quantiles(&ranks, total)[2]);
+        }
+        let alike: Vec<(f64, f64, u32)> = (0..2_000_000).map(|face| (f64::from(face), 1.0, face)).collect();
+        assert!(worst(&alike, 2e6).is_some_and(|worst| worst.0 >= quantiles(&alike, 2e6)[2]), "all are tiny");
+    }
 }
