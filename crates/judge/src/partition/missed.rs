@@ -38,6 +38,8 @@ pub struct Missed {
     pub error: f64,
     /// The energy of the light [W²/m²].
     pub energy: f64,
+    /// The energy of the noise of the fits after one walk [W²/m²].
+    pub noise: f64,
 }
 
 impl Missed {
@@ -93,10 +95,9 @@ impl<'a> Control<'a> {
     pub fn missed(&self, groups: &[Vec<Arrival>], linear: bool) -> Option<Missed> {
         let mut found = None;
         for (level, blur) in LEVELS.into_iter().zip(BLUR) {
-            let Some(Missed { part, error, energy }) = self.between_bins(groups, linear, level) else {
-                break;
-            };
-            found = Some(Missed { part: blur * part, error: blur * error, energy });
+            let Some(missed) = self.between_bins(groups, linear, level) else { break };
+            let Missed { part, error, .. } = missed;
+            found = Some(Missed { part: blur * part, error: blur * error, ..missed });
             if error > SHARP * part {
                 break;
             }
@@ -136,6 +137,8 @@ impl<'a> Control<'a> {
             let values = self.values(scene.faces().get(face as usize).reflectance);
             OnFace::new(scene, face, level).add(&arrivals, values, linear, &mut energies);
         }
+        // A group's walks stand for all walks; every arrival is one of its own.
+        energies.noise *= self.walks_per_group as f64 / GROUPS as f64;
         energies.missed()
     }
 }
@@ -145,6 +148,8 @@ impl<'a> Control<'a> {
 struct Energies {
     lost: [f64; GROUPS],
     light: [f64; GROUPS],
+    /// The squares of what arrivals add to the coefficients of the fits, of all groups.
+    noise: f64,
 }
 
 impl Energies {
@@ -159,7 +164,8 @@ impl Energies {
         let mean = without.iter().sum::<f64>() / n;
         let scatter: f64 = without.iter().map(|one| (one - mean).powi(2)).sum();
         let energy = self.light.iter().sum::<f64>() / (n * (n - 1.0));
-        let missed = Missed { part: ratio(None), error: ((n - 1.0) / n * scatter).sqrt(), energy };
+        let error = ((n - 1.0) / n * scatter).sqrt();
+        let missed = Missed { part: ratio(None), error, energy, noise: self.noise };
         (energy > 0.0 && missed.error.is_finite()).then_some(missed)
     }
 }
@@ -306,9 +312,15 @@ impl<'a> OnFace<'a> {
     ) {
         // Light in the mean of the face, and times each function, of each group.
         let mut moments = [[[0.0; 3]; 3]; GROUPS];
+        let (area, squares) = (self.area, self.squares);
         for &(group, arrival) in arrivals {
             let found: [f64; 3] = std::array::from_fn(|c| values[c] * arrival.weights[c]);
             let (bin, here) = self.locate(arrival);
+            let slopes: f64 = (0..2)
+                .filter(|&k| linear && squares[k] > 0.0)
+                .map(|k| here[k] * here[k] / squares[k])
+                .sum();
+            energies.noise += found.iter().map(|found| found * found).sum::<f64>() * (1.0 / area + slopes);
             for c in 0..3 {
                 bin.found[group][c] += found[c];
                 moments[group][c][0] += found[c];
@@ -466,7 +478,7 @@ mod tests {
 
     /// What is expected of a measurement.
     fn with(part: f64, error: f64, foretold: f64) -> f64 {
-        Missed { part, error, energy: 1.0 }.with(foretold)
+        Missed { part, error, energy: 1.0, noise: 0.0 }.with(foretold)
     }
 
     /// What the laws let expect holds where walks tell nothing, and what is measured where they tell all.
