@@ -7,12 +7,11 @@ use radiosity::{Arrival, EstimatorKind, Experiment, Sequence, Shape, Space, Walk
 use crate::error::Error;
 use crate::pilot::{Chosen, seed};
 
-/// A control takes one of this many parts of the walks that the patches are for; another one the larger part, if the error of what the first one
-/// measures is above a part of the energy of the whole error, …
-const SHARES: [u64; 2] = [16, 4];
-const SHARP: f64 = 0.2;
+/// A control takes one of this many parts of the walks that the patches are for: fewer find cuts that chance favours. Of even light, of which nothing is
+/// foretold, it takes the second one to make sure of that.
+const SHARES: [u64; 2] = [4, 16];
 
-/// … but this many at least, where there are as many, and at most.
+/// A control has so many walks at least, where there are as many, and at most.
 const WALKS: [u64; 2] = [1 << 13, 1 << 18];
 
 /// Patches are cut finer by what a control finds this many times at the most, …
@@ -51,6 +50,8 @@ struct Controls<'a> {
     threads: usize,
     /// The seed of the latest.
     seed: u64,
+    /// The walks of each.
+    walks: u64,
     forecast: Forecast,
     /// The energy that the fits are expected to leave out, as a part of that of the light, before a control measures it.
     foretold: f64,
@@ -63,39 +64,24 @@ impl<'a> Controls<'a> {
         let [noise, foretold] = [forecast.noise, forecast.discretisation].map(|part| part * part);
         // Neither the walks of a pilot nor those of a first look.
         let seed = seed(seed(job.seed));
-        Controls { job, auto, threads, seed, forecast, foretold, noise: [noise, 0.0] }
+        let least = WALKS[0].min(forecast.for_paths);
+        let share = if foretold > 0.0 { SHARES[0] } else { SHARES[1] };
+        let walks = (forecast.for_paths / share).clamp(least, WALKS[1]);
+        Controls { job, auto, threads, seed, walks, forecast, foretold, noise: [noise, 0.0] }
     }
 
-    /// Takes down what a control measures of the patches, or another one of more walks where these are too few to know it; finer patches, if these
-    /// are expected to pay.
+    /// Takes down what a control measures of the patches; finer ones, if these are expected to pay.
     fn look(&mut self, experiment: &Experiment, cells: (&[Cut], &[u32]), round: u32) -> Option<Finer> {
-        let for_paths = self.forecast.for_paths;
-        let least = WALKS[0].min(for_paths);
-        let [few, many] = SHARES.map(|share| (for_paths / share).clamp(least, WALKS[1]));
-        let (mut control, mut groups, mut missed) = self.measure(experiment, few, round)?;
-        if few < many && !self.is_sharp(missed) {
-            (control, groups, missed) = self.measure(experiment, many, round)?;
-        }
+        // A seed of its own, so that what few walks happen to find does not bend what is told.
+        self.seed = seed(self.seed);
+        let control = Control::new(experiment, self.walks);
+        let groups = self.walked(&control);
+        let missed = control.missed(&groups, self.forecast.linear)?;
+        self.take_down(missed, round);
         match self.forecast.linear && round < ROUNDS {
             true => self.finer((&control, &groups), cells, missed.energy),
             false => None,
         }
-    }
-
-    /// A control of some walks, the arrivals of its groups, and what they tell. Each has a seed of its own, so that what few walks happen to find does
-    /// not bend what is told.
-    fn measure<'e>(
-        &mut self,
-        experiment: &'e Experiment,
-        walks: u64,
-        round: u32,
-    ) -> Option<(Control<'e>, Vec<Vec<Arrival>>, Missed)> {
-        self.seed = seed(self.seed);
-        let control = Control::new(experiment, walks);
-        let groups = self.walked(&control);
-        let missed = control.missed(&groups, self.forecast.linear)?;
-        self.take_down(missed, round);
-        Some((control, groups, missed))
     }
 
     /// What a control tells of the whole error.
@@ -107,13 +93,6 @@ impl<'a> Controls<'a> {
         let [of_pilot, of_chosen] = self.noise;
         self.forecast.noise = (of_pilot + noise - of_chosen).max(0.0).sqrt();
         self.forecast.discretisation = missed.with(self.foretold).sqrt();
-    }
-
-    /// Whether the error of what is measured is small beside the whole error. Where light counts as even, nothing is foretold of it: few walks make
-    /// sure of that.
-    fn is_sharp(&self, missed: Missed) -> bool {
-        let noise = self.forecast.noise * self.forecast.noise;
-        self.foretold == 0.0 || missed.error <= SHARP * (noise + missed.part.max(self.foretold))
     }
 
     /// Finer patches, if they are expected to pay. What their fits leave out is then expected to be no more than their noise, since cuts go on until

@@ -3,7 +3,7 @@
 //!
 //! The error of a result has two parts. *Noise* grows with the number of unknowns: n cells of a surface err by n times what one
 //! cell does, for as many walks. *Discretisation* falls with it. For every surface the rule takes the grid of the least sum of
-//! both. With linear fits, a surface may get rectangles of different sizes in place of a grid, where these are better.
+//! both; with linear fits, rectangles or triangles of different sizes where its shape allows.
 
 mod clusters;
 mod curve;
@@ -38,8 +38,8 @@ use self::tree::{Start, rectangles};
 /// below this. Even light passes it once in 20 pilots at most, since the mean of such ratios is 1 there.
 const UNEVEN: f64 = 20.0;
 
-/// A first look tells that the light is even where that ratio is below this: what varies little, few walks do not tell for sure.
-const SURELY_EVEN: f64 = 0.35;
+/// A first look of few walks tells that the light is even where that ratio is below this.
+const SURELY_EVEN: f64 = 1.0;
 
 /// The part of all axes along which light that is not even is expected to vary.
 const VARIED: f64 = 0.1;
@@ -155,7 +155,8 @@ impl<'a> Candidates<'a> {
         };
         let constant = curves(Basis::Constant);
         let odds: Vec<f64> = constant.iter().flat_map(|curve| &curve.odds).copied().collect();
-        let unevenness = odds.iter().fold(1.0_f64, |all, odds| (all * (1.0 - VARIED + VARIED * odds)).min(f64::MAX));
+        let unevenness =
+            odds.iter().fold(1.0_f64, |all, odds| (all * (1.0 - VARIED + VARIED * odds)).min(f64::MAX));
         let ladder = |(light, curve): (&'a SurfaceLight, Curve)| Ladder { light, steps: curve.steps };
         let of =
             |basis: Basis, curves: Vec<Curve>| (basis, surfaces.iter().zip(curves).map(ladder).collect());
