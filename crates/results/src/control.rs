@@ -138,3 +138,52 @@ fn can_be_cut(job: &Job, auto: &Auto, surface: usize) -> bool {
         && shape.cell_count() == 1
         && (can_be_grouped || !matches!(shape, Shape::Triangle { .. }))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use job::Partition;
+    use radiosity::IndexChoice;
+
+    use super::*;
+
+    /// That a pilot foretells what its patches leave out is no reason to leave it out: cuts that pay are taken, and less is left.
+    #[test]
+    fn light_that_is_foretold_to_be_left_out_is_cut_too() {
+        const PATHS: u64 = 100_000;
+        let folder = tempfile::tempdir().unwrap();
+        let mut spec = scenes::cube_with_tile(0.1, 0.5);
+        spec.surfaces[0].emittance = 1.0.into();
+        fs::write(folder.path().join("scene.toml"), job::to_toml(&spec)).unwrap();
+        let path = folder.path().join("job.toml");
+        fs::write(&path, "[scene]\nfile = \"scene.toml\"\npatches = \"auto\"\n").unwrap();
+        let job = job::load(&path, &[format!("budget.paths={PATHS}")]).unwrap();
+        let cuts = vec![Cut::Grid([1, 1]); spec.surfaces.len()];
+        let scene = job.scene.build_cut((&cuts[..], &[][..]), IndexChoice::Auto).unwrap();
+        let forecast = Forecast {
+            surfaces: cuts.len() as u64,
+            paths: 0,
+            rays: 0,
+            linear: true,
+            for_paths: PATHS,
+            noise: 0.01,
+            discretisation: 1.0,
+        };
+        let partition = Partition {
+            cuts,
+            groups: Vec::new(),
+            linear: true,
+            space: Space::Continuous,
+            forecast: Some(forecast),
+        };
+        let auto = job.auto.as_ref().unwrap();
+        let finer = Chosen { partition, scene }.controlled((&job, auto), 2).unwrap().partition;
+        let patches: u64 = finer.cuts.iter().map(Cut::cells).sum();
+        assert!(
+            patches > 20 && finer.forecast.unwrap().discretisation < 0.2,
+            "{patches}, {:?}",
+            finer.forecast
+        );
+    }
+}
