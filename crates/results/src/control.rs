@@ -103,16 +103,18 @@ impl<'a> Controls<'a> {
         cells: (&[Cut], &[u32]),
         energy: f64,
     ) -> Option<Finer> {
+        let [of_chosen, lost] = [self.forecast.noise, self.forecast.discretisation].map(|part| part * part);
+        let worth = WORTH * (of_chosen + lost);
+        if lost < worth {
+            return None;
+        }
         let is_open = |surface: usize| can_be_cut(self.job, self.auto, surface);
         let finer = control.finer(groups, cells, is_open, self.forecast.for_paths as f64)?;
         let [noise, gained] = [finer.noise, finer.gained].map(|part| part / energy);
-        let Forecast { noise: of_chosen, discretisation, .. } = self.forecast;
-        let lost = discretisation * discretisation;
-        let whole = of_chosen * of_chosen + lost;
-        if gained.min(lost) - noise < WORTH * whole {
+        if gained.min(lost) - noise < worth {
             return None;
         }
-        self.foretold = self.foretold.min(of_chosen * of_chosen + noise);
+        self.foretold = self.foretold.min(of_chosen + noise);
         Some(finer)
     }
 

@@ -196,9 +196,9 @@ impl Control<'_> {
     fn seen(&self, groups: &[Vec<Arrival>], parts: &[Option<SurfaceParts>]) -> Vec<SeenPart> {
         let (scene, on_faces) = (self.scene(), self.on_faces(groups));
         // Each part is a patch, and a patch that is a part lies on one surface.
-        let mut placed: Vec<([usize; 2], &[(u32, Landed<'_>)])> = Vec::new();
-        for landed in on_faces.chunk_by(|a, b| a.0 == b.0) {
-            let (_, arrival) = landed[0].1;
+        let mut placed: Vec<([usize; 2], &[Landed<'_>])> = Vec::new();
+        for landed in on_faces.chunk_by(|a, b| a.face == b.face) {
+            let arrival = landed[0].arrival;
             let surface = scene.faces().piece(arrival.piece).surface as usize;
             if let Some(own) = &parts[surface] {
                 placed.push(([surface, own.part_of(scene.surfaces()[surface].cell_at(arrival.uv))], landed));
@@ -225,11 +225,11 @@ impl Control<'_> {
     }
 
     /// The arrivals on one side of a part.
-    fn landings(&self, part: &SurfacePart, landed: &[(u32, Landed<'_>)]) -> Vec<Landing> {
-        let face = self.scene().faces().get(landed[0].0 as usize);
+    fn landings(&self, part: &SurfacePart, landed: &[Landed<'_>]) -> Vec<Landing> {
+        let face = self.scene().faces().get(landed[0].face as usize);
         let together = TREE_GROUPS as f64 / Control::GROUPS as f64;
         let values = self.values(face.reflectance).map(|value| together * value);
-        let landing = |&(_, (group, arrival)): &(u32, Landed<'_>)| Landing {
+        let landing = |&Landed { group, arrival, .. }: &Landed<'_>| Landing {
             group: group * TREE_GROUPS / Control::GROUPS,
             at: part.place(arrival.uv),
             light: std::array::from_fn(|c| values[c] * arrival.weights[c]),

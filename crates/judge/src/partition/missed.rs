@@ -126,31 +126,34 @@ impl<'a> Control<'a> {
     }
 
     /// The arrivals of all groups by the face that they are on, in the order of groups on each.
-    pub(super) fn on_faces<'g>(&self, groups: &'g [Vec<Arrival>]) -> Vec<(u32, Landed<'g>)> {
+    pub(super) fn on_faces<'g>(&self, groups: &'g [Vec<Arrival>]) -> Vec<Landed<'g>> {
         let faces = self.experiment.scene().faces();
-        let arrivals = || groups.iter().enumerate().flat_map(|(g, own)| own.iter().map(move |one| (g, one)));
+        let landed = |group: usize, arrival: &'g Arrival| {
+            let face = faces.face_of(arrival.piece);
+            Landed { face, group, arrival }
+        };
+        let all = || groups.iter().enumerate().flat_map(|(g, own)| own.iter().map(move |one| landed(g, one)));
         let mut next = vec![0; faces.len() + 1];
-        arrivals().for_each(|(_, arrival)| next[faces.face_of(arrival.piece) as usize + 1] += 1);
+        all().for_each(|one| next[one.face as usize + 1] += 1);
         let mut sum = 0;
         for count in &mut next {
             sum += *count;
             *count = sum;
         }
-        let Some(any) = arrivals().next() else { return Vec::new() };
-        let mut on_faces = vec![(0, any); sum];
-        for landed in arrivals() {
-            let face = faces.face_of(landed.1.piece);
-            on_faces[next[face as usize]] = (face, landed);
-            next[face as usize] += 1;
+        let Some(any) = all().next() else { return Vec::new() };
+        let mut on_faces = vec![any; sum];
+        for one in all() {
+            on_faces[next[one.face as usize]] = one;
+            next[one.face as usize] += 1;
         }
         on_faces
     }
 
-    fn between_bins(&self, on_faces: &[(u32, Landed<'_>)], linear: bool, level: u32) -> Option<Missed> {
+    fn between_bins(&self, on_faces: &[Landed<'_>], linear: bool, level: u32) -> Option<Missed> {
         let scene = self.experiment.scene();
         let mut energies = Energies::default();
-        for landed in on_faces.chunk_by(|a, b| a.0 == b.0) {
-            let face = landed[0].0;
+        for landed in on_faces.chunk_by(|a, b| a.face == b.face) {
+            let face = landed[0].face;
             let values = self.values(scene.faces().get(face as usize).reflectance);
             if values == [0.0; 3] {
                 continue;
@@ -163,8 +166,13 @@ impl<'a> Control<'a> {
     }
 }
 
-/// The group of an arrival, and the arrival.
-pub(super) type Landed<'g> = (usize, &'g Arrival);
+/// An arrival of a group on a face.
+#[derive(Clone, Copy)]
+pub(super) struct Landed<'g> {
+    pub(super) face: u32,
+    pub(super) group: usize,
+    pub(super) arrival: &'g Arrival,
+}
 
 /// Sums over patches and channels, by group: of its products with all other groups.
 #[derive(Default)]
@@ -331,12 +339,12 @@ impl<'a> OnFace<'a> {
     }
 
     /// Adds what the arrivals on the face tell.
-    fn add(&self, landed: &[(u32, Landed<'_>)], values: [f64; 3], linear: bool, energies: &mut Energies) {
+    fn add(&self, landed: &[Landed<'_>], values: [f64; 3], linear: bool, energies: &mut Energies) {
         let fitted = [0, 1].map(|k| linear && self.squares[k] > 0.0);
         // Of each group the light on the face and what it comes to times each function: by their values at arrivals, and by those of bins.
         let (mut moments, mut blurred): ([Found; 3], [Found; 2]) = Default::default();
         let (mut bins, mut in_bins) = (Vec::with_capacity(landed.len()), Vec::with_capacity(landed.len()));
-        for (number, &(_, (group, arrival))) in landed.iter().enumerate() {
+        for (number, &Landed { group, arrival, .. }) in landed.iter().enumerate() {
             let (key, bin, here) = self.locate(arrival);
             let mut square = 0.0;
             for c in 0..3 {
@@ -355,7 +363,7 @@ impl<'a> OnFace<'a> {
             let Bin { area, functions } = bins[in_bin[0].1 as usize];
             let mut found = Found::default();
             for &(_, number) in in_bin {
-                let (_, (group, arrival)) = landed[number as usize];
+                let Landed { group, arrival, .. } = landed[number as usize];
                 (0..3).for_each(|c| found[c][group] += values[c] * arrival.weights[c]);
             }
             for (c, found) in found.iter().enumerate() {
