@@ -1,110 +1,135 @@
 //! What chosen patches leave out of the light, measured by walks that have not chosen them, and finer patches where it is much.
 
-use job::{Auto, Forecast, Job};
+use job::{Auto, Cut, Forecast, Job};
 use judge::partition::{Control, Finer, Missed};
 use radiosity::{Arrival, EstimatorKind, Experiment, Sequence, Shape, Space, Walks};
 
 use crate::error::Error;
 use crate::pilot::{Chosen, seed};
 
-/// The control takes one of this many parts of the walks that the patches are for …
-const SHARE: u64 = 16;
+/// A control takes one of this many parts of the walks that the patches are for: fewer find cuts that chance favours. Of even light, of which nothing is
+/// foretold, it takes the second one to make sure of that.
+const SHARES: [u64; 2] = [4, 16];
 
-/// … or one of this many, if the error of what it measures is above this part of the energy of the whole error, …
-const LARGE_SHARE: u64 = 4;
-const SHARP: f64 = 0.2;
-
-/// … but this many at least, where there are as many, and at most.
+/// A control has so many walks at least, where there are as many, and at most.
 const WALKS: [u64; 2] = [1 << 13, 1 << 18];
 
 /// Patches are cut finer by what a control finds this many times at the most, …
-const ROUNDS: u32 = 4;
+const ROUNDS: u32 = 2;
 
-/// … where the fits leave out more than is foretold by this many standard errors, …
-const SURE: f64 = 2.0;
-
-/// … and cuts are expected to take this part of the energy of the whole error.
-const WORTH: f64 = 0.1;
+/// … where cuts are expected to take this part of the energy of the whole error. What is expected is too much: the cuts are those that chance
+/// favours.
+const WORTH: f64 = 0.2;
 
 impl Chosen {
-    /// The choice, cut finer where walks of a control find that its patches leave out more than is foretold, and foretelling what further
-    /// walks find that they leave out then. It is the same whatever the threads.
+    /// The choice, cut finer where walks of a control let expect that it pays, and foretelling the noise of its patches and what their fits leave out
+    /// as walks find them that have not chosen them. It is the same whatever the threads.
     ///
     /// # Errors
     /// Where the scene is refused.
     pub(crate) fn controlled(mut self, (job, auto): (&Job, &Auto), threads: usize) -> Result<Self, Error> {
-        let Some(mut forecast) = self.partition.forecast else { return Ok(self) };
-        let foretold = forecast.discretisation * forecast.discretisation;
-        // Neither the walks of a pilot nor those of a first look.
-        let mut seed_of_round = seed(seed(job.seed));
+        let Some(forecast) = self.partition.forecast else { return Ok(self) };
+        let mut controls = Controls::new((job, auto), forecast, threads);
         for round in 0..=ROUNDS {
             let cells = (&self.partition.cuts[..], &self.partition.groups[..]);
             self.scene = job.scene.recut(&self.scene, cells)?;
             let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) };
             let experiment = Experiment::new(self.scene.clone(), walks)?;
-            let measured = measure(&experiment, foretold, &mut seed_of_round, (&mut forecast, threads));
-            let (control, groups, Some(missed)) = measured else { break };
-            forecast.discretisation = missed.with(foretold).sqrt();
-            let excess = missed.part - foretold;
-            if round == ROUNDS || !forecast.linear || excess < SURE * missed.error {
-                break;
-            }
-            let is_open = |surface: usize| can_be_cut(job, auto, surface);
-            let finer = control.finer(&groups, cells, is_open, forecast.for_paths as f64);
-            let Some(Finer { cuts, groups, noise, gained }) = finer else { break };
-            let [noise, gained] = [noise, gained].map(|energy| energy / missed.energy);
-            if gained.min(excess) - noise < WORTH * forecast.total() * forecast.total() {
-                break;
-            }
-            forecast.noise = (forecast.noise * forecast.noise + noise).sqrt();
-            (self.partition.cuts, self.partition.groups) = (cuts, groups);
+            let Some(finer) = controls.look(&experiment, cells, round) else { break };
+            (self.partition.cuts, self.partition.groups) = (finer.cuts, finer.groups);
         }
-        self.partition.forecast = Some(forecast);
+        self.partition.forecast = Some(controls.forecast);
         Ok(self)
     }
 }
 
-/// A control, the arrivals of its groups, and what it measures; by more walks where these are too few to know it. Each has a seed of its own, so that
-/// what few walks happen to find does not bend what is told.
-fn measure<'a>(
-    experiment: &'a Experiment,
+/// The controls of a choice, one after the other.
+struct Controls<'a> {
+    job: &'a Job,
+    auto: &'a Auto,
+    threads: usize,
+    /// The seed of the latest.
+    seed: u64,
+    /// The walks of each.
+    walks: u64,
+    forecast: Forecast,
+    /// The energy that the fits are expected to leave out, as a part of that of the light, before a control measures it.
     foretold: f64,
-    last_seed: &mut u64,
-    (forecast, threads): (&mut Forecast, usize),
-) -> (Control<'a>, Vec<Vec<Arrival>>, Option<Missed>) {
-    let least = WALKS[0].min(forecast.for_paths);
-    let [few, many] = [SHARE, LARGE_SHARE].map(|share| (forecast.for_paths / share).clamp(least, WALKS[1]));
-    let noise = forecast.noise * forecast.noise;
-    let mut with = |walks: u64| {
-        *last_seed = seed(*last_seed);
-        let control = Control::new(experiment, walks);
-        let groups = walked(&control, &Sequence::new(*last_seed), (&mut *forecast, threads));
-        let missed = control.missed(&groups, forecast.linear);
-        (control, groups, missed)
-    };
-    // Light that a first look finds even has nothing foretold of it: few walks make sure of that.
-    let is_sharp =
-        |missed: Missed| foretold == 0.0 || missed.error <= SHARP * (noise + missed.part.max(foretold));
-    match with(few) {
-        (.., Some(missed)) if !is_sharp(missed) && few < many => with(many),
-        measured => measured,
-    }
+    /// The energy of the noise, by the pilot, and by a control of the patches that the pilot has chosen.
+    noise: [f64; 2],
 }
 
-/// The arrivals of all groups of a control. Its walks and rays are added to those of the pilot.
-fn walked(
-    control: &Control<'_>,
-    sequence: &Sequence,
-    (forecast, threads): (&mut Forecast, usize),
-) -> Vec<Vec<Arrival>> {
-    let done =
-        parallel::on_threads(threads, Control::GROUPS, || (), |(), group| control.group(group, sequence));
-    let (groups, counts): (Vec<Vec<Arrival>>, Vec<[u64; 2]>) = done.into_iter().unzip();
-    for [paths, rays] in counts {
-        forecast.paths += paths;
-        forecast.rays += rays;
+impl<'a> Controls<'a> {
+    fn new((job, auto): (&'a Job, &'a Auto), forecast: Forecast, threads: usize) -> Self {
+        let [noise, foretold] = [forecast.noise, forecast.discretisation].map(|part| part * part);
+        // Neither the walks of a pilot nor those of a first look.
+        let seed = seed(seed(job.seed));
+        let least = WALKS[0].min(forecast.for_paths);
+        let share = if foretold > 0.0 { SHARES[0] } else { SHARES[1] };
+        let walks = (forecast.for_paths / share).clamp(least, WALKS[1]);
+        Controls { job, auto, threads, seed, walks, forecast, foretold, noise: [noise, 0.0] }
     }
-    groups
+
+    /// Takes down what a control measures of the patches; finer ones, if these are expected to pay.
+    fn look(&mut self, experiment: &Experiment, cells: (&[Cut], &[u32]), round: u32) -> Option<Finer> {
+        // A seed of its own, so that what few walks happen to find does not bend what is told.
+        self.seed = seed(self.seed);
+        let control = Control::new(experiment, self.walks);
+        let groups = self.walked(&control);
+        let missed = control.missed(&groups, self.forecast.linear)?;
+        self.take_down(missed, round);
+        match self.forecast.linear && round < ROUNDS {
+            true => self.finer((&control, &groups), cells, missed.energy),
+            false => None,
+        }
+    }
+
+    /// What a control tells of the whole error.
+    fn take_down(&mut self, missed: Missed, round: u32) {
+        let noise = missed.noise / missed.energy / self.forecast.for_paths as f64;
+        if round == 0 {
+            self.noise[1] = noise;
+        }
+        let [of_pilot, of_chosen] = self.noise;
+        self.forecast.noise = (of_pilot + noise - of_chosen).max(0.0).sqrt();
+        self.forecast.discretisation = missed.with(self.foretold).sqrt();
+    }
+
+    /// Finer patches, if they are expected to pay. What their fits leave out is then expected to be no more than their noise, since cuts go on until
+    /// they pay no more.
+    fn finer(
+        &mut self,
+        (control, groups): (&Control<'_>, &[Vec<Arrival>]),
+        cells: (&[Cut], &[u32]),
+        energy: f64,
+    ) -> Option<Finer> {
+        let [of_chosen, lost] = [self.forecast.noise, self.forecast.discretisation].map(|part| part * part);
+        let worth = WORTH * (of_chosen + lost);
+        if lost < worth {
+            return None;
+        }
+        let is_open = |surface: usize| can_be_cut(self.job, self.auto, surface);
+        let finer = control.finer(groups, cells, is_open, self.forecast.for_paths as f64)?;
+        let [noise, gained] = [finer.noise, finer.gained].map(|part| part / energy);
+        if gained.min(lost) - noise < worth {
+            return None;
+        }
+        self.foretold = self.foretold.min(of_chosen + noise);
+        Some(finer)
+    }
+
+    /// The arrivals of all groups of a control. Its walks and rays are added to those of the pilot.
+    fn walked(&mut self, control: &Control<'_>) -> Vec<Vec<Arrival>> {
+        let sequence = Sequence::new(self.seed);
+        let group = |(): &mut (), group: usize| control.group(group, &sequence);
+        let done = parallel::on_threads(self.threads, Control::GROUPS, || (), group);
+        let (groups, counts): (Vec<Vec<Arrival>>, Vec<[u64; 2]>) = done.into_iter().unzip();
+        for [paths, rays] in counts {
+            self.forecast.paths += paths;
+            self.forecast.rays += rays;
+        }
+        groups
+    }
 }
 
 /// Whether a surface may be cut into parts of different sizes: one that is open, and has no cells of its own. Those of a triangle are groups.
@@ -114,4 +139,53 @@ fn can_be_cut(job: &Job, auto: &Auto, surface: usize) -> bool {
     auto.surfaces.binary_search(&surface).is_ok()
         && shape.cell_count() == 1
         && (can_be_grouped || !matches!(shape, Shape::Triangle { .. }))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use job::Partition;
+    use radiosity::IndexChoice;
+
+    use super::*;
+
+    /// That a pilot foretells what its patches leave out is no reason to leave it out: cuts that pay are taken, and less is left.
+    #[test]
+    fn light_that_is_foretold_to_be_left_out_is_cut_too() {
+        const PATHS: u64 = 100_000;
+        let folder = tempfile::tempdir().unwrap();
+        let mut spec = scenes::cube_with_tile(0.1, 0.5);
+        spec.surfaces[0].emittance = 1.0.into();
+        fs::write(folder.path().join("scene.toml"), job::to_toml(&spec)).unwrap();
+        let path = folder.path().join("job.toml");
+        fs::write(&path, "[scene]\nfile = \"scene.toml\"\npatches = \"auto\"\n").unwrap();
+        let job = job::load(&path, &[format!("budget.paths={PATHS}")]).unwrap();
+        let cuts = vec![Cut::Grid([1, 1]); spec.surfaces.len()];
+        let scene = job.scene.build_cut((&cuts[..], &[][..]), IndexChoice::Auto).unwrap();
+        let forecast = Forecast {
+            surfaces: cuts.len() as u64,
+            paths: 0,
+            rays: 0,
+            linear: true,
+            for_paths: PATHS,
+            noise: 0.01,
+            discretisation: 1.0,
+        };
+        let partition = Partition {
+            cuts,
+            groups: Vec::new(),
+            linear: true,
+            space: Space::Continuous,
+            forecast: Some(forecast),
+        };
+        let auto = job.auto.as_ref().unwrap();
+        let finer = Chosen { partition, scene }.controlled((&job, auto), 2).unwrap().partition;
+        let patches: u64 = finer.cuts.iter().map(Cut::cells).sum();
+        assert!(
+            patches > 20 && finer.forecast.unwrap().discretisation < 0.2,
+            "{patches}, {:?}",
+            finer.forecast
+        );
+    }
 }

@@ -200,7 +200,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
             let pilot = self.look_linear(auto, first, FIRST_CELLS)?;
             let (lights, energy) = pilot.see();
             let candidates = Candidates::new(&lights, shared_noise(&lights), &bases);
-            if candidates.are_even() {
+            if candidates.are_surely_even() {
                 return Ok(pilot.tell(&choose(&candidates, energy), energy, self.counted));
             }
         }

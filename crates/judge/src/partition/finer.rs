@@ -11,13 +11,16 @@ use radiosity::{Arrival, CutCell, Leaves};
 
 use super::grid::Grid;
 use super::merged::around;
-use super::missed::Control;
+use super::missed::{Control, Landed};
 use super::quarters::{MOST_CUTS, Triangles};
 use super::seen::{Basis, Cells, Landing, SurfaceLight};
 use super::tree::{Rectangles, Start, rectangles};
 
 /// A patch of fewer arrivals proves nothing.
 const LEAST_ARRIVALS: usize = 6;
+
+/// The groups of a control are taken together into so many: products of what they find have the errors of a pilot's, in less time.
+const TREE_GROUPS: usize = 4;
 
 /// Patches of which some are cut finer.
 #[derive(Clone, Debug)]
@@ -191,44 +194,47 @@ impl Control<'_> {
 
     /// The light on every part that enough walks arrive on.
     fn seen(&self, groups: &[Vec<Arrival>], parts: &[Option<SurfaceParts>]) -> Vec<SeenPart> {
-        let scene = self.scene();
-        let place = |arrival: &Arrival| {
+        let (scene, on_faces) = (self.scene(), self.on_faces(groups));
+        // Each part is a patch, and a patch that is a part lies on one surface.
+        let mut placed: Vec<([usize; 2], &[Landed<'_>])> = Vec::new();
+        for landed in on_faces.chunk_by(|a, b| a.face == b.face) {
+            let arrival = landed[0].arrival;
             let surface = scene.faces().piece(arrival.piece).surface as usize;
-            let own = parts[surface].as_ref()?;
-            Some((surface, own.part_of(scene.surfaces()[surface].cell_at(arrival.uv))))
-        };
-        let mut placed: Vec<([u32; 2], u32, u32)> = Vec::new();
-        for (group, arrivals) in (0..).zip(groups) {
-            for (number, arrival) in (0..).zip(arrivals) {
-                if let Some((surface, part)) = place(arrival) {
-                    placed.push(([surface as u32, part as u32], group, number));
-                }
+            if let Some(own) = &parts[surface] {
+                placed.push(([surface, own.part_of(scene.surfaces()[surface].cell_at(arrival.uv))], landed));
             }
         }
-        placed.sort_unstable();
-        let enough = placed.chunk_by(|a, b| a.0 == b.0).filter(|on_part| on_part.len() >= LEAST_ARRIVALS);
-        let seen = enough.map(|on_part| {
-            let [surface, number] = on_part[0].0.map(|n| n as usize);
+        placed.sort_by_key(|&(part, _)| part);
+        let mut seen = Vec::new();
+        for sides in placed.chunk_by(|a, b| a.0 == b.0) {
+            let arrivals: usize = sides.iter().map(|(_, landed)| landed.len()).sum();
+            if arrivals < LEAST_ARRIVALS {
+                continue;
+            }
+            let [surface, number] = sides[0].0;
             let part = parts[surface].as_ref().expect("arrivals are on parts").parts[number];
-            let landing = |&(_, group, number): &([u32; 2], u32, u32)| {
-                let arrival = &groups[group as usize][number as usize];
-                let face = scene.faces().piece(arrival.piece);
-                let values = self.values(face.reflectance);
-                Landing {
-                    group: group as usize,
-                    side: face.side,
-                    at: part.place(arrival.uv),
-                    light: std::array::from_fn(|c| values[c] * arrival.weights[c]),
-                }
-            };
-            let landings: Vec<Landing> = on_part.iter().map(landing).collect();
+            let landings: Vec<Vec<Landing>> =
+                sides.iter().map(|(_, landed)| self.landings(&part, landed)).collect();
             let whole = &scene.surfaces()[surface];
             let edges = [0, 1].map(|k| whole.edges()[k].length() / part.scale[k].abs());
             let form = (part.base, part.area(whole.area()), edges);
-            let light = SurfaceLight::of_landings(form, &landings, (Control::GROUPS, self.walks()));
-            SeenPart { surface, number, part, light }
-        });
-        seen.collect()
+            let light = SurfaceLight::of_landings(form, &landings, (TREE_GROUPS, self.walks()));
+            seen.push(SeenPart { surface, number, part, light });
+        }
+        seen
+    }
+
+    /// The arrivals on one side of a part.
+    fn landings(&self, part: &SurfacePart, landed: &[Landed<'_>]) -> Vec<Landing> {
+        let face = self.scene().faces().get(landed[0].face as usize);
+        let together = TREE_GROUPS as f64 / Control::GROUPS as f64;
+        let values = self.values(face.reflectance).map(|value| together * value);
+        let landing = |&Landed { group, arrival, .. }: &Landed<'_>| Landing {
+            group: group * TREE_GROUPS / Control::GROUPS,
+            at: part.place(arrival.uv),
+            light: std::array::from_fn(|c| values[c] * arrival.weights[c]),
+        };
+        landed.iter().map(landing).collect()
     }
 }
 

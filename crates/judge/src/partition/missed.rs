@@ -38,6 +38,8 @@ pub struct Missed {
     pub error: f64,
     /// The energy of the light [W²/m²].
     pub energy: f64,
+    /// The energy of the noise of the fits after one walk [W²/m²].
+    pub noise: f64,
 }
 
 impl Missed {
@@ -91,12 +93,12 @@ impl<'a> Control<'a> {
 
     /// What fits leave out, linear ones or means, by the arrivals of all groups; `None` where no light was found.
     pub fn missed(&self, groups: &[Vec<Arrival>], linear: bool) -> Option<Missed> {
+        let on_faces = self.on_faces(groups);
         let mut found = None;
         for (level, blur) in LEVELS.into_iter().zip(BLUR) {
-            let Some(Missed { part, error, energy }) = self.between_bins(groups, linear, level) else {
-                break;
-            };
-            found = Some(Missed { part: blur * part, error: blur * error, energy });
+            let Some(missed) = self.between_bins(&on_faces, linear, level) else { break };
+            let Missed { part, error, .. } = missed;
+            found = Some(Missed { part: blur * part, error: blur * error, ..missed });
             if error > SHARP * part {
                 break;
             }
@@ -123,21 +125,53 @@ impl<'a> Control<'a> {
         })
     }
 
-    fn between_bins(&self, groups: &[Vec<Arrival>], linear: bool, level: u32) -> Option<Missed> {
+    /// The arrivals of all groups by the face that they are on, in the order of groups on each.
+    pub(super) fn on_faces<'g>(&self, groups: &'g [Vec<Arrival>]) -> Vec<Landed<'g>> {
+        let faces = self.experiment.scene().faces();
+        let landed = |group: usize, arrival: &'g Arrival| {
+            let face = faces.face_of(arrival.piece);
+            Landed { face, group, arrival }
+        };
+        let all = || groups.iter().enumerate().flat_map(|(g, own)| own.iter().map(move |one| landed(g, one)));
+        let mut next = vec![0; faces.len() + 1];
+        all().for_each(|one| next[one.face as usize + 1] += 1);
+        let mut sum = 0;
+        for count in &mut next {
+            sum += *count;
+            *count = sum;
+        }
+        let Some(any) = all().next() else { return Vec::new() };
+        let mut on_faces = vec![any; sum];
+        for one in all() {
+            on_faces[next[one.face as usize]] = one;
+            next[one.face as usize] += 1;
+        }
+        on_faces
+    }
+
+    fn between_bins(&self, on_faces: &[Landed<'_>], linear: bool, level: u32) -> Option<Missed> {
         let scene = self.experiment.scene();
-        let mut faces: BTreeMap<u32, Vec<(usize, &Arrival)>> = BTreeMap::new();
-        for (group, arrivals) in groups.iter().enumerate() {
-            for arrival in arrivals {
-                faces.entry(scene.faces().face_of(arrival.piece)).or_default().push((group, arrival));
-            }
-        }
         let mut energies = Energies::default();
-        for (face, arrivals) in faces {
+        for landed in on_faces.chunk_by(|a, b| a.face == b.face) {
+            let face = landed[0].face;
             let values = self.values(scene.faces().get(face as usize).reflectance);
-            OnFace::new(scene, face, level).add(&arrivals, values, linear, &mut energies);
+            if values == [0.0; 3] {
+                continue;
+            }
+            OnFace::new(scene, face, level).add(landed, values, linear, &mut energies);
         }
+        // A group's walks stand for all walks; every arrival is one of its own.
+        energies.noise *= self.walks_per_group as f64 / GROUPS as f64;
         energies.missed()
     }
+}
+
+/// An arrival of a group on a face.
+#[derive(Clone, Copy)]
+pub(super) struct Landed<'g> {
+    pub(super) face: u32,
+    pub(super) group: usize,
+    pub(super) arrival: &'g Arrival,
 }
 
 /// Sums over patches and channels, by group: of its products with all other groups.
@@ -145,6 +179,8 @@ impl<'a> Control<'a> {
 struct Energies {
     lost: [f64; GROUPS],
     light: [f64; GROUPS],
+    /// The squares of what arrivals add to the coefficients of the fits, of all groups.
+    noise: f64,
 }
 
 impl Energies {
@@ -159,7 +195,8 @@ impl Energies {
         let mean = without.iter().sum::<f64>() / n;
         let scatter: f64 = without.iter().map(|one| (one - mean).powi(2)).sum();
         let energy = self.light.iter().sum::<f64>() / (n * (n - 1.0));
-        let missed = Missed { part: ratio(None), error: ((n - 1.0) / n * scatter).sqrt(), energy };
+        let error = ((n - 1.0) / n * scatter).sqrt();
+        let missed = Missed { part: ratio(None), error, energy, noise: self.noise };
         (energy > 0.0 && missed.error.is_finite()).then_some(missed)
     }
 }
@@ -167,12 +204,15 @@ impl Energies {
 /// A bin of a patch: part of a piece (piece, 1 + number), or the pieces of a surface in a block of its cells (surface, 0, block).
 type Key = [u32; 4];
 
-/// The light that groups find in a bin [W], by channel, and what the fit's functions come to there in the mean.
+/// A bin: its area, and what the fit's functions come to there in the mean.
+#[derive(Clone, Copy)]
 struct Bin {
     area: f64,
     functions: [f64; 2],
-    found: [[f64; 3]; GROUPS],
 }
+
+/// The light that groups find in a bin or on a face [W], by channel.
+type Found = [[f64; GROUPS]; 3];
 
 /// A piece of a patch.
 struct Piece {
@@ -259,9 +299,11 @@ impl Piece {
 /// The bins of a face, and what its fit catches.
 struct OnFace<'a> {
     scene: &'a Scene,
-    pieces: BTreeMap<u32, Piece>,
+    /// In ascending order of their numbers.
+    pieces: Vec<(u32, Piece)>,
     area: f64,
-    bins: BTreeMap<Key, Bin>,
+    /// Bins of several pieces.
+    blocks: BTreeMap<Key, Bin>,
     /// The integrals of products of the functions of the fit, and of products of their means over bins.
     squares: [f64; 2],
     between: [[f64; 2]; 2],
@@ -272,13 +314,13 @@ impl<'a> OnFace<'a> {
         let area = scene.faces().get(face as usize).area;
         let of_bin = area / f64::from(1_u32 << (2 * level));
         let pieces = scene.faces().pieces(face as usize);
-        let pieces: BTreeMap<u32, Piece> = pieces.map(|n| (n, Piece::new(scene, n, of_bin))).collect();
-        let (mut bins, mut squares, mut between) = (BTreeMap::new(), [0.0; 2], [[0.0; 2]; 2]);
-        for piece in pieces.values() {
+        let pieces: Vec<(u32, Piece)> = pieces.map(|n| (n, Piece::new(scene, n, of_bin))).collect();
+        let (mut blocks, mut squares, mut between) = (BTreeMap::new(), [0.0; 2], [[0.0; 2]; 2]);
+        for (_, piece) in &pieces {
             squares = [0, 1].map(|k| squares[k] + piece.area * piece.products([k, k])[0]);
             match piece.block() {
                 Some(block) => {
-                    let bin = bins.entry(block).or_insert_with(|| Bin::new(0.0, [0.0; 2]));
+                    let bin = blocks.entry(block).or_insert(Bin { area: 0.0, functions: [0.0; 2] });
                     let (whole, middle) = (bin.area + piece.area, piece.middle());
                     bin.functions =
                         [0, 1].map(|k| (bin.area * bin.functions[k] + piece.area * middle[k]) / whole);
@@ -290,85 +332,103 @@ impl<'a> OnFace<'a> {
                 }),
             }
         }
-        for Bin { area, functions, .. } in bins.values() {
+        for Bin { area, functions } in blocks.values() {
             add_products(&mut between, *area, |j, k| functions[j] * functions[k]);
         }
-        OnFace { scene, pieces, area, bins, squares, between }
+        OnFace { scene, pieces, area, blocks, squares, between }
     }
 
     /// Adds what the arrivals on the face tell.
-    fn add(
-        mut self,
-        arrivals: &[(usize, &Arrival)],
-        values: [f64; 3],
-        linear: bool,
-        energies: &mut Energies,
-    ) {
-        // Light in the mean of the face, and times each function, of each group.
-        let mut moments = [[[0.0; 3]; 3]; GROUPS];
-        for &(group, arrival) in arrivals {
-            let found: [f64; 3] = std::array::from_fn(|c| values[c] * arrival.weights[c]);
-            let (bin, here) = self.locate(arrival);
+    fn add(&self, landed: &[Landed<'_>], values: [f64; 3], linear: bool, energies: &mut Energies) {
+        let fitted = [0, 1].map(|k| linear && self.squares[k] > 0.0);
+        // Of each group the light on the face and what it comes to times each function: by their values at arrivals, and by those of bins.
+        let (mut moments, mut blurred): ([Found; 3], [Found; 2]) = Default::default();
+        let (mut bins, mut in_bins) = (Vec::with_capacity(landed.len()), Vec::with_capacity(landed.len()));
+        for (number, &Landed { group, arrival, .. }) in landed.iter().enumerate() {
+            let (key, bin, here) = self.locate(arrival);
+            let mut square = 0.0;
             for c in 0..3 {
-                bin.found[group][c] += found[c];
-                moments[group][c][0] += found[c];
-                (0..2).for_each(|k| moments[group][c][1 + k] += found[c] * here[k]);
+                let found = values[c] * arrival.weights[c];
+                square += found * found;
+                moments[0][c][group] += found;
+                (0..2).for_each(|k| moments[1 + k][c][group] += found * here[k]);
+            }
+            let slopes = (0..2).filter(|&k| fitted[k]).map(|k| here[k] * here[k] / self.squares[k]);
+            energies.noise += square * (1.0 / self.area + slopes.sum::<f64>());
+            bins.push(bin);
+            in_bins.push((key, number as u32));
+        }
+        in_bins.sort_unstable();
+        for in_bin in in_bins.chunk_by(|a, b| a.0 == b.0) {
+            let Bin { area, functions } = bins[in_bin[0].1 as usize];
+            let mut found = Found::default();
+            for &(_, number) in in_bin {
+                let Landed { group, arrival, .. } = landed[number as usize];
+                (0..3).for_each(|c| found[c][group] += values[c] * arrival.weights[c]);
+            }
+            for (c, found) in found.iter().enumerate() {
+                let products = products(found, found, 1.0 / area);
+                add(&mut energies.light, &products);
+                add(&mut energies.lost, &products);
+                for (k, blurred) in blurred.iter_mut().enumerate() {
+                    (0..GROUPS).for_each(|g| blurred[c][g] += found[g] * functions[k]);
+                }
             }
         }
-        (0..3).for_each(|c| self.add_channel(c, &moments.map(|of| of[c]), linear, energies));
+        for c in 0..3 {
+            let of_channel = [&moments[0][c], &moments[1][c], &moments[2][c]];
+            self.add_fits((of_channel, [&blurred[0][c], &blurred[1][c]]), fitted, energies);
+        }
     }
 
-    /// The bin of an arrival, and the functions of the fit at its place.
-    fn locate(&mut self, arrival: &Arrival) -> (&mut Bin, [f64; 2]) {
-        let piece = &self.pieces[&arrival.piece];
+    /// The bin of an arrival with its key, and the functions of the fit at the place.
+    fn locate(&self, arrival: &Arrival) -> (Key, Bin, [f64; 2]) {
+        let number = match &self.pieces[..] {
+            [_] => 0,
+            many => many.binary_search_by_key(&arrival.piece, |(n, _)| *n).expect("arrivals are on pieces"),
+        };
+        let piece = &self.pieces[number].1;
         let weights = self.scene.faces().corner_weights(arrival.piece, arrival.uv);
         let here = [0, 1].map(|k| piece.corners.iter().zip(weights).map(|(at, w)| w * at[k]).sum());
-        let bin = match piece.block() {
-            Some(block) => self.bins.get_mut(&block).expect("blocks hold their pieces"),
+        match piece.block() {
+            Some(block) => (block, self.blocks[&block], here),
             None => {
-                let (part, middle) = piece.part(weights);
+                let (part, functions) = piece.part(weights);
                 let area = piece.area / f64::from(1_u32 << (2 * piece.depth));
-                let key = [arrival.piece, 1 + part, 0, 0];
-                self.bins.entry(key).or_insert_with(|| Bin::new(area, middle))
+                ([arrival.piece, 1 + part, 0, 0], Bin { area, functions }, here)
             }
-        };
-        (bin, here)
+        }
     }
 
-    /// Adds the products of what groups leave out in one channel.
-    fn add_channel(&self, c: usize, moments: &[[f64; 3]; GROUPS], linear: bool, energies: &mut Energies) {
-        let times =
-            |x: &dyn Fn(usize) -> f64, y: &dyn Fn(usize) -> f64, factor: f64, to: &mut [f64; GROUPS]| {
-                let all: f64 = (0..GROUPS).map(y).sum();
-                (0..GROUPS).for_each(|g| to[g] += factor * x(g) * (all - y(g)));
-            };
-        // What the functions come to in the means of the bins.
-        let mut blurred = [[0.0; 2]; GROUPS];
-        for bin in self.bins.values() {
-            let found = |g: usize| bin.found[g][c];
-            times(&found, &found, 1.0 / bin.area, &mut energies.light);
-            times(&found, &found, 1.0 / bin.area, &mut energies.lost);
-            (0..GROUPS).for_each(|g| (0..2).for_each(|k| blurred[g][k] += found(g) * bin.functions[k]));
-        }
-        let mean = |g: usize| moments[g][0];
-        times(&mean, &mean, -1.0 / self.area, &mut energies.lost);
-        let fitted: Vec<usize> = (0..2).filter(|&k| linear && self.squares[k] > 0.0).collect();
-        for &j in &fitted {
-            let (slope, shown) = (|g: usize| moments[g][1 + j] / self.squares[j], |g: usize| blurred[g][j]);
-            times(&slope, &shown, -1.0, &mut energies.lost);
-            times(&shown, &slope, -1.0, &mut energies.lost);
-            for &k in &fitted {
-                let other = |g: usize| moments[g][1 + k] / self.squares[k];
-                times(&slope, &other, self.between[j][k], &mut energies.lost);
+    /// Takes off the products of what the fits of groups catch in one channel.
+    fn add_fits(
+        &self,
+        ([mean, slopes @ ..], blurred): ([&[f64; GROUPS]; 3], [&[f64; GROUPS]; 2]),
+        fitted: [bool; 2],
+        energies: &mut Energies,
+    ) {
+        let lost = &mut energies.lost;
+        add(lost, &products(mean, mean, -1.0 / self.area));
+        for j in (0..2).filter(|&j| fitted[j]) {
+            let slope = slopes[j].map(|moment| moment / self.squares[j]);
+            add(lost, &products(&slope, blurred[j], -1.0));
+            add(lost, &products(blurred[j], &slope, -1.0));
+            for k in (0..2).filter(|&k| fitted[k]) {
+                let other = slopes[k].map(|moment| moment / self.squares[k]);
+                add(lost, &products(&slope, &other, self.between[j][k]));
             }
         }
     }
 }
 
-impl Bin {
-    fn new(area: f64, functions: [f64; 2]) -> Self {
-        Bin { area, functions, found: [[0.0; 3]; GROUPS] }
-    }
+/// By group, the product of its x with the sum of the y of all others.
+fn products(x: &[f64; GROUPS], y: &[f64; GROUPS], factor: f64) -> [f64; GROUPS] {
+    let all: f64 = y.iter().sum();
+    std::array::from_fn(|g| factor * x[g] * (all - y[g]))
+}
+
+fn add(sums: &mut [f64; GROUPS], parts: &[f64; GROUPS]) {
+    sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
 }
 
 fn add_products(sums: &mut [[f64; 2]; 2], factor: f64, of: impl Fn(usize, usize) -> f64) {
@@ -452,7 +512,8 @@ mod tests {
         }
     }
 
-    /// Even light is missed by nothing: within four standard errors of 0.
+    /// Even light is missed by nothing, within four standard errors of 0, and each unknown has the noise of a share of the arrivals, within four standard
+    /// errors of their number (1 %).
     #[test]
     fn even_light_is_caught() {
         let experiment = Experiment::new(
@@ -460,13 +521,15 @@ mod tests {
             Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) },
         )
         .unwrap();
-        let Missed { part, error, .. } = missed(&experiment, 1 << 15, true);
+        let Missed { part, error, energy, noise } = missed(&experiment, 1 << 15, true);
         assert!(part.abs() < 4.0 * error && error < 0.01, "{part} ± {error}");
+        // A walk arrives twice in the mean, and 24 faces have three unknowns each.
+        assert!((noise / energy / 36.0 - 1.0).abs() < 0.04, "{noise} of {energy}");
     }
 
     /// What is expected of a measurement.
     fn with(part: f64, error: f64, foretold: f64) -> f64 {
-        Missed { part, error, energy: 1.0 }.with(foretold)
+        Missed { part, error, energy: 1.0, noise: 0.0 }.with(foretold)
     }
 
     /// What the laws let expect holds where walks tell nothing, and what is measured where they tell all.

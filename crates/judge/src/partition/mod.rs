@@ -3,7 +3,7 @@
 //!
 //! The error of a result has two parts. *Noise* grows with the number of unknowns: n cells of a surface err by n times what one
 //! cell does, for as many walks. *Discretisation* falls with it. For every surface the rule takes the grid of the least sum of
-//! both. With linear fits, a surface may get rectangles of different sizes in place of a grid, where these are better.
+//! both; with linear fits, rectangles or triangles of different sizes where its shape allows.
 
 mod clusters;
 mod curve;
@@ -34,9 +34,15 @@ use self::quarters::Triangles;
 pub use self::seen::{Basis, PilotTallies, SurfaceLight, doublings};
 use self::tree::{Start, rectangles};
 
-/// The light counts as even where the likelihood that it varies along an axis, over that of light that does not, is below this in the
-/// mean over all axes of all surfaces. Even light passes it once in 20 pilots at most, since the mean of such ratios is 1 there.
+/// The light counts as even where the likelihood that it varies along some of the axes of all surfaces, over that of light that varies along none, is
+/// below this. Even light passes it once in 20 pilots at most, since the mean of such ratios is 1 there.
 const UNEVEN: f64 = 20.0;
+
+/// A first look of few walks tells that the light is even where that ratio is below this.
+const SURELY_EVEN: f64 = 1.0;
+
+/// The part of all axes along which light that is not even is expected to vary.
+const VARIED: f64 = 0.1;
 
 /// Cuts of some surfaces, a basis for all, and the errors that are foretold.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,15 +96,13 @@ impl Ladder<'_> {
         self.of_grid(&GridStep { lost, ..self.steps[0] }, basis, walks)
     }
 
-    /// The cut of the least error: a grid, or parts of different sizes, which have to be better than the grid.
+    /// The cut of the least error: parts of different sizes, of which a grid is one case, or a grid where only grids may be had.
     fn best(&self, basis: Basis, walks: f64) -> Foretold {
-        let grids = self.steps.iter().map(|step| (step, self.of_grid(step, basis, walks)));
-        let best = grids.min_by(|(_, a), (_, b)| (a.noise + a.lost).total_cmp(&(b.noise + b.lost)));
-        let (_, grid) = best.expect("a surface has a coarsest grid");
-        match self.of_tree(basis, walks) {
-            Some(tree) if tree.noise + tree.lost < grid.noise + grid.lost => tree,
-            _ => grid,
-        }
+        self.of_tree(basis, walks).unwrap_or_else(|| {
+            let grids = self.steps.iter().map(|step| self.of_grid(step, basis, walks));
+            let best = grids.min_by(|a, b| (a.noise + a.lost).total_cmp(&(b.noise + b.lost)));
+            best.expect("a surface has a coarsest grid")
+        })
     }
 
     /// What is foretold of the best parts of different sizes: all that the laws of grids say there is beyond what they catch.
@@ -136,8 +140,8 @@ pub fn shared_noise(surfaces: &[SurfaceLight]) -> f64 {
 pub struct Candidates<'a> {
     /// What every surface may get, by basis.
     by_basis: Vec<(Basis, Vec<Ladder<'a>>)>,
-    /// Whether nothing tells that the light varies: then every surface stays whole.
-    even: bool,
+    /// How much likelier light is that varies along some axes than light that varies along none.
+    unevenness: f64,
     /// The noise that cells have in common after one walk, whatever their cuts [W²/m²].
     shared: f64,
 }
@@ -151,7 +155,8 @@ impl<'a> Candidates<'a> {
         };
         let constant = curves(Basis::Constant);
         let odds: Vec<f64> = constant.iter().flat_map(|curve| &curve.odds).copied().collect();
-        let even = odds.iter().sum::<f64>() <= UNEVEN * odds.len() as f64;
+        let unevenness =
+            odds.iter().fold(1.0_f64, |all, odds| (all * (1.0 - VARIED + VARIED * odds)).min(f64::MAX));
         let ladder = |(light, curve): (&'a SurfaceLight, Curve)| Ladder { light, steps: curve.steps };
         let of =
             |basis: Basis, curves: Vec<Curve>| (basis, surfaces.iter().zip(curves).map(ladder).collect());
@@ -162,18 +167,23 @@ impl<'a> Candidates<'a> {
         if bases.contains(&Basis::Linear) {
             by_basis.push(of(Basis::Linear, curves(Basis::Linear)));
         }
-        Candidates { by_basis, even, shared: shared.max(0.0) }
+        Candidates { by_basis, unevenness, shared: shared.max(0.0) }
     }
 
-    /// Whether nothing tells that the light varies.
-    pub fn are_even(&self) -> bool {
-        self.even
+    /// Whether nothing tells that the light varies: then every surface stays whole.
+    fn are_even(&self) -> bool {
+        self.unevenness <= UNEVEN
+    }
+
+    /// Whether few walks are enough to tell that the light does not vary.
+    pub fn are_surely_even(&self) -> bool {
+        self.unevenness <= SURELY_EVEN
     }
 
     /// The bases that may be chosen: where light is known to vary, linear fits alone, if they are among the candidates. Constants lose more in hot
     /// spots than their laws foretell, by factors of up to ten where lamps hang below ceilings.
     pub fn bases(&self) -> impl Iterator<Item = Basis> {
-        let only_linear = !self.even && self.by_basis.iter().any(|(basis, _)| *basis == Basis::Linear);
+        let only_linear = !self.are_even() && self.by_basis.iter().any(|(basis, _)| *basis == Basis::Linear);
         let bases = self.by_basis.iter().map(|(basis, _)| *basis);
         bases.filter(move |basis| !only_linear || *basis == Basis::Linear)
     }
@@ -194,7 +204,7 @@ impl<'a> Candidates<'a> {
         let noise = self.shared / walks;
         let mut choice = Choice { cuts: Vec::new(), patches: Vec::new(), basis, walks, noise, lost: 0.0 };
         for ladder in surfaces {
-            let Foretold { cut, patches, noise, lost } = match self.even {
+            let Foretold { cut, patches, noise, lost } = match self.are_even() {
                 true => ladder.whole(basis, walks),
                 false => ladder.best(basis, walks),
             };

@@ -41,13 +41,11 @@ pub struct PilotTallies<'a> {
     pub all: &'a Tally,
 }
 
-/// The arrival of a walk on a part of a surface.
+/// The arrival of a walk on one side of a part of a surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Landing {
     /// The group of the walk.
     pub(super) group: usize,
-    /// The side that it arrives on.
-    pub(super) side: Side,
     /// The place, in coordinates of 0 … 1 along the edges of the part.
     pub(super) at: [f64; 2],
     /// The light that it stands for in the estimate of its group, by channel [W].
@@ -136,14 +134,15 @@ impl SurfaceLight {
         light
     }
 
-    /// What walks of some groups tell of a part of a surface by where they arrive: an area, the lengths of its edges, and the coarsest grid,
+    /// What walks of some groups tell of a part of a surface by where they arrive on each side: an area, the lengths of its edges, and the coarsest grid,
     /// [`Grid::Quad`] or [`Grid::Triangle`], of one cell.
     pub(super) fn of_landings(
         (base, area, edges): (Grid, f64, [f64; 2]),
-        landings: &[Landing],
+        sides: &[Vec<Landing>],
         (groups, walks): (usize, f64),
     ) -> Self {
-        let top = levels_for(base, edges, (landings.len() as f64 / LANDINGS_PER_CELL).max(4.0));
+        let landings: usize = sides.iter().map(Vec::len).sum();
+        let top = levels_for(base, edges, (landings as f64 / LANDINGS_PER_CELL).max(4.0));
         let is_quad = matches!(base, Grid::Quad(_));
         let [levels_u, levels_v] = top.map(|top| top as usize + 1);
         let mut light = SurfaceLight {
@@ -160,30 +159,31 @@ impl SurfaceLight {
             area,
         };
         let fine = Cells::new(base.doubled(top));
-        for side in [Side::Front, Side::Back] {
+        for landings in sides {
+            let cells: Vec<usize> = landings.iter().map(|one| fine.cell_at(one.at)).collect();
             for channel in 0..3 {
+                if landings.iter().all(|one| one.light[channel] == 0.0) {
+                    continue;
+                }
                 let mut integrals = Integrals::none(groups, fine.count());
                 let mut squares = vec![0.0; fine.count()];
-                for Landing { group, at: [u, v], light, .. } in landings.iter().filter(|one| one.side == side)
-                {
-                    let (cell, found) = (fine.cell_at([*u, *v]), light[channel]);
+                for (&cell, &Landing { group, at: [u, v], light }) in cells.iter().zip(landings) {
+                    let found = light[channel];
                     squares[cell] += found * found;
                     for (k, part) in [found, found * u, found * v].into_iter().enumerate() {
                         integrals.cell_mut(cell)[k * groups + group] += part;
                     }
                 }
-                if squares.iter().any(|&square| square > 0.0) {
-                    // Of the mean of all groups: every landing is one of its own, and each of three unknowns errs alike.
-                    let per_cell = (fine.count() as f64 / area / groups as f64).powi(2);
-                    let fit = |square: f64| Fit {
-                        mean: 0.0,
-                        gradient: [0.0; 2],
-                        mean_variance: per_cell * square,
-                        slope_variance: 2.0 * per_cell * square,
-                    };
-                    let fits: Vec<Fit> = squares.into_iter().map(fit).collect();
-                    light.add(&fine, area, &fits, integrals);
-                }
+                // Of the mean of all groups: every landing is one of its own, and each of three unknowns errs alike.
+                let per_cell = (fine.count() as f64 / area / groups as f64).powi(2);
+                let fit = |square: f64| Fit {
+                    mean: 0.0,
+                    gradient: [0.0; 2],
+                    mean_variance: per_cell * square,
+                    slope_variance: 2.0 * per_cell * square,
+                };
+                let fits: Vec<Fit> = squares.into_iter().map(fit).collect();
+                light.add(&fine, area, &fits, integrals);
             }
         }
         light.images.iter_mut().for_each(Images::spread_noise);
