@@ -231,10 +231,9 @@ fn cylinders_stand_at_the_points_of_a_plane() {
     let quotients = || (0..16).map(|i| light[16 + i] / light[i]);
     let modelling = &summary["planes"][1]["modelling"];
     assert!(modelling["plane"] == "desk" && summary["planes"][0]["modelling"].is_null(), "{summary}");
-    for (figure, expected) in [
-        ("least", quotients().fold(f64::INFINITY, f64::min)),
-        ("largest", quotients().fold(0.0, f64::max)),
-    ] {
+    for (figure, expected) in
+        [("least", quotients().fold(f64::INFINITY, f64::min)), ("largest", quotients().fold(0.0, f64::max))]
+    {
         let [low, value, high] = ["low", "value", "high"].map(|key| modelling[figure][key].as_f64().unwrap());
         assert!((value / expected - 1.0).abs() < 1e-12 && low < value && value < high, "{modelling}");
     }

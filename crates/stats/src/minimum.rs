@@ -2,11 +2,11 @@
 //!
 //! The least of n estimates is biased: it is below the least mean by what the luckiest of the errors is. Its interval has to do without it.
 //!
-//! - Only means that may be the least are counted, m of them: those that no other one is surely below, in comparisons of pairs that hold
-//!   together with a tenth of the probability to fail (moment selection: D. W. K. Andrews & G. Soares, Econometrica 78 (2010)). α is what is
-//!   left of it.
-//! - Above: min_i U_i, where each of the m limits is too low with probability α/(m + 1).
-//! - Below: min_i L_i, where each is too high with probability αm/(m + 1).
+//! - Only means that may be the least are counted, m of them: those that no other one is surely below, in comparisons of pairs that fail
+//!   together with probability α/2 at most (moment selection: D. W. K. Andrews & G. Soares, Econometrica 78 (2010)). Nothing of α is spent on
+//!   that: the least mean is wrongly left out only where others that are as low are taken.
+//! - Above: min_i U_i, where each of the m limits is too low with probability α/(m + 1), from m = 4 on α/m.
+//! - Below: min_i L_i, where each is too high with probability αm/(m + 1), at most ¾α: m itself depends on the errors.
 //!
 //! If one mean is the least by far, only its own limits can fail: α. If j of them are equal, min_i U_i fails with jα/(m + 1) at most, and
 //! min_i L_i only where the errors of all j are large together. If these are one error, both sum up to α again; if there are two, the sum grows
@@ -16,8 +16,8 @@
 use crate::interval::Interval;
 use crate::student::student_quantile;
 
-/// The part of the probability to fail that is spent on leaving means out.
-const SPENT_ON_SELECTION: f64 = 0.1;
+/// The part of the probability to fail with which comparisons of pairs do.
+const SELECTION: f64 = 0.5;
 
 /// The interval of the least of some means, from estimates and standard errors, each of which comes from `freedom` + 1 samples. Errors are
 /// about normal, and pairs of them have about this `correlation`, which is not negative; estimates of error 0 are known exactly.
@@ -32,7 +32,7 @@ pub fn minimum_interval(estimates: &[[f64; 2]], correlation: f64, confidence: f6
     };
     let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
     // Both variances are about equal: their sum has twice the degrees of freedom.
-    let apart = student_quantile(1.0 - SPENT_ON_SELECTION * miss / n, 2 * freedom);
+    let apart = student_quantile(1.0 - SELECTION * miss / n, 2 * freedom);
     let [first, own] = *estimates
         .iter()
         .min_by(|[a, s], [b, t]| (a + apart * s).total_cmp(&(b + apart * t)))
@@ -40,8 +40,9 @@ pub fn minimum_interval(estimates: &[[f64; 2]], correlation: f64, confidence: f6
     let of_difference = |error: f64| (error * error + own * own - 2.0 * correlation * error * own).sqrt();
     let near = || estimates.iter().filter(|&&[mean, error]| mean - first <= apart * of_difference(error));
     let count = near().count() as f64;
-    let above = (1.0 - SPENT_ON_SELECTION) * miss / (count + 1.0);
-    let [below, above] = [count * above, above].map(limit);
+    let above = if count < 4.0 { 1.0 / (count + 1.0) } else { 1.0 / count };
+    let below = (1.0 - above).min(0.75);
+    let [below, above] = [below * miss, above * miss].map(limit);
     Interval {
         low: least(&mut near().map(|estimate| below(estimate, -1.0))),
         high: least(&mut near().map(|estimate| above(estimate, 1.0))),
@@ -114,20 +115,28 @@ mod tests {
         (covers.rate(0.95).unwrap().value, plain as f64 / RUNS as f64)
     }
 
-    /// 95 % hold in 94 % of runs at least, whatever there is: one mean, many equal ones, whose errors are apart or in common, and a
-    /// slope. Where one mean is the least by far, no more than 96.5 % do. A share of 95 % is below 94 % with probability 0.2 % (4,000 runs).
+    /// 95 % hold in 93 % of runs at least, whatever there is: one mean, some that are equal or apart by up to 6 standard errors, whose errors are
+    /// apart or in common, and slopes. Where one mean is the least by far, 94 to 96.5 % do. The worst share seen is 93.8 %, which is below 93 % with
+    /// probability 2 % (4,000 runs); 95 % is below 94 % with 0.2 %.
     #[test]
     fn intervals_of_the_least_mean_cover_it() {
-        let slope: Vec<f64> = (0..200).map(|i| 0.01 * f64::from(i)).collect();
-        for (means, common) in [
-            (vec![0.0; 200], 0.0),
-            (vec![0.0; 200], 0.9),
-            (vec![0.0; 4], 0.0),
-            (slope.clone(), 0.0),
-            (slope, 0.5),
+        let slope = |step: f64| (0..40).map(|i| step * f64::from(i)).collect::<Vec<f64>>();
+        for means in [
+            vec![0.0; 40],
+            vec![0.0; 3],
+            vec![0.0; 2],
+            vec![0.0, 0.2],
+            vec![0.0, 0.5],
+            vec![0.0, 1.0],
+            slope(0.02),
+            (0..40).map(|i| if i == 0 { 0.0 } else { 0.9 }).collect(),
+            (0..40).map(|i| if i == 0 { 0.0 } else { 1.3 }).collect(),
+            slope(0.2),
         ] {
-            let (covered, _) = coverage(&means, common);
-            assert!(covered > 0.94, "{} means, {common}: {covered}", means.len());
+            for common in [0.0, 0.5, 0.9, 0.99] {
+                let (covered, _) = coverage(&means, common);
+                assert!(covered > 0.93, "{} means to {:?}, {common}: {covered}", means.len(), means.last());
+            }
         }
         for means in [vec![0.0], vec![5.0, 0.0, 9.0, 7.0]] {
             let (covered, _) = coverage(&means, 0.3);
@@ -135,5 +144,25 @@ mod tests {
         }
         let (_, plain) = coverage(&vec![0.0; 200], 0.0);
         assert!(plain < 0.5, "the least estimate's own interval does: {plain}");
+    }
+
+    /// ln of a quotient of two normal numbers of relative errors 2 % and 3 % has the error √(2² + 3² − 2·ρ·2·3) %; of a number with itself there
+    /// is none. What is not bounded stays so.
+    #[test]
+    fn quotients_have_the_errors_of_both() {
+        let about = |value: f64, part: f64| {
+            (value, Interval { low: value / (1.0 + part), high: value * (1.0 + part) })
+        };
+        let width = |correlation: f64| {
+            let Interval { low, high } = quotient_interval(about(3.0, 0.02), about(4.0, 0.03), correlation);
+            assert!((low * high - 0.75 * 0.75).abs() < 1e-12);
+            (high / low).ln() / 2.0
+        };
+        let [a, b] = [1.02_f64.ln(), 1.03_f64.ln()];
+        assert!((width(0.0) - a.hypot(b)).abs() < 1e-12 && (width(1.0) - (b - a)).abs() < 1e-12);
+        let same = quotient_interval(about(3.0, 0.02), about(3.0, 0.02), 1.0);
+        assert!((same.low - 1.0).abs() < 1e-7 && (same.high - 1.0).abs() < 1e-7);
+        let dark = (1.0, Interval { low: 0.0, high: 2.0 });
+        assert_eq!(quotient_interval(dark, dark, 0.5), Interval { low: 0.0, high: f64::INFINITY });
     }
 }

@@ -35,7 +35,7 @@ const LEVEL: f64 = 0.95;
 pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     let folder = words.first().ok_or("usage: lamps FOLDER [RUNS]")?;
     let runs = words.get(1).map_or(Ok(RUNS), |word| word.parse())?;
-    let tables = coverage(runs)?; //births()? + 
+    let tables = births()? + &coverage(runs)?;
     let page = format!(
         "# Lamps\n\nMade by `radwalk-lab lamps FOLDER {runs}` on one thread: {}.\n\n{tables}",
         origin()
