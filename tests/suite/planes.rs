@@ -216,3 +216,41 @@ fn what_cannot_be_is_refused_in_words() {
     let (code, _, stderr) = run(&["exact", job.to_str().unwrap()]);
     assert!(code == 2 && stderr.contains("lamps without area"), "{stderr}");
 }
+
+/// Cylinders at the points of a plane have their mean and minimum, their light over that of the plane, and rows of their own; half ones need a
+/// direction.
+#[test]
+fn cylinders_stand_at_the_points_of_a_plane() {
+    let folder = tempdir().unwrap();
+    let people = PLANE.replace("desk", "people") + "measure = \"cylindrical\"\ndemand = { mean = 1.0 }\n";
+    let job = room(&folder, 0.6, &[LAMP, PLANE, &people].concat());
+    let out = path(&folder, "out");
+    let summary = run_job(job.to_str().unwrap(), &out, &[]);
+    let columns = columns(&out.join("planes.csv"));
+    let light: Vec<f64> = columns["illuminance"].iter().map(|x| x.parse().unwrap()).collect();
+    let quotients = || (0..16).map(|i| light[16 + i] / light[i]);
+    let modelling = &summary["planes"][1]["modelling"];
+    assert!(modelling["plane"] == "desk" && summary["planes"][0]["modelling"].is_null(), "{summary}");
+    for (figure, expected) in
+        [("least", quotients().fold(f64::INFINITY, f64::min)), ("largest", quotients().fold(0.0, f64::max))]
+    {
+        let [low, value, high] = ["low", "value", "high"].map(|key| modelling[figure][key].as_f64().unwrap());
+        assert!((value / expected - 1.0).abs() < 1e-12 && low < value && value < high, "{modelling}");
+    }
+    let (_, stdout, _) =
+        run(&["run", job.to_str().unwrap(), "--out", path(&folder, "told").to_str().unwrap()]);
+    assert!(
+        stdout.contains("modelling over \"desk\" from 0.") && stdout.contains("mean of 1 lx met"),
+        "{stdout}"
+    );
+    assert!(std::fs::read_to_string(out.join("report.html")).unwrap().contains("modelling over"));
+    for (measure, words) in [
+        ("\"spherical\"", "cylindrical"),
+        ("\"semicylindrical\"", "faces a horizontal direction"),
+        ("\"semicylindrical\"\nnormal = [0, 0, 1]", "no horizontal direction"),
+    ] {
+        let job = room(&folder, 0.6, &[LAMP, PLANE, &format!("measure = {measure}\n")].concat());
+        let (code, _, stderr) = run(&["check", job.to_str().unwrap()]);
+        assert!(code == 2 && stderr.contains(words), "{measure}: {stderr}");
+    }
+}

@@ -11,9 +11,45 @@ use crate::error::Error;
 use crate::imports::positive;
 use crate::keys::{DEMAND_KEYS, LISTS, PLANE_KEYS, POINTS_KEYS};
 use crate::shape::read_point;
+use crate::word::Word;
 
 /// The most points of a plane along one side.
 const MOST_ALONG: f64 = 4096.0;
+
+/// What is measured at the points of a plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Measure {
+    /// Illuminance on the side that a point faces.
+    #[default]
+    Planar,
+    /// On the curved side of an upright cylinder.
+    Cylindrical,
+    /// On the half of it that a point faces.
+    Semicylindrical,
+}
+
+impl Word for Measure {
+    const ALL: &'static [Self] = &[Self::Planar, Self::Cylindrical, Self::Semicylindrical];
+
+    fn word(self) -> &'static str {
+        match self {
+            Measure::Planar => "planar",
+            Measure::Cylindrical => "cylindrical",
+            Measure::Semicylindrical => "semicylindrical",
+        }
+    }
+}
+
+impl Measure {
+    /// It at some points.
+    fn at(self, points: Vec<[DVec3; 2]>, grid: [u32; 2]) -> SensorShape {
+        match self {
+            Measure::Planar => SensorShape::Points { points, grid },
+            Measure::Cylindrical => SensorShape::Cylinders { points, grid, half: false },
+            Measure::Semicylindrical => SensorShape::Cylinders { points, grid, half: true },
+        }
+    }
+}
 
 /// What a figure of a plane is to reach.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -52,7 +88,8 @@ pub(crate) fn read_planes(
         let stem = Path::new(file.string()?).file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let name = read_name(&mut table, stem, sensors)?;
         read_demands(&mut table, sensors.len() as u32, &mut demands)?;
-        sensors.push(SensorSpec { name, shape: read_file(&file, folder)? });
+        let measure = table.word("measure")?;
+        sensors.push(SensorSpec { name, shape: read_file(&file, folder, measure)? });
     }
     Ok(demands)
 }
@@ -118,6 +155,7 @@ fn read_grid(mut table: KeyTable<'_>) -> Result<SensorShape, Error> {
         table.require("spacing", "it is the distance of the points", "spacing = 0.25, in metres")?;
     let place = spacing.place();
     let spacing = positive(&spacing, "it is the distance of the points in metres")?;
+    let measure: Measure = table.word("measure")?;
     let height = table.take("height").map(|value| value.number()).transpose()?.unwrap_or(0.0);
     let normal = table.take("normal").map(|value| read_point(value)).transpose()?;
     let upwards = u.cross(v).normalize_or_zero();
@@ -132,17 +170,24 @@ fn read_grid(mut table: KeyTable<'_>) -> Result<SensorShape, Error> {
             remedy: "choose other sides, or a larger spacing".into(),
         });
     }
+    if let (Measure::Semicylindrical, None) = (measure, normal) {
+        return Err(Error::MissingKey {
+            place: table.place("normal"),
+            why: "half of a cylinder faces a horizontal direction",
+            remedy: "normal = [0, 1, 0], the direction from which people are looked at".into(),
+        });
+    }
     let normal = normal.unwrap_or(upwards);
     let at =
         |i: f64, j: f64| origin + upwards * height + u * ((i + 0.5) / along[0]) + v * ((j + 0.5) / along[1]);
     let grid = along.map(|points| points as u32);
     let points = (0..grid[0]).flat_map(|i| (0..grid[1]).map(move |j| (i, j)));
     let points = points.map(|(i, j)| [at(i.into(), j.into()), normal]).collect();
-    checked(SensorShape::Points { points, grid }, &table.place("normal"))
+    checked(measure.at(points, grid), &table.place("normal"))
 }
 
 /// The points of a file as Radiance has them: x y z dx dy dz in each line.
-fn read_file(file: &Value<'_>, folder: &Path) -> Result<SensorShape, Error> {
+fn read_file(file: &Value<'_>, folder: &Path, measure: Measure) -> Result<SensorShape, Error> {
     let path = folder.join(file.string()?);
     let bad = |problem: String| {
         let why = "every line of it is a point and the direction that it faces: x y z dx dy dz";
@@ -163,7 +208,7 @@ fn read_file(file: &Value<'_>, folder: &Path) -> Result<SensorShape, Error> {
         points.push([DVec3::new(x, y, z), DVec3::new(dx, dy, dz)]);
     }
     let grid = [points.len() as u32, 1];
-    checked(SensorShape::Points { points, grid }, &file.place())
+    checked(measure.at(points, grid), &file.place())
 }
 
 fn checked(shape: SensorShape, place: &crate::error::SourceLocation) -> Result<SensorShape, Error> {

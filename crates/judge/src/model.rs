@@ -37,6 +37,10 @@ pub fn scene_lines(experiment: &Experiment, units: &Units) -> Vec<String> {
         let what = match spec.shape {
             SensorShape::Point { .. } => "a point".into(),
             SensorShape::Points { ref points, .. } => counted(points.len() as u64, "point"),
+            SensorShape::Cylinders { ref points, half: false, .. } => {
+                counted(points.len() as u64, "cylinder")
+            }
+            SensorShape::Cylinders { ref points, .. } => counted(points.len() as u64, "half cylinder"),
             SensorShape::Quad { .. } => {
                 let cells = sensors.map_or(0..0, |sensors| sensors.cells_of(number));
                 counted(cells.len() as u64, "patch")

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use radiosity::{
     IndexChoice, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides, SkyPatches, SurfaceSpec,
+    Unfit,
     daylight::{Coefficients, SkyTally},
 };
 
@@ -126,4 +127,14 @@ fn the_sun_is_seen_where_nothing_is_in_its_way() {
     assert_eq!(room.receives(0, at(0.999)), 0.0);
     assert_eq!(room.receives(0, at(1.001)), at(1.001)[2]);
     assert_eq!(room.receives(0, [0.0, 0.6, -0.8]), 0.0);
+}
+
+#[test]
+fn cylinders_have_no_daylight() {
+    let scene = Scene::build(&SceneSpec::furnace(1, 0.5), IndexChoice::Auto).unwrap();
+    let points = vec![[DVec3::splat(0.5), DVec3::Z]];
+    let shape = SensorShape::Cylinders { points, grid: [1, 1], half: false };
+    let sensor = SensorSpec { name: "people".into(), shape };
+    let refused = Coefficients::new(scene, &[sensor], SkyPatches::new(145).unwrap()).unwrap_err();
+    assert_eq!(refused, Unfit::DaylightOnCylinders { name: "people".into() });
 }

@@ -4,6 +4,7 @@ mod common;
 #[path = "../../photometry/tests/support/mod.rs"]
 mod support;
 
+mod cylinders;
 mod daylight;
 mod groups;
 mod lamps;

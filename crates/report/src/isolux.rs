@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
-use radiosity::{Readings, SensorShape};
+use radiosity::Readings;
 
 use crate::picture::Picture;
 use crate::words::quantity;
@@ -129,9 +129,9 @@ fn grids<'a>(readings: &'a Readings<'_>) -> impl Iterator<Item = (&'a str, Plane
     let sensors = readings.sensors();
     sensors.planes().filter_map(move |plane| {
         let spec = &sensors.specs()[plane];
-        let SensorShape::Points { points, grid } = &spec.shape else { return None };
+        let (points, grid) = spec.shape.points()?;
         let value = |cell: usize| readings.cell(cell)[0].irradiance.unwrap_or(0.0);
-        let drawn = || PlaneGrid::of(points, *grid, sensors.cells_of(plane).map(value).collect());
+        let drawn = || PlaneGrid::of(points, grid, sensors.cells_of(plane).map(value).collect());
         (!grid.contains(&1)).then(|| (spec.name.as_str(), drawn()))
     })
 }

@@ -1,7 +1,7 @@
 //! Where sensors are drawn in three dimensions.
 
 use glam::DVec3;
-use radiosity::{Readings, SensorShape, Sensors};
+use radiosity::{Readings, Sensors};
 
 use crate::bounds::Bounds;
 
@@ -20,10 +20,8 @@ pub(crate) fn outlines(readings: &Readings) -> Vec<[DVec3; 4]> {
 /// A square around a point, across the direction that it faces.
 fn square(sensors: &Sensors, number: usize, side: f64) -> [DVec3; 4] {
     let cell = sensors.cell(number);
-    let side = match &sensors.specs()[cell.sensor].shape {
-        SensorShape::Points { points, .. } if points.len() > 1 => {
-            side.min(points[0][0].distance(points[1][0]))
-        }
+    let side = match sensors.specs()[cell.sensor].shape.points() {
+        Some((points, _)) if points.len() > 1 => side.min(points[0][0].distance(points[1][0])),
         _ => side,
     };
     let (u, v) = cell.normal.any_orthonormal_pair();

@@ -254,7 +254,9 @@ impl Page<'_> {
         let row = |plane: &PlaneSummary| {
             let [mean, minimum, uniformity, diversity] =
                 [&plane.mean, &plane.minimum, &plane.uniformity, &plane.diversity].map(PerChannel::words);
-            let demands: Vec<String> = plane.demands.iter().map(|demand| demand.words(unit)).collect();
+            let modelling = plane.modelling.iter().map(|modelling| modelling.words());
+            let demands: Vec<String> =
+                modelling.chain(plane.demands.iter().map(|demand| demand.words(unit))).collect();
             let (name, points) = (plane.name.clone(), plane.points.to_string());
             [name, points, mean, minimum, uniformity, diversity, demands.join("; ")]
         };

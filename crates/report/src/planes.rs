@@ -2,8 +2,9 @@
 
 use std::io::{self, Write};
 
+use glam::DVec3;
 use radiosity::{
-    Reading, Readings, SensorCell,
+    Reading, Readings, SensorCell, SensorShape,
     planes::{Figure, PlaneFigure, Sufficiency},
 };
 use serde::Serialize;
@@ -27,6 +28,9 @@ pub struct PlaneSummary {
     pub uniformity: PerChannel,
     /// U_d: the minimum over the maximum.
     pub diversity: PerChannel,
+    /// Of cylinders at the points of another plane that faces up, their light over its; absent of others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub modelling: Option<ModellingSummary>,
     /// Whether the figures reach what is demanded of them; absent where nothing is.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub demands: Vec<DemandSummary>,
@@ -79,6 +83,43 @@ impl DemandSummary {
             (true, true) => format!("{what} met with {percent} %"),
             (false, true) => format!("{what} missed with {percent} %"),
         }
+    }
+}
+
+/// The cylindrical over the horizontal illuminance of points.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModellingSummary {
+    /// The name of the plane of horizontal illuminance.
+    pub plane: String,
+    /// The least of the points.
+    pub least: PerChannel,
+    /// The largest of the points.
+    pub largest: PerChannel,
+}
+
+impl ModellingSummary {
+    /// That of a plane of cylinders, where another plane has the same points and faces up.
+    fn of(readings: &Readings, number: usize, sensor: usize) -> Option<Self> {
+        let specs = readings.sensors().specs();
+        let SensorShape::Cylinders { points, half: false, .. } = &specs[sensor].shape else { return None };
+        let is_same = |&(_, other): &(usize, usize)| match &specs[other].shape {
+            SensorShape::Points { points: others, .. } => {
+                let pair =
+                    |(a, b): (&[DVec3; 2], &[DVec3; 2])| a[0] == b[0] && b[1].x == 0.0 && b[1].y == 0.0;
+                others.len() == points.len() && points.iter().zip(others).all(pair)
+            }
+            _ => false,
+        };
+        let (plane, other) = readings.sensors().planes().enumerate().find(is_same)?;
+        let each = (0..readings.channels()).map(|channel| readings.modelling(number, plane, channel));
+        let each = each.collect::<Option<Vec<_>>>()?;
+        let [least, largest] = [0, 1].map(|k| PerChannel::of(each.iter().map(|both| both[k]).collect()));
+        Some(ModellingSummary { plane: specs[other].name.clone(), least, largest })
+    }
+
+    /// Both in words.
+    pub fn words(&self) -> String {
+        format!("modelling over {:?} from {} to {}", self.plane, self.least.words(), self.largest.words())
     }
 }
 
@@ -179,6 +220,7 @@ pub fn plane_summaries<D: Iterator<Item = (PlaneFigure, f64)>>(
             maximum: per(&|figures| figures.maximum),
             uniformity: per(&|figures| figures.uniformity),
             diversity: per(&|figures| figures.diversity),
+            modelling: ModellingSummary::of(readings, number, sensor),
             demands: demanded(sensor).map(|demand| DemandSummary::of(readings, number, demand)).collect(),
             sources: names
                 .iter()

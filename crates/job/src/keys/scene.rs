@@ -128,7 +128,7 @@ pub(crate) const LAMP: [Key; 10] = [
 pub(crate) const LAMP_KEYS: &[&str] = &names(&LAMP);
 
 /// The keys of a `[[plane]]`.
-pub(crate) const PLANE: [Key; 8] = [
+pub(crate) const PLANE: [Key; 9] = [
     Key::new("name", text, "Its figures are shown by it. Default: `plane` and its number."),
     Key::new("origin", point, "A corner of the plane [m].").required(),
     Key::new("u", point, "A side of the plane, from its corner [m].").required(),
@@ -141,8 +141,16 @@ pub(crate) const PLANE: [Key; 8] = [
     .required(),
     Key::new("height", || json!({"type": "number"}), "Raises the plane along its normal [m]. Default: 0."),
     Key::new("normal", point, "The direction that the points face. Default: across u and v, upwards."),
+    Key::new("measure", measures, MEASURED),
     Key::new("demand", || table(&DEMAND), DEMANDED),
 ];
+
+fn measures() -> Value {
+    json!({"enum": ["planar", "cylindrical", "semicylindrical"]})
+}
+
+/// What `measure` is.
+const MEASURED: &str = "Illuminance on the side that the points face, or on an upright cylinder, or on its half that they face. Default: planar.";
 
 /// What `demand` is.
 const DEMANDED: &str = "What its figures have to reach; the run says with what confidence they do.";
@@ -165,9 +173,10 @@ fn ratio() -> Value {
 pub(crate) const PLANE_KEYS: &[&str] = &names(&PLANE);
 
 /// The keys of a `[[points]]`.
-pub(crate) const POINTS: [Key; 3] = [
+pub(crate) const POINTS: [Key; 4] = [
     Key::new("name", text, "Their figures are shown by it. Default: the name of the file."),
     Key::new("file", text, "A point a line, x y z dx dy dz, relative to this file.").required(),
+    Key::new("measure", measures, MEASURED),
     Key::new("demand", || table(&DEMAND), DEMANDED),
 ];
 

@@ -138,30 +138,55 @@ fn uneven() -> Distribution {
     table(&gamma.join(" "), &c.join(" "), &candela.collect::<Vec<_>>().join(" "))
 }
 
+/// Rooms of 6 × 4 × 3 m with 40 points at 0.8 m.
+struct Case {
+    name: &'static str,
+    reflectance: f64,
+    /// The places of lamps in x and y [m]; they hang at 2.95 m.
+    lamps: &'static [[f64; 2]],
+    /// Whether they hang at 2 m and light the ceiling.
+    is_upwards: bool,
+    /// Walks of a run.
+    walks: u64,
+}
+
+const FOUR: &[[f64; 2]] = &[[1.5, 1.0], [4.5, 1.0], [1.5, 3.0], [4.5, 3.0]];
+
+const CASES: [Case; 6] = [
+    Case { name: "two equal minima", reflectance: 0.3, lamps: FOUR, is_upwards: false, walks: RUN },
+    Case { name: "two equal minima", reflectance: 0.7, lamps: FOUR, is_upwards: false, walks: RUN },
+    Case { name: "one clear minimum", reflectance: 0.5, lamps: &[[1.0, 1.0]], is_upwards: false, walks: RUN },
+    Case { name: "indirect, nearly even", reflectance: 0.7, lamps: FOUR, is_upwards: true, walks: RUN },
+    Case { name: "few samples", reflectance: 0.7, lamps: FOUR, is_upwards: false, walks: RUN / 4 },
+    Case { name: "indirect, few samples", reflectance: 0.5, lamps: FOUR, is_upwards: true, walks: RUN / 4 },
+];
+
 /// How often intervals of figures hold the truth.
 fn coverage(runs: u64) -> Result<String, Failure> {
+    let width = 3.9 * 100.0 * (LEVEL * (1.0 - LEVEL) / runs as f64).sqrt();
     let mut page = format!(
-        "## Figures of planes\n\nA room of 6 × 4 × 3 m with four lamps of the second table, 40 points at 0.8 m: {runs} runs of {RUN} walks with {} % intervals, \
-         against one of {TRUTH} walks. In brackets, the least and the largest share that chance alone leaves of {} % once in 1,000 tables.\n\n\
-         | reflectance | mean | minimum | maximum | U₀ | U_d | chance |\n|---|---|---|---|---|---|---|\n",
+        "## Figures of planes\n\nRooms of 6 × 4 × 3 m with lamps of the second table, 40 points at 0.8 m: {runs} runs each with {} % intervals, against one of \
+         {TRUTH} walks. Chance alone leaves {:.1} … {:.1} % of {} % but for once in 1,000 tables.\n\n\
+         | room | reflectance | walks | mean | minimum | maximum | U₀ | U_d |\n|---|---|---|---|---|---|---|---|\n",
         100.0 * LEVEL,
+        100.0 * LEVEL - width,
+        100.0 * LEVEL + width,
         100.0 * LEVEL,
     );
-    for reflectance in [0.3, 0.7] {
-        let experiment = room(reflectance)?;
+    for case in &CASES {
+        let experiment = room(case)?;
         let truth = figures(&experiment, u64::MAX, TRUTH)?;
         let mut covers = [Coverage::default(); 5];
         for seed in 0..runs {
-            let told = figures(&experiment, seed, RUN)?;
+            let told = figures(&experiment, seed, case.walks)?;
             for ((covers, told), truth) in covers.iter_mut().zip(each(&told)).zip(each(&truth)) {
                 covers.record(&Interval { low: told.low, high: told.high }, truth.value.unwrap_or(0.0));
             }
         }
         let share = |covers: &Coverage| covers.rate(LEVEL).map_or(f64::NAN, |rate| 100.0 * rate.value);
-        let _ = write!(page, "| {reflectance} |");
+        let _ = write!(page, "| {} | {} | {} |", case.name, case.reflectance, case.walks);
         covers.iter().for_each(|covers| page += &format!(" {:.1} % |", share(covers)));
-        let width = 3.9 * 100.0 * (LEVEL * (1.0 - LEVEL) / runs as f64).sqrt();
-        let _ = writeln!(page, " ({:.1} … {:.1} %) |", 100.0 * LEVEL - width, 100.0 * LEVEL + width);
+        page += "\n";
     }
     Ok(page)
 }
@@ -181,17 +206,19 @@ fn figures(experiment: &Experiment, seed: u64, walks: u64) -> Result<PlaneFigure
     Ok(readings.plane(0, 0))
 }
 
-fn room(reflectance: f64) -> Result<Experiment, Failure> {
+fn room(case: &Case) -> Result<Experiment, Failure> {
     let size = DVec3::new(6.0, 4.0, 3.0);
-    let mut spec = SceneSpec::furnace(4, reflectance);
+    let mut spec = SceneSpec::furnace(4, case.reflectance);
     for surface in &mut spec.surfaces {
         let (corner, u, v) = surface.shape.edges();
         surface.shape = Shape::parallelogram(size * corner, size * u, size * v, [4, 4]);
         surface.emittance = 0.0.into();
     }
-    let lamp = |x: f64, y: f64| LampSpec::new(DVec3::new(x, y, 2.95), Emission::Table(0), 1.0);
-    let list = vec![lamp(1.5, 1.0), lamp(4.5, 1.0), lamp(1.5, 3.0), lamp(4.5, 3.0)];
-    spec.lamps = LampsSpec { tables: vec![uneven()], list };
+    let height = if case.is_upwards { 2.0 } else { 2.95 };
+    let aim = if case.is_upwards { DVec3::Z } else { -DVec3::Z };
+    let lamp =
+        |&[x, y]: &[f64; 2]| LampSpec::new(DVec3::new(x, y, height), Emission::Table(0), 1.0).aimed(aim, 0.0);
+    spec.lamps = LampsSpec { tables: vec![uneven()], list: case.lamps.iter().map(lamp).collect() };
     let at = |i: u32, j: u32| DVec3::new(0.375 + 0.75 * f64::from(i), 0.4 + 0.8 * f64::from(j), 0.8);
     let points = (0..8).flat_map(|i| (0..5).map(move |j| [at(i, j), DVec3::Z])).collect();
     let plane = SensorSpec { name: "desk".into(), shape: SensorShape::Points { points, grid: [8, 5] } };

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::unfit::Unfit;
 use crate::geometry::frame::Frames;
-use crate::geometry::sensor::{SensorSpec, Sensors};
+use crate::geometry::sensor::{SensorShape, SensorSpec, Sensors};
 use crate::geometry::sky::SkyPatches;
 use crate::random::rng::Sequence;
 use crate::scene::Scene;
@@ -74,6 +74,10 @@ impl Coefficients {
             return Err(Unfit::DaylightInColour);
         }
         let sensors = Sensors::new(&scene, specs)?.ok_or(Unfit::NoSensors)?;
+        let is_cylinder = |spec: &&SensorSpec| matches!(spec.shape, SensorShape::Cylinders { .. });
+        if let Some(SensorSpec { name, .. }) = specs.iter().find(is_cylinder) {
+            return Err(Unfit::DaylightOnCylinders { name: name.clone() });
+        }
         let of_sensors = (0..specs.len()).flat_map(|sensor| sensors.frames_of(sensor).iter().copied());
         let frames = Frames::new(scene.surfaces().iter().map(|surface| surface.frame()).chain(of_sensors));
         Ok(Coefficients { scene, sensors, frames, sky })

@@ -24,7 +24,7 @@ impl LampsAtCells {
             let mut lights = Vec::new();
             if cell.area == 0.0 {
                 let place = DVec3::from(sensors.frame(&cell).point([0.0; 2]));
-                scene.each_lamp_at(place, cell.normal, Ray::FREE, |lamp, light| {
+                scene.each_lamp_to(place, (sensors.response(&cell), Ray::FREE), |lamp, light| {
                     lights.push((lamp as u32, light));
                 });
             }

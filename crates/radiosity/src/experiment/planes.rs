@@ -1,7 +1,7 @@
 //! The figures of planes of points: mean, minimum, maximum and uniformities, each with its interval.
 
 use serde::{Deserialize, Serialize};
-use stats::minimum_interval;
+use stats::{Interval, minimum_interval, quotient_interval};
 
 use super::readings::{Reading, Readings};
 
@@ -26,9 +26,9 @@ pub struct PlaneFigures {
     pub minimum: Figure,
     /// The largest of them [W/m², or lx].
     pub maximum: Figure,
-    /// U₀: the minimum over the mean. Either interval fails with half the probability, however their errors hang together.
+    /// U₀: the minimum over the mean.
     pub uniformity: Figure,
-    /// U_d: the minimum over the maximum, with an interval that holds as that of U₀ does.
+    /// U_d: the minimum over the maximum.
     pub diversity: Figure,
 }
 
@@ -76,18 +76,17 @@ impl Sufficiency {
 impl Readings<'_> {
     /// The figures of plane number `plane` of [`crate::Sensors::planes`], in one channel.
     pub fn plane(&self, plane: usize, channel: usize) -> PlaneFigures {
-        let halved = self.at_level(0.5 * (1.0 + self.confidence()));
-        let [minimum, half_minimum] = [self, &halved].map(|of| of.plane_extreme(plane, channel, 1.0));
-        let [maximum, half_maximum] = [self, &halved].map(|of| of.plane_extreme(plane, channel, -1.0));
-        let [mean, half_mean] = [self, &halved].map(|of| of.plane_mean(plane, channel));
-        let ratio = |minimum: f64, mean: f64| if mean > 0.0 { (minimum / mean).min(1.0) } else { 1.0 };
-        let over = |other: Figure, half: Figure| Figure {
-            value: minimum.value.zip(other.value.filter(|&of| of > 0.0)).map(|(least, of)| ratio(least, of)),
-            low: if half.high > 0.0 { ratio(half_minimum.low, half.high) } else { 0.0 },
-            high: ratio(half_minimum.high, half.low),
-        };
-        let (uniformity, diversity) = (over(mean, half_mean), over(maximum, half_maximum));
-        PlaneFigures { mean, minimum, maximum, uniformity, diversity }
+        let errors = self.errors_of_plane(plane, channel);
+        let common = errors.of_pair(0.0, 0.0);
+        let [minimum, maximum] = [1.0, -1.0].map(|sign| self.plane_extreme((plane, channel), common, sign));
+        let mean = self.plane_mean(plane, channel);
+        PlaneFigures {
+            uniformity: quotient(&minimum.0, &mean, errors.with_mean(minimum.1)),
+            diversity: quotient(&minimum.0, &maximum.0, errors.of_pair(minimum.1, maximum.1)),
+            mean,
+            minimum: minimum.0,
+            maximum: maximum.0,
+        }
     }
 
     /// Whether a figure of a plane is at least as large as demanded, in one channel.
@@ -99,9 +98,11 @@ impl Readings<'_> {
     ) -> Sufficiency {
         let known = self.plane(plane, channel).get(figure);
         let is_met = known.value.is_some_and(|value| value >= least);
+        // One side of the interval of a mean fails with half of the probability, that of others with all of it.
+        let level =
+            |one_sided: f64| if figure == PlaneFigure::Mean { 2.0 * one_sided - 1.0 } else { one_sided };
         let is_sure = |one_sided: f64| {
-            let Figure { low, high, .. } =
-                self.at_level(2.0 * one_sided - 1.0).plane(plane, channel).get(figure);
+            let Figure { low, high, .. } = self.at_level(level(one_sided)).plane(plane, channel).get(figure);
             if is_met { low >= least } else { high < least }
         };
         // What is left to 1 falls by 2⁻¼ from step to step.
@@ -116,30 +117,115 @@ impl Readings<'_> {
         Figure { value: irradiance, low: ci_low, high: ci_high }
     }
 
-    /// The least irradiance of a plane's points, or, with `sign` −1, the largest: the least with the signs turned round.
-    fn plane_extreme(&self, plane: usize, channel: usize, sign: f64) -> Figure {
+    /// What the errors of a plane's points have in common.
+    fn errors_of_plane(&self, plane: usize, channel: usize) -> PlaneErrors {
         let sensor = self.sensors().planes().nth(plane).expect("a plane of the job");
         let cells = self.sensors().cells_of(sensor);
-        let readings: Vec<[f64; 4]> = cells
-            .map(|cell| {
-                let Reading { irradiance, std_error, ci_low, ci_high } = self.reading(cell, channel);
-                let is_told = std_error.is_some_and(|error| error > 0.0);
-                let error = if is_told { self.sample_error(cell, channel) } else { 0.0 };
-                let [low, high] = if sign > 0.0 { [ci_low, ci_high] } else { [-ci_high, -ci_low] };
-                [sign * irradiance.unwrap_or(0.0), error, low, high]
-            })
-            .collect();
+        let points = cells.len() as f64;
+        let mean = self.sample_error(self.sensors().cell_count() + plane, channel);
+        let errors = cells.map(|cell| self.sample_error(cell, channel));
+        let [sum, squares] = errors.fold([0.0; 2], |[sum, squares], s| [sum + s, squares + s * s]);
+        let shared = (points * mean).powi(2) - squares;
+        PlaneErrors { mean, typical: sum / points, shared: shared / (points * (points - 1.0)).max(1.0) }
+    }
+
+    /// The least irradiance of a plane's points with the standard error of its estimate, or, with `sign` −1, the largest: the least with the signs
+    /// turned round.
+    fn plane_extreme(&self, (plane, channel): (usize, usize), correlation: f64, sign: f64) -> (Figure, f64) {
+        let sensor = self.sensors().planes().nth(plane).expect("a plane of the job");
+        let points = self.sensors().cells_of(sensor).map(|cell| self.known_at(cell, channel));
+        let (figure, error) = self.extreme(points, correlation, sign);
+        (Figure { value: figure.value.filter(|_| self.samples() > 0), ..figure }, error)
+    }
+
+    /// What is known of the irradiance at a cell.
+    fn known_at(&self, cell: usize, channel: usize) -> Known {
+        let Reading { irradiance, std_error, ci_low, ci_high } = self.reading(cell, channel);
+        let is_told = std_error.is_some_and(|error| error > 0.0);
+        let error = if is_told { self.sample_error(cell, channel) } else { 0.0 };
+        Known { value: irradiance.unwrap_or(0.0), error, limits: [ci_low, ci_high] }
+    }
+
+    /// Cylindrical over horizontal illuminance, the index of modelling (EN 12464-1), at the points of two planes: the least and the largest. The
+    /// standard errors of a pair are taken to be independent, which makes their quotient's no smaller than it is: both have the noise
+    /// of the same walks. Points without light are left out; `None` where all are.
+    pub fn modelling(&self, cylinders: usize, plane: usize, channel: usize) -> Option<[Figure; 2]> {
+        let sensor = |plane| self.sensors().planes().nth(plane).expect("a plane of the job");
+        let [tops, bottoms] = [cylinders, plane].map(|plane| self.sensors().cells_of(sensor(plane)));
+        let quotient = |(top, bottom): (usize, usize)| {
+            let [top, bottom] = [top, bottom].map(|cell| self.known_at(cell, channel));
+            let value = top.value / bottom.value;
+            let error = value * (top.error / top.value).hypot(bottom.error / bottom.value);
+            let limits = [top.limits[0] / bottom.limits[1], top.limits[1] / bottom.limits[0]];
+            (top.value > 0.0 && bottom.value > 0.0).then_some(Known { value, error, limits })
+        };
+        let known: Vec<Known> = tops.zip(bottoms).filter_map(quotient).collect();
+        (self.samples() > 0 && !known.is_empty())
+            .then(|| [1.0, -1.0].map(|sign| self.extreme(known.iter().copied(), 0.0, sign).0))
+    }
+
+    /// The least of some numbers, whose errors have this correlation in pairs, with the standard error of its estimate, or, with `sign` −1, the largest.
+    fn extreme(&self, known: impl Iterator<Item = Known>, correlation: f64, sign: f64) -> (Figure, f64) {
+        let turned = |Known { value, error, limits: [low, high] }: Known| {
+            let [low, high] = if sign > 0.0 { [low, high] } else { [-high, -low] };
+            [sign * value, error, low, high]
+        };
+        let readings: Vec<[f64; 4]> = known.map(turned).collect();
         let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
-        let value = (self.samples() > 0).then(|| sign * least(&mut readings.iter().map(|of| of[0])));
+        let first = readings.iter().min_by(|a, b| a[0].total_cmp(&b[0])).expect("a plane has points");
         // What no spread is known of stands by itself: it is exact, or bounded.
         let (told, alone): (Vec<[f64; 4]>, Vec<_>) = readings.iter().partition(|of| of[1] > 0.0);
         let [mut low, mut high] = [2, 3].map(|limit: usize| least(&mut alone.iter().map(|of| of[limit])));
         if !told.is_empty() {
             let estimates: Vec<[f64; 2]> = told.iter().map(|of| [of[0], of[1]]).collect();
-            let of_told = minimum_interval(&estimates, self.confidence(), self.samples() - 1);
+            let of_told = minimum_interval(&estimates, correlation, self.confidence(), self.samples() - 1);
             (low, high) = (low.min(of_told.low), high.min(of_told.high));
         }
         let [low, high] = if sign > 0.0 { [low, high] } else { [-high, -low] };
-        Figure { value, low: low.max(0.0), high }
+        (Figure { value: Some(sign * first[0]), low: low.max(0.0), high }, first[1])
+    }
+}
+
+/// A number with its standard error, which is 0 where none is told, and the interval of itself alone.
+#[derive(Clone, Copy)]
+struct Known {
+    value: f64,
+    error: f64,
+    limits: [f64; 2],
+}
+
+/// A figure over a larger one, given the correlation of their errors; 1 where there is no light.
+fn quotient(least: &Figure, of: &Figure, correlation: f64) -> Figure {
+    let Some((top, bottom)) = least.value.zip(of.value).filter(|&(_, bottom)| bottom > 0.0) else {
+        return Figure { value: None, low: 0.0, high: 1.0 };
+    };
+    let limits = |figure: &Figure| Interval { low: figure.low, high: figure.high };
+    let known = quotient_interval((top, limits(least)), (bottom, limits(of)), correlation);
+    Figure { value: Some((top / bottom).min(1.0)), low: known.low.min(1.0), high: known.high.min(1.0) }
+}
+
+/// What standard errors of points and of their mean tell of correlations: the covariances of all points with the mean have the variance of
+/// the mean as their mean, and those of two points the rest of it. Single ones are not known; a point whose error is above the
+/// others' is taken to have no more of it in common with them.
+struct PlaneErrors {
+    /// The standard error of the mean.
+    mean: f64,
+    /// The mean of the points' standard errors.
+    typical: f64,
+    /// The mean covariance of two points.
+    shared: f64,
+}
+
+impl PlaneErrors {
+    /// The correlation of the mean with a point of this standard error.
+    fn with_mean(&self, error: f64) -> f64 {
+        let larger = error.max(self.typical);
+        if larger > 0.0 { (self.mean / larger).min(1.0) } else { 0.0 }
+    }
+
+    /// The correlation of two points of these standard errors.
+    fn of_pair(&self, a: f64, b: f64) -> f64 {
+        let product = a.max(self.typical) * b.max(self.typical);
+        if product > 0.0 { (self.shared / product).clamp(0.0, 1.0) } else { 0.0 }
     }
 }

@@ -46,11 +46,14 @@ impl Experiment {
         let Some(sensors) = self.sensors() else { return view };
         let mut rng = Sequence::new(0).walk(SENSING_RAYS + sensor as u64);
         let frames = sensors.frames_of(sensor);
+        let response = sensors.response(&sensors.cell(sensors.cells_of(sensor).start));
         let mut ray = |number: u32| {
             let place = rng.pair();
             let frame = &frames[number as usize % frames.len()];
             let direction = frame.direction(1.0, cosine_direction(rng.bits()));
-            Ray { origin: frame.point(place).into(), direction: direction.into(), from: Ray::FREE }
+            // Every eighth of a turn about a cylinder.
+            let direction = response.turned(direction.into(), number << 29);
+            Ray { origin: frame.point(place).into(), direction, from: Ray::FREE }
         };
         let rays: Vec<Ray> = (0..rays).map(&mut ray).collect();
         for hit in self.scene.closest_hits(&rays) {

@@ -68,6 +68,14 @@ pub enum Unfit {
         "daylight coefficients are those of one reflectance for each surface, and the scene has three channels; choose one of them"
     )]
     DaylightInColour,
+    /// Walks of daylight leave planes.
+    #[error(
+        "sensor {name:?} measures cylindrical illuminance, and daylight is gathered on planes; leave it out, or write planes that face four ways in its place"
+    )]
+    DaylightOnCylinders {
+        /// The name of the sensor.
+        name: String,
+    },
     /// Nothing measures the daylight.
     #[error(
         "the scene has no sensor (daylight coefficients are those of places where light is measured); add a [[sensor]] to the scene file"

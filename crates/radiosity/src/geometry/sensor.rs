@@ -1,12 +1,15 @@
 //! Sensors: places where light is measured that nothing is made of. No ray meets a sensor.
 
-use glam::DVec3;
+use std::f64::consts::FRAC_1_PI;
+
+use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::geometry::cells::in_grid_step;
 use crate::geometry::frame::{Frames, SurfaceFrame};
 use crate::random::rng::unit_32;
+use crate::random::sampling::sin_cos_of_turn;
 use crate::scene::Scene;
 
 /// Where a sensor measures.
@@ -37,12 +40,32 @@ pub enum SensorShape {
         /// Points along u and v, where they are a grid: number = i_u·n_v + i_v. A list has [n, 1].
         grid: [u32; 2],
     },
+    /// The points of a plane, or of a list, at each of which a small upright cylinder stands: the mean irradiance of its curved side, or of the
+    /// half of it that faces the direction of the point.
+    Cylinders {
+        /// The points [m], and the directions that they face, of any length.
+        points: Vec<[DVec3; 2]>,
+        /// As that of [`SensorShape::Points`].
+        grid: [u32; 2],
+        /// Whether it is half of the cylinder.
+        half: bool,
+    },
 }
 
 impl SensorShape {
     /// Whether it is a plane of points, or a list of them.
     pub fn is_plane(&self) -> bool {
-        matches!(self, SensorShape::Points { .. })
+        self.points().is_some()
+    }
+
+    /// The points of a plane, or of a list, with the directions that they face, and how many there are along u and v.
+    pub fn points(&self) -> Option<(&[[DVec3; 2]], [u32; 2])> {
+        match self {
+            SensorShape::Points { points, grid } | SensorShape::Cylinders { points, grid, .. } => {
+                Some((points, *grid))
+            }
+            SensorShape::Quad { .. } | SensorShape::Point { .. } => None,
+        }
     }
 
     /// How many cells it is cut into; a point is one.
@@ -50,7 +73,7 @@ impl SensorShape {
         match self {
             &SensorShape::Quad { cells: [nu, nv], .. } => u64::from(nu) * u64::from(nv),
             SensorShape::Point { .. } => 1,
-            SensorShape::Points { points, .. } => points.len() as u64,
+            SensorShape::Points { points, .. } | SensorShape::Cylinders { points, .. } => points.len() as u64,
         }
     }
 
@@ -60,11 +83,18 @@ impl SensorShape {
     /// A number that is not finite, a quad without area or cells, a normal without direction.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
         match *self {
-            SensorShape::Points { ref points, grid } => {
+            SensorShape::Points { ref points, grid } | SensorShape::Cylinders { ref points, grid, .. } => {
                 if points.is_empty() || u64::from(grid[0]) * u64::from(grid[1]) != points.len() as u64 {
                     return Err(("spacing", "there are no points".into()));
                 }
-                return points.iter().try_for_each(|&[point, normal]| check_point(point, normal));
+                let is_half = matches!(self, SensorShape::Cylinders { half: true, .. });
+                return points.iter().try_for_each(|&[point, normal]| {
+                    check_point(point, normal)?;
+                    match is_half && normal.truncate() == DVec2::ZERO {
+                        true => Err(("normal", "half of a cylinder faces no horizontal direction".into())),
+                        false => Ok(()),
+                    }
+                });
             }
             SensorShape::Quad { corner, corner_u, corner_v, cells } => {
                 let corners = [corner, corner_u, corner_v];
@@ -135,7 +165,7 @@ pub struct SensorCell {
     pub middle: DVec3,
     /// The area of the cell [m²]; 0 of a point.
     pub area: f64,
-    /// The direction that the cell faces, of length 1.
+    /// The direction that the cell faces, of length 1; of no use where it is a whole cylinder.
     pub normal: DVec3,
     /// The number of its frame.
     frame: u32,
@@ -146,6 +176,53 @@ impl SensorCell {
     pub(crate) fn frame(&self) -> u32 {
         self.frame
     }
+}
+
+/// How a place weighs light by its direction; the integral over all directions is π.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Response {
+    /// As the side of a plane: cos θ about the normal.
+    Flat {
+        /// The normal of that side.
+        facing: DVec3,
+    },
+    /// As the curved side of an upright cylinder, the mean over all upright planes: sin ε/π, ε the angle to the axis.
+    Cylinder,
+    /// As the half that faces a horizontal direction, the mean over the upright planes that face up to 90° from it: sin ε (1 + cos α)/π, α the
+    /// azimuth from that direction.
+    HalfCylinder {
+        /// The horizontal direction.
+        facing: DVec3,
+    },
+}
+
+impl Response {
+    /// The weight of light that comes from a direction of length 1; 0 where none is taken.
+    pub(crate) fn of(self, towards: DVec3) -> f64 {
+        match self {
+            Response::Flat { facing } => facing.dot(towards).max(0.0),
+            Response::Cylinder => across(towards) * FRAC_1_PI,
+            Response::HalfCylinder { facing } => (across(towards) + facing.dot(towards)).max(0.0) * FRAC_1_PI,
+        }
+    }
+
+    /// A direction that is drawn about the normal of the frame of the place, turned about the axis of the cylinder by 32 random bits: to the
+    /// density that is the weight over π.
+    pub(crate) fn turned(self, direction: DVec3, bits: u32) -> DVec3 {
+        let [sin, cos] = sin_cos_of_turn(bits);
+        let cos = match self {
+            Response::Flat { .. } => return direction,
+            Response::Cylinder => cos,
+            Response::HalfCylinder { .. } => cos.abs(),
+        };
+        let DVec3 { x, y, z } = direction;
+        DVec3::new(cos * x - sin * y, sin * x + cos * y, z)
+    }
+}
+
+/// The sine of the angle between a direction of length 1 and the vertical.
+fn across(DVec3 { x, y, .. }: DVec3) -> f64 {
+    (x * x + y * y).sqrt()
 }
 
 /// The sensors of a job, ready for rays.
@@ -237,7 +314,8 @@ impl Sensors {
         };
         match self.specs[sensor].shape {
             SensorShape::Point { point, .. } => at([0, 0], point, 0.0, 0),
-            SensorShape::Points { ref points, grid: [_, nv] } => {
+            SensorShape::Points { ref points, grid: [_, nv] }
+            | SensorShape::Cylinders { ref points, grid: [_, nv], .. } => {
                 at([cell / nv, cell % nv], points[cell as usize][0], 0.0, cell)
             }
             SensorShape::Quad { corner, corner_u, corner_v, cells: [nu, nv] } => {
@@ -276,10 +354,22 @@ impl Sensors {
         &self.frames[cell.frame as usize]
     }
 
+    /// How a cell weighs light by its direction.
+    pub(crate) fn response(&self, cell: &SensorCell) -> Response {
+        let facing = cell.normal;
+        match self.specs[cell.sensor].shape {
+            SensorShape::Cylinders { half: false, .. } => Response::Cylinder,
+            SensorShape::Cylinders { half: true, .. } => Response::HalfCylinder { facing },
+            _ => Response::Flat { facing },
+        }
+    }
+
     /// Local coordinates, on the sensor, of a uniform point of a cell.
     pub(crate) fn place(&self, &SensorCell { sensor, cell, .. }: &SensorCell, numbers: [u32; 2]) -> [f64; 2] {
         match self.specs[sensor].shape {
-            SensorShape::Point { .. } | SensorShape::Points { .. } => [0.0, 0.0],
+            SensorShape::Point { .. } | SensorShape::Points { .. } | SensorShape::Cylinders { .. } => {
+                [0.0, 0.0]
+            }
             SensorShape::Quad { cells, .. } => std::array::from_fn(|i| {
                 in_grid_step(f64::from(cell[i]), unit_32(numbers[i]), 1.0 / f64::from(cells[i]))
             }),
@@ -297,6 +387,9 @@ impl Sensors {
                 SensorShape::Point { point, normal } => (1, vec![point, normal], [1, 1]),
                 SensorShape::Points { ref points, grid } => {
                     (2, points.iter().flatten().copied().collect(), grid)
+                }
+                SensorShape::Cylinders { ref points, grid, half } => {
+                    (3 + u32::from(half), points.iter().flatten().copied().collect(), grid)
                 }
             };
             [kind, cells[0], cells[1]].iter().for_each(|n| _ = hasher.update(&n.to_le_bytes()));
@@ -329,6 +422,10 @@ fn frames_of(shape: &SensorShape, scene: &Scene) -> Vec<SurfaceFrame<f64>> {
         SensorShape::Point { point, normal } => vec![of_point(point, normal)],
         SensorShape::Points { ref points, .. } => {
             points.iter().map(|&[point, normal]| of_point(point, normal)).collect()
+        }
+        SensorShape::Cylinders { ref points, half, .. } => {
+            let facing = |direction: DVec3| if half { direction.with_z(0.0) } else { DVec3::X };
+            points.iter().map(|&[point, direction]| of_point(point, facing(direction))).collect()
         }
     }
 }

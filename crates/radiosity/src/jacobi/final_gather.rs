@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use crate::geometry::face::Face;
 use crate::geometry::frame::Frames;
-use crate::geometry::sensor::{SensorCell, Sensors};
+use crate::geometry::sensor::{Response, SensorCell, Sensors};
 use crate::geometry::spec::Side;
 use crate::geometry::spec::Sides;
 use crate::geometry::surface::Surface;
@@ -191,11 +191,13 @@ impl RayOrigin<'_> {
         }
     }
 
-    /// The unit normal of the frame's front.
-    fn normal(&self) -> DVec3 {
+    /// How it weighs light by its direction.
+    fn response(&self) -> Response {
         match self {
-            RayOrigin::Face(scene, face) => surface(scene, face).normal(),
-            RayOrigin::Cell(sensors, cell) => sensors.frame(cell).normal(),
+            RayOrigin::Face(scene, face) => {
+                Response::Flat { facing: surface(scene, face).normal() * self.facing() }
+            }
+            RayOrigin::Cell(sensors, cell) => sensors.response(cell),
         }
     }
 }
@@ -276,6 +278,7 @@ impl<'a> Gatherer<'a> {
         }
         let rays = self.rays[0] / SHADOW_SHARE / sampled.len() as u64 + 1;
         let mut numbers = SobolNumbers::apart(rng);
+        let response = station.response();
         for lamp in sampled {
             numbers.leave(lamp as u32, 0);
             for first in (0..rays).step_by(WIDTH) {
@@ -284,9 +287,8 @@ impl<'a> Gatherer<'a> {
                 let [across, along, polar, turn] = numbers.points(scene.parts.isa);
                 for i in 0..len {
                     let place = station.point(station.place([across[i], along[i]]));
-                    let normal = station.normal() * station.facing();
                     let bits = u64::from(polar[i]) << 32 | u64::from(turn[i]);
-                    if let Some(light) = scene.lamp_light(lamp, (place, normal, station.surface()), bits) {
+                    if let Some(light) = scene.lamp_light(lamp, (place, response, station.surface()), bits) {
                         let emitter = self.faces.list.len() + lamp;
                         self.bring(irradiance, emitter, |c| light[c] / rays as f64);
                     }
@@ -299,7 +301,7 @@ impl<'a> Gatherer<'a> {
         Some(())
     }
 
-    /// Cosine-distributed rays from uniform points of a station.
+    /// Rays from uniform points of a station, distributed as it weighs light.
     fn gather(
         &mut self,
         number: u32,
@@ -402,7 +404,8 @@ impl<'a> Gatherer<'a> {
 }
 
 impl GatherBatch {
-    /// Turns points into cosine-distributed rays from a station.
+    /// Turns points into rays from a station, distributed as it weighs light. A cylinder is at one place, so that the number of the place
+    /// across turns the ray.
     fn leave(&mut self, scene: &Scene, station: &RayOrigin, len: usize, points: &Points) {
         let [across, along, polar, turn] = points;
         for i in 0..len {
@@ -414,6 +417,13 @@ impl GatherBatch {
         }
         self.departures.leave(scene.parts.isa, station.frames(), len, &mut self.rays);
         self.rays.from[..len].fill(station.surface());
+        let response = station.response();
+        if !matches!(response, Response::Flat { .. }) {
+            for (i, &turn) in across[..len].iter().enumerate() {
+                let turned = response.turned(self.rays.get(i).direction, turn).to_array();
+                self.rays.direction.iter_mut().zip(turned).for_each(|(row, x)| row[i] = x);
+            }
+        }
     }
 
     /// Turns points into rays from a station to a face.
@@ -454,11 +464,11 @@ impl GatherBatch {
         Some(scene.face_at(number, cell, if facing > 0.0 { Side::Front } else { Side::Back }))
     }
 
-    /// k = cos θ cos θ′/(πr²) between the ends of ray i [1/m²]; 0 where it leaves below the station, infinite where both
+    /// k = w cos θ′/(πr²), w the weight of the direction at the station (cos θ of a plane), between the ends of ray i [1/m²]; 0 where it leaves below the station, infinite where both
     /// ends are one point.
     fn kernel(&self, scene: &Scene, from: &RayOrigin, i: usize) -> f64 {
         let direction = self.rays.get(i).direction;
-        let leaves = from.normal().dot(direction) * from.facing();
+        let leaves = from.response().of(direction);
         let met = &scene.surfaces()[self.hits.surface[i] as usize];
         let arrives = -met.normal().dot(direction) * self.hits.facing[i];
         kernel(leaves, arrives, self.hits.t[i])

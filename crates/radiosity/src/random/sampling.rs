@@ -97,6 +97,12 @@ fn sin_cos_turn<R: Real>(turn: R) -> (R, R) {
     (R::select(is_odd, cos, sin) * sin_sign, R::select(is_odd, sin, cos) * cos_sign)
 }
 
+/// The sine and the cosine of a uniform angle of 2π, from 32 random bits.
+pub(crate) fn sin_cos_of_turn(bits: u32) -> [f64; 2] {
+    let (sin, cos) = sin_cos_turn(f64::from(bits));
+    [sin, cos]
+}
+
 /// By Horner's rule, the highest power first.
 #[inline(always)]
 fn polynomial<R: Real>(coefficients: &[f64], x: R) -> R {

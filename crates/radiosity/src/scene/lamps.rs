@@ -10,6 +10,7 @@ use photometry::Distribution;
 use super::tables::{LightTables, TableBirths};
 use super::{Scene, SceneError};
 use crate::geometry::lamp::{Emission, LampsSpec};
+use crate::geometry::sensor::Response;
 use crate::geometry::spec::Spectrum;
 use crate::random::sampling::cosine_direction;
 use crate::trace::ray::Ray;
@@ -269,10 +270,20 @@ impl Scene {
     /// The irradiance that comes straight from lamps without area to a point, on the side that `normal` points to [W/m², or lx], lamp by
     /// lamp, exactly: by one shadow ray to each whose light comes from one direction; others bring nothing here. `from` is the surface that
     /// the point lies on, or [`Ray::FREE`]. Coordinates are relative to [`Scene::origin`].
-    pub fn each_lamp_at(&self, point: DVec3, normal: DVec3, from: u32, mut see: impl FnMut(usize, [f64; 3])) {
+    pub fn each_lamp_at(&self, point: DVec3, normal: DVec3, from: u32, see: impl FnMut(usize, [f64; 3])) {
+        self.each_lamp_to(point, (Response::Flat { facing: normal }, from), see);
+    }
+
+    /// As [`Scene::each_lamp_at`], at a point that weighs light by a `response`.
+    pub(crate) fn each_lamp_to(
+        &self,
+        point: DVec3,
+        (response, from): (Response, u32),
+        mut see: impl FnMut(usize, [f64; 3]),
+    ) {
         let lamps = &self.parts.lamps;
         for lamp in (0..lamps.len()).filter(|&lamp| lamps.is_sharp(lamp)) {
-            if let Some(light) = self.lamp_light(lamp, (point, normal, from), 0) {
+            if let Some(light) = self.lamp_light(lamp, (point, response, from), 0) {
                 see(lamp, light);
             }
         }
@@ -281,28 +292,29 @@ impl Scene {
     /// The irradiance that all lamps without area bring straight to a point, as [`Scene::each_lamp_at`] has it; distant ones as if they were
     /// the middles of their discs.
     pub fn lamps_at(&self, point: DVec3, normal: DVec3, from: u32) -> [f64; 3] {
+        let facing = Response::Flat { facing: normal };
         let lights =
-            (0..self.lamp_count()).filter_map(|lamp| self.lamp_light(lamp, (point, normal, from), 0));
+            (0..self.lamp_count()).filter_map(|lamp| self.lamp_light(lamp, (point, facing, from), 0));
         lights.fold([0.0; 3], |sum, light| std::array::from_fn(|c| sum[c] + light[c]))
     }
 
-    /// What a lamp brings to one side of a point; `None` where it lies behind or something stands between.
+    /// What a lamp brings to a point; `None` where it lies behind or something stands between.
     pub(crate) fn lamp_light(
         &self,
         lamp: usize,
-        (origin, normal, from): (DVec3, DVec3, u32),
+        (origin, response, from): (DVec3, Response, u32),
         bits: u64,
     ) -> Option<[f64; 3]> {
         let Beam { towards, distance, irradiance } = self.parts.lamps.beam(lamp, origin, bits);
-        let cosine = towards.dot(normal);
-        if cosine <= 0.0 || irradiance == [0.0; 3] {
+        let weight = response.of(towards);
+        if weight <= 0.0 || irradiance == [0.0; 3] {
             return None;
         }
         let ray = Ray { origin, direction: towards, from };
         let hit = self.closest_hit(&ray);
         // A lamp in the plane of a surface hangs just in front of it.
         let is_free = hit.is_none_or(|hit| hit.t >= distance * (1.0 - NEAR));
-        let part = cosine * self.passed_panes(&ray, distance);
+        let part = weight * self.passed_panes(&ray, distance);
         is_free.then(|| irradiance.map(|e| e * part))
     }
 }

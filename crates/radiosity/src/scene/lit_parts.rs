@@ -17,6 +17,7 @@ use glam::DVec3;
 use super::Scene;
 use super::sealed::{GRAZING, Joined};
 use super::view::Lookout;
+use crate::geometry::sensor::Response;
 use crate::geometry::spec::Side;
 use crate::random::rng::{Sequence, WalkRng};
 use crate::scene::births::Birthplace;
@@ -289,7 +290,8 @@ impl Paths<'_> {
             return false;
         }
         let [lamp, bits] = std::array::from_fn(|_| self.rng.bits());
-        let at = (point.place(scene), point.normal(scene), point.surface);
+        let facing = Response::Flat { facing: point.normal(scene) };
+        let at = (point.place(scene), facing, point.surface);
         scene.lamp_light(choice(lamp, scene.lamp_count()), at, bits).is_some()
     }
 
