@@ -62,7 +62,12 @@ pub(crate) fn resolution_of_fits(estimates: &Estimates, chosen: &Forecast) -> (V
     );
     match chosen.discretisation <= (BALANCED * linear_noise).max(WORTH_A_WORD) {
         true => (Verdict::Passed, found),
-        false => (Verdict::Failed, format!("{found}: choose patches anew for this number of paths")),
+        false => (
+            Verdict::Failed,
+            format!(
+                "{found}: choose patches anew for this number of paths, by scene.patches = \"auto\" those that the scene file states too"
+            ),
+        ),
     }
 }
 
