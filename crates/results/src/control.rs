@@ -14,6 +14,10 @@ const SHARES: [u64; 2] = [4, 16];
 /// A control has so many walks at least, where there are as many, and at most.
 const WALKS: [u64; 2] = [1 << 13, 1 << 18];
 
+/// It has so many arrivals at most, as far as the rays of a pilot foretell: what hits tell does not depend on how many walks they are of, and all are kept
+/// until they are counted.
+const ARRIVALS: f64 = 4e6;
+
 /// Patches are cut finer by what a control finds this many times at the most, …
 const ROUNDS: u32 = 2;
 
@@ -66,7 +70,9 @@ impl<'a> Controls<'a> {
         let seed = seed(seed(job.seed));
         let least = WALKS[0].min(forecast.for_paths);
         let share = if foretold > 0.0 { SHARES[0] } else { SHARES[1] };
-        let walks = (forecast.for_paths / share).clamp(least, WALKS[1]);
+        let rays = forecast.rays as f64 / forecast.paths.max(1) as f64;
+        let most = WALKS[1].min((ARRIVALS / rays.max(1.0)) as u64).max(least);
+        let walks = (forecast.for_paths / share).clamp(least, most);
         Controls { job, auto, threads, seed, walks, forecast, foretold, noise: [noise, 0.0] }
     }
 
