@@ -2,7 +2,7 @@
 
 use job::{Auto, Cut, Forecast, Job};
 use judge::partition::{Control, Finer, Missed};
-use radiosity::{Arrival, EstimatorKind, Experiment, Sequence, Shape, Space, Walks};
+use radiosity::{Arrival, EstimatorKind, Experiment, Scene, Sequence, Shape, Space, Walks};
 
 use crate::error::Error;
 use crate::pilot::{Chosen, seed};
@@ -37,14 +37,39 @@ impl Chosen {
         for round in 0..=ROUNDS {
             let cells = (&self.partition.cuts[..], &self.partition.groups[..]);
             self.scene = job.scene.recut(&self.scene, cells)?;
-            let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) };
-            let experiment = Experiment::new(self.scene.clone(), walks)?;
+            let experiment = shooting(self.scene.clone())?;
             let Some(finer) = controls.look(&experiment, cells, round) else { break };
             (self.partition.cuts, self.partition.groups) = (finer.cuts, finer.groups);
         }
         self.partition.forecast = Some(controls.forecast);
         Ok(self)
     }
+
+    /// Whether its groups of faces are told to err by less than the noise of fits to each face, by a control of its own; and all its walks and rays.
+    ///
+    /// # Errors
+    /// Where the scene is refused.
+    pub(crate) fn groups_pay(
+        &self,
+        (job, auto): (&Job, &Auto),
+        threads: usize,
+    ) -> Result<(bool, [u64; 2]), Error> {
+        let mut controls = Controls::new((job, auto), self.forecast(), threads);
+        // Walks that judge whether to group do not judge the groups.
+        controls.seed = seed(!job.seed);
+        let cells = (&self.partition.cuts[..], &self.partition.groups[..]);
+        let pay = match cells.1.is_empty() {
+            true => false,
+            false => controls.do_groups_pay(&shooting(job.scene.recut(&self.scene, cells)?)?),
+        };
+        Ok((pay, [controls.forecast.paths, controls.forecast.rays]))
+    }
+}
+
+/// The walks of a control.
+fn shooting(scene: Scene) -> Result<Experiment, Error> {
+    let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) };
+    Ok(Experiment::new(scene, walks)?)
 }
 
 /// The controls of a choice, one after the other.
@@ -88,6 +113,16 @@ impl<'a> Controls<'a> {
             true => self.finer((&control, &groups), cells, missed.energy),
             false => None,
         }
+    }
+
+    /// Whether the whole error of groups is less than the noise alone of fits to each face.
+    fn do_groups_pay(&mut self, experiment: &Experiment) -> bool {
+        let control = Control::new(experiment, self.walks);
+        let groups = self.walked(&control);
+        let Some(missed) = control.missed(&groups, self.forecast.linear) else { return true };
+        self.take_down(missed, 0);
+        let of_faces = control.noise_of_surfaces(&groups) / missed.energy / self.forecast.for_paths as f64;
+        self.forecast.total().powi(2) < of_faces
     }
 
     /// What a control tells of the whole error.

@@ -16,8 +16,8 @@ const PATCHES: f64 = 512.0;
 /// The most cells of a surface.
 const MOST_CELLS: f64 = (1 << 12) as f64;
 
-/// Faces are grouped where a job has fewer paths than this for each.
-const PATHS_OF_FACE: u64 = 16;
+/// Faces are grouped where a job has fewer paths than the first of these for each, and fitted one by one where it has more than the last.
+const PATHS_OF_FACE: [u64; 2] = [16, 512];
 
 /// What a first look has found.
 pub(crate) struct Look {
@@ -76,10 +76,12 @@ pub(crate) fn add_patches(
 }
 
 impl Meshes {
-    /// Whether the faces of meshes are to be grouped in a job of some paths: where these are few for each. Else fits to each face tell the light of places
-    /// better than groups do.
-    pub(crate) fn are_many(auto: &Auto, paths: u64) -> bool {
-        PATHS_OF_FACE * auto.kinds.iter().flatten().count() as u64 > paths
+    /// Whether the faces of meshes are to be grouped in a job of some paths: where these are few for each, and not where they are many. `None` where it takes
+    /// a trial: groups of small boxes lose little, those of furniture much.
+    pub(crate) fn are_many(auto: &Auto, paths: u64) -> Option<bool> {
+        let faces = auto.kinds.iter().flatten().count() as u64;
+        let [few, many] = PATHS_OF_FACE.map(|paths_of_face| paths_of_face * faces);
+        if paths < few { Some(true) } else { (paths >= many).then_some(false) }
     }
 
     /// The meshes of a job, of which a first look has found this, and the trees of their cells. The parts that are not halved are patches of the pilot:

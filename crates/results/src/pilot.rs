@@ -61,6 +61,9 @@ const ENOUGH: u64 = 2;
 /// A pilot is followed by one of this many times its walks at the most: what few walks tell of the walks that are needed is not exact.
 const GROWTH: u64 = 8;
 
+/// Groups of faces are tried as they would be chosen for one of this many parts of the walks.
+const TRIAL: u64 = 4;
+
 /// The part of a total error that the choice aims at: what is foretold is not exact.
 const AIM: f64 = 0.9;
 
@@ -75,7 +78,7 @@ pub struct Chosen {
 
 impl Chosen {
     /// What is foretold of it.
-    fn forecast(&self) -> Forecast {
+    pub(crate) fn forecast(&self) -> Forecast {
         self.partition.forecast.expect("a pilot foretells")
     }
 
@@ -108,7 +111,7 @@ pub fn choose_by<E: From<Error>>(
 ) -> Result<Option<Chosen>, E> {
     let Some(auto) = &job.auto else { return Ok(None) };
     let most = job.budget.paths;
-    let mut pilots = Pilots { job, walk, scene: None, counted: [0, 0] };
+    let mut pilots = Pilots { job, threads, walk, scene: None, counted: [0, 0] };
     let Some(target) = &job.total_target else {
         let chosen = pilots.choose(auto, Plan { walks: most, most, aim: 0.0 })?;
         return Ok(Some(chosen.controlled((job, auto), threads)?));
@@ -146,6 +149,8 @@ struct Plan {
 /// The pilots of a job, one after the other.
 struct Pilots<'a, 'w, E> {
     job: &'a Job,
+    /// The threads of controls.
+    threads: usize,
     walk: &'w mut dyn FnMut(&Stage) -> Result<Walked, E>,
     /// The scene of the latest, by which rays find surfaces.
     scene: Option<Scene>,
@@ -179,10 +184,23 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
 
     /// The choice for the walks of a job.
     fn choose(&mut self, auto: &Auto, plan: Plan) -> Result<Chosen, E> {
-        match Meshes::are_many(auto, self.job.budget.paths) {
+        let are_grouped = match Meshes::are_many(auto, self.job.budget.paths) {
+            Some(are_many) => are_many,
+            None => self.groups_pay(auto, plan)?,
+        };
+        match are_grouped {
             true => self.choose_in_groups(auto, plan),
             false => self.choose_by_surface(auto, plan),
         }
+    }
+
+    /// Whether groups of the faces of meshes pay, by a trial among fewer walks.
+    fn groups_pay(&mut self, auto: &Auto, plan: Plan) -> Result<bool, E> {
+        let trial =
+            self.choose_in_groups(auto, Plan { walks: (plan.walks / TRIAL).max(1), aim: 0.0, ..plan })?;
+        let (pay, counted) = trial.groups_pay((self.job, auto), self.threads)?;
+        self.counted = counted;
+        Ok(pay)
     }
 
     /// The choice where each surface is cut by itself.

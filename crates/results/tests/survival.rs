@@ -130,3 +130,66 @@ fn one_small_lamp_is_enough() {
     assert!(forecast.linear && forecast.total() < 0.1, "{forecast:?}");
     assert!(missed.part < 0.005 + 4.0 * missed.error && missed.error < 0.005, "{missed:?}, {forecast:?}");
 }
+
+/// A closed hall of 10 m × 10 m × 3 m as a mesh, with a box that shines and other ones, by their lowest and highest corners, or parallelograms.
+fn write_hall(folder: &TempDir, lamp: [DVec3; 2], boxes: &[[DVec3; 2]], sheets: &[[DVec3; 3]]) -> PathBuf {
+    let (mut obj, mut corners) = ("mtllib hall.mtl\n".to_string(), 0);
+    let mut add = |material: &str, places: [DVec3; 4]| {
+        places.iter().for_each(|at| obj += &format!("v {} {} {}\n", at.x, at.y, at.z));
+        let [a, b, c, d] = [1, 2, 3, 4].map(|corner| corners + corner);
+        obj += &format!("usemtl {material}\nf {a} {b} {c} {d}\n");
+        corners += 4;
+    };
+    let mut add_box = |material: &str, [low, high]: [DVec3; 2]| {
+        let corner =
+            |bits: u32| DVec3::select(glam::BVec3::new(bits & 1 > 0, bits & 2 > 0, bits & 4 > 0), high, low);
+        for side in [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]] {
+            add(material, side.map(corner));
+        }
+    };
+    add_box("white", [DVec3::ZERO, DVec3::new(10.0, 10.0, 3.0)]);
+    add_box("lamp", lamp);
+    boxes.iter().for_each(|&corners| add_box("white", corners));
+    sheets.iter().for_each(|&[corner, u, v]| add("white", [corner, corner + u, corner + u + v, corner + v]));
+    let materials = "newmtl white\nKd .7 .7 .7\nnewmtl lamp\nKd .5 .5 .5\nKe 10 10 10\n";
+    fs::write(folder.path().join("hall.mtl"), materials).unwrap();
+    let path = folder.path().join("hall.obj");
+    fs::write(&path, obj).unwrap();
+    path
+}
+
+/// Faces that few paths find are grouped where that pays: small boxes far from a lamp, but not pleats that a lamp lights from the side.
+#[test]
+fn faces_are_grouped_where_groups_err_less() {
+    const PATHS: u64 = 60_000;
+    let is_grouped = |path: &PathBuf| {
+        let job = job::load(path, &[format!("budget.paths={PATHS}")]).unwrap();
+        let faces = job.scene.spec().surfaces.len() as u64;
+        assert!((16 * faces..512 * faces).contains(&PATHS), "{faces}");
+        !choose(&job, 2).unwrap().unwrap().partition.groups.is_empty()
+    };
+    let folder = tempdir().unwrap();
+    let spread =
+        |k: u32| [0.754_877_666, 0.569_840_290, 0.430_159_709].map(|step: f64| (step * f64::from(k)).fract());
+    let boxes: Vec<[DVec3; 2]> = (1..=300)
+        .map(|k| {
+            let low = DVec3::from(spread(k)) * DVec3::new(9.5, 9.5, 2.3) + 0.1;
+            [low, low + 0.26]
+        })
+        .collect();
+    let lamp = [DVec3::new(4.0, 4.0, 2.8), DVec3::new(6.0, 6.0, 2.9)];
+    assert!(is_grouped(&write_hall(&folder, lamp, &boxes, &[])));
+
+    let step = DVec3::X * 0.1;
+    let pleats: Vec<[DVec3; 3]> = (0..90)
+        .flat_map(|i| {
+            (0..10).map(move |j| DVec3::new(0.5 + 0.1 * f64::from(i), 0.5 + 0.9 * f64::from(j), 0.1))
+        })
+        .flat_map(|foot| {
+            let top = 0.5 * step + 0.15 * DVec3::Z;
+            [[foot, top, 0.9 * DVec3::Y], [foot + top, step - top, 0.9 * DVec3::Y]]
+        })
+        .collect();
+    let lamp = [DVec3::new(0.2, 4.0, 0.5), DVec3::new(0.3, 6.0, 1.5)];
+    assert!(!is_grouped(&write_hall(&folder, lamp, &[], &pleats)));
+}

@@ -106,6 +106,24 @@ impl<'a> Control<'a> {
         found
     }
 
+    /// The energy of the noise after one walk [W²/m²], were each surface that lies in a group a patch with a linear fit of its own: an arrival
+    /// adds 1/A to the square of each of its three coefficients in the mean.
+    pub fn noise_of_surfaces(&self, groups: &[Vec<Arrival>]) -> f64 {
+        let scene = self.scene();
+        let of_face = |landed: &[Landed<'_>]| {
+            let face = scene.faces().get(landed[0].face as usize);
+            let values = self.values(face.reflectance);
+            let squares = landed.iter().map(|Landed { arrival, .. }| {
+                let surface = scene.faces().piece(arrival.piece).surface as usize;
+                let area = scene.surfaces()[surface].area().min(face.area);
+                (0..3).map(|c| (values[c] * arrival.weights[c]).powi(2)).sum::<f64>() * 3.0 / area
+            });
+            squares.sum::<f64>()
+        };
+        let all: f64 = self.on_faces(groups).chunk_by(|a, b| a.face == b.face).map(of_face).sum();
+        all * self.walks_per_group as f64 / GROUPS as f64
+    }
+
     pub(super) fn scene(&self) -> &Scene {
         self.experiment.scene()
     }
