@@ -44,7 +44,7 @@ pub(crate) fn resolution(estimates: &Estimates) -> (Verdict, String) {
 }
 
 /// Patches that a pilot chose for linear fits balance both errors, at the edges of shadows with twice the noise's energy: discretisation
-/// beyond this part of the noise is that of other walks than the patches were chosen for.
+/// beyond this part of the noise is that of other walks than the patches were chosen for, or of patches that the choice could not cut.
 const BALANCED: f64 = 2.0;
 
 /// Whether linear fits on chosen patches lose less than walks leave unknown, as far as the pilot has foretold it.
@@ -60,15 +60,15 @@ pub(crate) fn resolution_of_fits(estimates: &Estimates, chosen: &Forecast) -> (V
         percent(linear_noise),
         percent(chosen.discretisation)
     );
-    match chosen.discretisation <= (BALANCED * linear_noise).max(WORTH_A_WORD) {
-        true => (Verdict::Passed, found),
-        false => (
-            Verdict::Failed,
-            format!(
-                "{found}: choose patches anew for this number of paths, by scene.patches = \"auto\" those that the scene file states too"
-            ),
-        ),
+    if chosen.discretisation <= (BALANCED * linear_noise).max(WORTH_A_WORD) {
+        return (Verdict::Passed, found);
     }
+    let walked = estimates.tally().counts.walks * estimates.experiment().unit().paths();
+    let remedy = match walked > chosen.for_paths.saturating_mul(2) {
+        true => "choose patches anew for this number of paths",
+        false => "more paths cut them finer, and scene.patches = \"auto\" those that a scene file states",
+    };
+    (Verdict::Failed, format!("{found}: {remedy}"))
 }
 
 /// The faces that most is lost on, in words.
