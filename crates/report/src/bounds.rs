@@ -1,7 +1,7 @@
 //! The box that holds a scene.
 
 use glam::DVec3;
-use radiosity::Scene;
+use radiosity::{Scene, Surface};
 
 /// The box that holds a scene [m].
 #[derive(Clone, Copy, Debug)]
@@ -12,7 +12,16 @@ pub(crate) struct Bounds {
 
 impl Bounds {
     pub(crate) fn of(scene: &Scene) -> Self {
-        let corners = scene.surfaces().iter().flat_map(|surface| surface.outline());
+        Bounds::of_surfaces(scene.surfaces())
+    }
+
+    /// The box that holds what a scene has beside a sky.
+    pub(crate) fn below_sky(scene: &Scene) -> Self {
+        Bounds::of_surfaces(&scene.surfaces()[..scene.surfaces_before_sky()])
+    }
+
+    fn of_surfaces(surfaces: &[Surface]) -> Self {
+        let corners = surfaces.iter().flat_map(|surface| surface.outline());
         let nothing = Bounds { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
         corners.fold(nothing, |bounds, corner| Bounds {
             min: bounds.min.min(corner),

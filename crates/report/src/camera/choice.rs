@@ -86,7 +86,7 @@ impl Camera {
     fn free(scene: &Scene, view: &View, lit: impl Fn(u32) -> bool + Sync) -> Self {
         let size = view.size.map_or(Size::Longest(SIZE), Size::Exactly);
         let of_room = view.size.unwrap_or(ROOM_SIZE);
-        let frame = Frame::of(scene, &Bounds::of(scene));
+        let frame = Frame::of(scene, &Bounds::below_sky(scene));
         let shape = f64::from(of_room[0]) / f64::from(of_room[1]);
         let within = match view.from {
             Some(Vantage::Outside) => None,
@@ -107,7 +107,7 @@ impl Camera {
 
     /// A camera that stands where a job says.
     pub(super) fn at(scene: &Scene, stand: &Stand, size: [u32; 2]) -> Self {
-        Camera::standing(scene, &Frame::of(scene, &Bounds::of(scene)), stand, size)
+        Camera::standing(scene, &Frame::of(scene, &Bounds::below_sky(scene)), stand, size)
     }
 
     /// [`Camera::at`] in a scene whose directions are known.
@@ -148,7 +148,7 @@ impl Camera {
         size: Size,
         cuts: &[bool],
     ) -> (Self, f64) {
-        let bounds = Bounds::of(scene);
+        let bounds = Bounds::below_sky(scene);
         let frame = Frame::of(scene, &bounds);
         let heights = cuts.iter().flat_map(|&cut| ELEVATIONS.map(|elevation| (elevation, cut)));
         let trials = heights.flat_map(|(elevation, cut)| AZIMUTHS.map(|azimuth| (azimuth, elevation, cut)));

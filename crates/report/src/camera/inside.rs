@@ -10,7 +10,7 @@ use std::collections::HashSet;
 use glam::DVec3;
 use job::Stand;
 use parallel::on_all_cores;
-use radiosity::{Lookout, Ray, Scene, Side};
+use radiosity::{Hit, Lookout, Ray, Scene, Side};
 
 use super::choice::{CLEARLY_MORE, Frame, TRIAL_SIZE};
 use super::{Camera, Sight};
@@ -37,7 +37,7 @@ const FLOOR_SHARE: f64 = 0.1;
 /// Surfaces that a column meets at most.
 const MEETINGS: usize = 200;
 
-/// Rays around an eye, and the part of them that must meet sides that reflect: rooms have windows and doors.
+/// Rays around an eye, and the part of them that must meet sides that reflect, not the sky: rooms have windows and doors.
 const AROUND: usize = 192;
 const ENCLOSED: f64 = 0.8;
 
@@ -101,7 +101,7 @@ pub(super) fn inside(
     aspect: f64,
     lit: &(impl Fn(u32) -> bool + Sync),
 ) -> Option<Inside> {
-    let bounds = Bounds::of(scene);
+    let bounds = Bounds::below_sky(scene);
     let columns = on_all_cores(COLUMNS * COLUMNS, |number| eyes_of_column(scene, frame, &bounds, number));
     let looks: Vec<Look> =
         chosen(columns.concat(), frame.height(&bounds)).into_iter().flat_map(Look::around).collect();
@@ -190,8 +190,12 @@ fn reach(scene: &Scene, place: DVec3) -> Option<[f64; 2]> {
     let rays: Vec<Ray> =
         (0..AROUND).map(|k| Ray { origin: place, direction: direction(k), from: Ray::FREE }).collect();
     let (mut met, mut distance, mut least) = (0.0, 0.0, f64::INFINITY);
+    let (surfaces, before_sky) = (scene.surfaces(), scene.surfaces_before_sky());
     Lookout::new(scene).each_closest_hit(&rays, |_, hit| {
-        if let Some(hit) = hit.filter(|hit| scene.surfaces()[hit.surface as usize].is_active(hit.side)) {
+        let encloses = |hit: &Hit| {
+            (hit.surface as usize) < before_sky && surfaces[hit.surface as usize].is_active(hit.side)
+        };
+        if let Some(hit) = hit.filter(encloses) {
             (met, distance, least) = (met + 1.0, distance + hit.t, least.min(hit.t));
         }
     });

@@ -91,6 +91,34 @@ fn a_room_is_seen_from_where_a_person_stands() {
     assert!(open.eye[1] < 0.0 || open.eye[2] > 0.026, "{open:?}");
 }
 
+/// Two walls on a plate under a sky are no room, and the picture is about them, not about the box that stands for the sky.
+#[test]
+fn what_stands_under_a_sky_is_seen_from_outside() {
+    let mut spec = cube_spec();
+    for (name, corners) in [
+        ("plate", [[0.2, 0.2, 0.1], [0.8, 0.2, 0.1], [0.2, 0.8, 0.1]]),
+        ("wall", [[0.2, 0.2, 0.1], [0.2, 0.8, 0.1], [0.2, 0.2, 0.9]]),
+        ("wall", [[0.8, 0.2, 0.1], [0.8, 0.2, 0.9], [0.8, 0.8, 0.1]]),
+    ] {
+        let mut sheet = quad(name, corners, [1, 1], 0.5);
+        sheet.sides = Sides::Both;
+        spec.surfaces.insert(0, sheet);
+    }
+    for side in &mut spec.surfaces[3..] {
+        (side.emittance, side.reflectance) = (1.0.into(), 0.0.into());
+        side.cell_emittance.clear();
+        side.name = Some(radiosity::SKY.into());
+    }
+    let scene = build(&spec);
+    assert_eq!(scene.surfaces_before_sky(), 3);
+    let camera = Camera::of_view(&scene, &View::default(), |_| true);
+    assert_eq!(camera.said, None, "nobody stands there");
+    let [width, height] = camera.size.map(f64::from);
+    let wide = Bounds::below_sky(&scene).corners().map(|corner| camera.project(corner).unwrap()[0] / width);
+    let [least, most] = [f64::min, f64::max].map(|pick| wide.into_iter().reduce(pick).unwrap());
+    assert!(most - least > 0.9 || height > width, "{least} to {most}");
+}
+
 #[test]
 fn half_of_a_view_is_dark_where_one_of_two_plates_is() {
     let plate = |x: f64| quad("plate", [[x, 0., 0.], [x + 1., 0., 0.], [x, 1., 0.]], [1, 1], 0.5);
