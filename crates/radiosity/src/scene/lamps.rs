@@ -190,6 +190,12 @@ impl PointLamps {
         beam(-away / distance, distance, intensity / square)
     }
 
+    /// The distance of a lamp from a place [m]; infinite where it is distant.
+    pub(crate) fn distance(&self, lamp: usize, place: DVec3) -> f64 {
+        let PointLamp { position, emission, .. } = &self.list[lamp];
+        if matches!(emission, Emission::Distant { .. }) { f64::INFINITY } else { position.distance(place) }
+    }
+
     /// Whether the light of a lamp at a point comes from one direction, so that one shadow ray tells it exactly.
     pub(crate) fn is_sharp(&self, lamp: usize) -> bool {
         !matches!(self.list[lamp].emission, Emission::Distant { rim } if rim < 1.0)
