@@ -31,7 +31,7 @@ fn cube(reflectance: f64) -> SceneSpec {
 }
 
 fn with_lamps(spec: SceneSpec, list: Vec<LampSpec>) -> SceneSpec {
-    SceneSpec { lamps: LampsSpec { tables: vec![table().clone()], list }, ..spec }
+    SceneSpec { lamps: LampsSpec { tables: vec![table().clone()], list, ..LampsSpec::default() }, ..spec }
 }
 
 fn uniform(rng: &mut WalkRng) -> f64 {

@@ -340,7 +340,7 @@ mod tests {
         let per_ray = f64::from(plan.regular + 1) / (rays as f64 * (1.0 - scene.max_reflectance().max()));
         let incremental = |rng| {
             let mut shooter = Shooter::new(&faces, RandomNumbers::new(rng), plan);
-            shooter.incremental(rays, &mut |_, _, _| {}, &|| true).unwrap().remove(0)
+            shooter.incremental(None, rays, &mut |_, _, _| {}, &|| true).unwrap().remove(0)
         };
         let moments = |of: &dyn Fn(WalkRng) -> Vec<f64>, first: u64| {
             let runs: Vec<Vec<f64>> = (first..first + RUNS).map(|run| of(sequence.walk(run))).collect();
