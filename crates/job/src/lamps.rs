@@ -172,6 +172,7 @@ fn table_of(
     })?;
     let number = lamps.tables.len() as u32;
     lamps.tables.push(luminaire.distribution);
+    lamps.openings.push(luminaire.shape);
     known.push((path, number));
     Ok(number)
 }

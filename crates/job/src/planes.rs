@@ -26,16 +26,19 @@ enum Measure {
     Cylindrical,
     /// On the half of it that a point faces.
     Semicylindrical,
+    /// Glare at an eye that looks along the direction of a point.
+    Ugr,
 }
 
 impl Word for Measure {
-    const ALL: &'static [Self] = &[Self::Planar, Self::Cylindrical, Self::Semicylindrical];
+    const ALL: &'static [Self] = &[Self::Planar, Self::Cylindrical, Self::Semicylindrical, Self::Ugr];
 
     fn word(self) -> &'static str {
         match self {
             Measure::Planar => "planar",
             Measure::Cylindrical => "cylindrical",
             Measure::Semicylindrical => "semicylindrical",
+            Measure::Ugr => "ugr",
         }
     }
 }
@@ -47,6 +50,7 @@ impl Measure {
             Measure::Planar => SensorShape::Points { points, grid },
             Measure::Cylindrical => SensorShape::Cylinders { points, grid, half: false },
             Measure::Semicylindrical => SensorShape::Cylinders { points, grid, half: true },
+            Measure::Ugr => SensorShape::Eyes { points, grid },
         }
     }
 }
@@ -58,7 +62,7 @@ pub struct Demand {
     pub sensor: u32,
     /// The figure.
     pub figure: PlaneFigure,
-    /// What it is to be at least [lx, or 1].
+    /// What it is to be at least [lx, or 1]; of UGR at most.
     pub least: f64,
 }
 
@@ -75,8 +79,9 @@ pub(crate) fn read_planes(
         let mut table = value.table_called(format!("plane {number}: "), PLANE_KEYS)?;
         let name = read_name(&mut table, format!("plane {number}"), sensors)?;
         table.rename(format!("plane {number} ({name:?}): "));
-        read_demands(&mut table, sensors.len() as u32, &mut demands)?;
-        sensors.push(SensorSpec { name, shape: read_grid(table)? });
+        let measure = table.word("measure")?;
+        read_demands(&mut table, (sensors.len() as u32, measure), &mut demands)?;
+        sensors.push(SensorSpec { name, shape: read_grid(table, measure)? });
     }
     for (number, value) in points.into_iter().enumerate() {
         let mut table = value.table_called(format!("points {number}: "), POINTS_KEYS)?;
@@ -87,15 +92,19 @@ pub(crate) fn read_planes(
         )?;
         let stem = Path::new(file.string()?).file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let name = read_name(&mut table, stem, sensors)?;
-        read_demands(&mut table, sensors.len() as u32, &mut demands)?;
         let measure = table.word("measure")?;
+        read_demands(&mut table, (sensors.len() as u32, measure), &mut demands)?;
         sensors.push(SensorSpec { name, shape: read_file(&file, folder, measure)? });
     }
     Ok(demands)
 }
 
 /// What is demanded of a plane.
-fn read_demands(table: &mut KeyTable<'_>, sensor: u32, demands: &mut Vec<Demand>) -> Result<(), Error> {
+fn read_demands(
+    table: &mut KeyTable<'_>,
+    (sensor, measure): (u32, Measure),
+    demands: &mut Vec<Demand>,
+) -> Result<(), Error> {
     let Some(value) = table.take("demand") else { return Ok(()) };
     let mut table = value.table(DEMAND_KEYS)?;
     for (key, figure, why) in [
@@ -103,9 +112,17 @@ fn read_demands(table: &mut KeyTable<'_>, sensor: u32, demands: &mut Vec<Demand>
         ("minimum", PlaneFigure::Minimum, "it is the least illuminance of a point in lx"),
         ("uniformity", PlaneFigure::Uniformity, "it is the least U₀, the minimum over the mean"),
         ("diversity", PlaneFigure::Diversity, "it is the least U_d, the minimum over the maximum"),
+        ("ugr", PlaneFigure::Ugr, "it is the largest UGR of an eye"),
     ] {
         let Some(value) = table.take(key) else { continue };
         let least = positive(&value, why)?;
+        if figure == PlaneFigure::Ugr && measure != Measure::Ugr {
+            return Err(value.refuse(
+                "the points of this plane are no eyes".into(),
+                why,
+                "write measure = \"ugr\", or remove the key",
+            ));
+        }
         let is_ratio = matches!(figure, PlaneFigure::Uniformity | PlaneFigure::Diversity);
         if is_ratio && least > 1.0 {
             return Err(value.refuse(
@@ -142,7 +159,7 @@ fn read_name(table: &mut KeyTable<'_>, default: String, sensors: &[SensorSpec]) 
 }
 
 /// The points of a grid: the middles of cells that are as near to squares of `spacing` as fit the sides.
-fn read_grid(mut table: KeyTable<'_>) -> Result<SensorShape, Error> {
+fn read_grid(mut table: KeyTable<'_>, measure: Measure) -> Result<SensorShape, Error> {
     let origin = table.require("origin", "a plane has a corner", "origin = [x, y, z], in metres")?;
     let origin = read_point(origin)?;
     let mut side = |key| {
@@ -155,7 +172,6 @@ fn read_grid(mut table: KeyTable<'_>) -> Result<SensorShape, Error> {
         table.require("spacing", "it is the distance of the points", "spacing = 0.25, in metres")?;
     let place = spacing.place();
     let spacing = positive(&spacing, "it is the distance of the points in metres")?;
-    let measure: Measure = table.word("measure")?;
     let height = table.take("height").map(|value| value.number()).transpose()?.unwrap_or(0.0);
     let normal = table.take("normal").map(|value| read_point(value)).transpose()?;
     let upwards = u.cross(v).normalize_or_zero();
@@ -170,12 +186,18 @@ fn read_grid(mut table: KeyTable<'_>) -> Result<SensorShape, Error> {
             remedy: "choose other sides, or a larger spacing".into(),
         });
     }
-    if let (Measure::Semicylindrical, None) = (measure, normal) {
-        return Err(Error::MissingKey {
-            place: table.place("normal"),
-            why: "half of a cylinder faces a horizontal direction",
-            remedy: "normal = [0, 1, 0], the direction from which people are looked at".into(),
-        });
+    let horizontal = match measure {
+        Measure::Planar | Measure::Cylindrical => None,
+        Measure::Semicylindrical => Some((
+            "half of a cylinder faces a horizontal direction",
+            "normal = [0, 1, 0], the direction from which people are looked at",
+        )),
+        Measure::Ugr => {
+            Some(("an eye looks along a horizontal direction", "normal = [0, 1, 0], the line of sight"))
+        }
+    };
+    if let (Some((why, remedy)), None) = (horizontal, normal) {
+        return Err(Error::MissingKey { place: table.place("normal"), why, remedy: remedy.into() });
     }
     let normal = normal.unwrap_or(upwards);
     let at =

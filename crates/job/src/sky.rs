@@ -53,9 +53,9 @@ pub(crate) fn sky_box(
             vec![corner, corner_u, corner_v, corner_u + corner_v - corner]
         }
         SensorShape::Point { point, .. } => vec![*point],
-        SensorShape::Points { points, .. } | SensorShape::Cylinders { points, .. } => {
-            points.iter().map(|[point, _]| *point).collect()
-        }
+        SensorShape::Points { points, .. }
+        | SensorShape::Cylinders { points, .. }
+        | SensorShape::Eyes { points, .. } => points.iter().map(|[point, _]| *point).collect(),
     };
     let corners = surfaces.iter().flat_map(|surface| surface.shape.corners());
     let all: Vec<DVec3> = corners.chain(sensors.iter().flat_map(of_sensor)).collect();

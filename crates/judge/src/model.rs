@@ -37,6 +37,7 @@ pub fn scene_lines(experiment: &Experiment, units: &Units) -> Vec<String> {
         let what = match spec.shape {
             SensorShape::Point { .. } => "a point".into(),
             SensorShape::Points { ref points, .. } => counted(points.len() as u64, "point"),
+            SensorShape::Eyes { ref points, .. } => counted(points.len() as u64, "eye"),
             SensorShape::Cylinders { ref points, half: false, .. } => {
                 counted(points.len() as u64, "cylinder")
             }

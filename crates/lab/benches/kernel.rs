@@ -144,7 +144,7 @@ fn lit_cube(birth: &str) -> SceneSpec {
     };
     spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 0.0.into());
     let lamp = LampSpec::new(DVec3::splat(0.5), emission, 1.0);
-    spec.lamps = LampsSpec { tables: vec![table()], list: vec![lamp] };
+    spec.lamps = LampsSpec { tables: vec![table()], list: vec![lamp], ..LampsSpec::default() };
     spec
 }
 

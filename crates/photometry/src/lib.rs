@@ -20,9 +20,12 @@
 
 #![warn(unreachable_pub, unnameable_types)]
 
+use serde::{Deserialize, Serialize};
+
 mod arithmetic;
 mod distribution;
 mod figures;
+mod glare;
 mod ies;
 mod ldt;
 mod polar;
@@ -31,6 +34,7 @@ mod web;
 
 pub use distribution::{Cell, Distribution, strip_flux};
 pub use figures::BeamAngles;
+pub use glare::position_index;
 pub use text::Malformed;
 pub use web::Symmetry;
 
@@ -78,7 +82,7 @@ pub struct LampSet {
 }
 
 /// The luminous opening of a luminaire [m]: x along C0–C180, y along C90–C270, z up.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LuminousOpening {
     /// No extent.
     Point,

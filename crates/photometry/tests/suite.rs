@@ -3,4 +3,5 @@
 mod support;
 
 mod files;
+mod glare;
 mod light;

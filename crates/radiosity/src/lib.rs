@@ -40,6 +40,7 @@ mod trace;
 mod walk;
 
 pub use experiment::arrivals::Arrival;
+pub use experiment::glare::{Glare, Unexamined};
 pub use experiment::precision::{
     Apart, FLOOR, Headline, Judged, Place, Precision, QUANTILES, Quantity, Reach, TINY,
 };

@@ -12,7 +12,7 @@ fn lit_by(light: &Distribution) -> Scene {
     let mut spec = SceneSpec::furnace(1, 0.0);
     spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 0.0.into());
     let list = vec![LampSpec::new(DVec3::splat(0.5), Emission::Table(0), 1.0)];
-    spec.lamps = LampsSpec { tables: vec![light.clone()], list };
+    spec.lamps = LampsSpec { tables: vec![light.clone()], list, ..LampsSpec::default() };
     Scene::build(&spec, IndexChoice::Auto).unwrap()
 }
 

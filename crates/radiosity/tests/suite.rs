@@ -6,6 +6,7 @@ mod support;
 
 mod cylinders;
 mod daylight;
+mod glare;
 mod groups;
 mod lamps;
 mod leaves;

@@ -69,8 +69,8 @@ pub use partition::{ChoiceSummary, PartitionSummary};
 pub use patches::{Digits, face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
 pub use planes::{
-    DemandSummary, FigureInterval, ModellingSummary, PerChannel, PlaneSource, PlaneSummary, plane_summaries,
-    write_planes,
+    DemandSummary, FigureInterval, GlareSummary, ModellingSummary, PerChannel, PlaneSource, PlaneSummary,
+    plane_summaries, write_planes,
 };
 pub use precision::{ApartSummary, DiscretisedSummary, HeadlineSummary, PrecisionSummary};
 pub use replay::walk_lines;

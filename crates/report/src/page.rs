@@ -255,6 +255,7 @@ impl Page<'_> {
             let [mean, minimum, uniformity, diversity] =
                 [&plane.mean, &plane.minimum, &plane.uniformity, &plane.diversity].map(PerChannel::words);
             let modelling = plane.modelling.iter().map(|modelling| modelling.words());
+            let modelling = modelling.chain(plane.ugr.iter().map(|ugr| ugr.words()));
             let demands: Vec<String> =
                 modelling.chain(plane.demands.iter().map(|demand| demand.words(unit))).collect();
             let (name, points) = (plane.name.clone(), plane.points.to_string());

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use glam::DVec3;
 use radiosity::{
-    Reading, Readings, SensorCell, SensorShape,
+    Glare, Reading, Readings, SensorCell, SensorShape, Unexamined,
     planes::{Figure, PlaneFigure, Sufficiency},
 };
 use serde::Serialize;
@@ -31,6 +31,9 @@ pub struct PlaneSummary {
     /// Of cylinders at the points of another plane that faces up, their light over its; absent of others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub modelling: Option<ModellingSummary>,
+    /// Glare at the eyes of the plane; absent where its points are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ugr: Option<GlareSummary>,
     /// Whether the figures reach what is demanded of them; absent where nothing is.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub demands: Vec<DemandSummary>,
@@ -49,9 +52,9 @@ pub struct PlaneSummary {
 pub struct DemandSummary {
     /// The figure.
     pub figure: PlaneFigure,
-    /// What it is to be at least.
+    /// What it is to be at least; of UGR at most.
     pub least: f64,
-    /// Whether the estimate is.
+    /// Whether the estimate is so.
     pub met: bool,
     /// With what confidence, up to [`Sufficiency::SUREST`]; ½ where it is open.
     pub confidence: f64,
@@ -75,6 +78,7 @@ impl DemandSummary {
             PlaneFigure::Minimum => format!("minimum of {least} {unit}"),
             PlaneFigure::Uniformity => format!("U₀ of {least}"),
             PlaneFigure::Diversity => format!("U_d of {least}"),
+            PlaneFigure::Ugr => format!("UGR of {least}"),
         };
         // Rounded down: the confidence is never more than said.
         let percent = (1e4 * confidence + 1e-9).floor() / 100.0;
@@ -120,6 +124,42 @@ impl ModellingSummary {
     /// Both in words.
     pub fn words(&self) -> String {
         format!("modelling over {:?} from {} to {}", self.plane, self.least.words(), self.largest.words())
+    }
+}
+
+/// The unified glare rating at the eyes of a plane.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GlareSummary {
+    /// The largest of the eyes that see a luminaire and are examined; `null` where none is.
+    pub largest: Option<FigureInterval>,
+    /// The eyes that see no luminaire.
+    pub undisturbed: usize,
+    /// The eyes at which the formula does not hold.
+    pub unexamined: usize,
+    /// Why it does not at the first of these; `null` where it holds at all.
+    pub because: Option<Unexamined>,
+}
+
+impl GlareSummary {
+    fn of(Glare { largest, undisturbed, unexamined, because }: Glare) -> Self {
+        let largest = largest.map(|Figure { value, low, high }| FigureInterval { value, low, high });
+        GlareSummary { largest, undisturbed, unexamined, because }
+    }
+
+    /// The rating in words.
+    pub fn words(&self) -> String {
+        let largest = match self.largest {
+            Some(largest) => format!("UGR up to {}", PerChannel::Grey(largest).words()),
+            None if self.unexamined == 0 => "no luminaire is seen".into(),
+            None => "UGR not examined".into(),
+        };
+        match self.because {
+            Some(because) if self.largest.is_some() => {
+                format!("{largest}, not examined at {} of the eyes: {}", self.unexamined, because.words())
+            }
+            Some(because) => format!("{largest}: {}", because.words()),
+            None => largest,
+        }
     }
 }
 
@@ -221,6 +261,7 @@ pub fn plane_summaries<D: Iterator<Item = (PlaneFigure, f64)>>(
             uniformity: per(&|figures| figures.uniformity),
             diversity: per(&|figures| figures.diversity),
             modelling: ModellingSummary::of(readings, number, sensor),
+            ugr: readings.glare(number).map(GlareSummary::of),
             demands: demanded(sensor).map(|demand| DemandSummary::of(readings, number, demand)).collect(),
             sources: names
                 .iter()

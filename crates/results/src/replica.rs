@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use job::{Demand, Partition, Vantage};
+use photometry::LuminousOpening;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
 use radiosity::{
@@ -33,14 +34,16 @@ struct Packed {
     panes: Vec<PaneSpec>,
     /// [`Settings::demands`].
     demands: Vec<Demand>,
+    /// [`LampsSpec::openings`].
+    openings: Vec<LuminousOpening>,
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
 /// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, the
-/// quantity that a target is about, whether the program chose the method, from where the picture looks, the two lists of lamps, panes, and what is demanded
-/// of planes.
-const LATER_SETTINGS: usize = 24;
+/// quantity that a target is about, whether the program chose the method, from where the picture looks, the two lists of lamps, panes, what is demanded
+/// of planes, and the openings of luminaires.
+const LATER_SETTINGS: usize = 25;
 
 /// The bytes of a job.
 ///
@@ -58,6 +61,7 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
         lamps: spec.lamps.clone(),
         panes: spec.panes.clone(),
         demands: settings.demands.clone(),
+        openings: spec.lamps.openings.clone(),
     })
 }
 
@@ -87,6 +91,7 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
     let mut packed: Packed = packed.map_err(|error| error.to_string())?;
     packed.scene.patch_of_cell.clone_from(&packed.patch_of_cell);
     packed.scene.lamps.clone_from(&packed.lamps);
+    packed.scene.lamps.openings.clone_from(&packed.openings);
     packed.scene.panes.clone_from(&packed.panes);
     if let Some(target) = &mut packed.settings.target {
         target.quantity = packed.quantity;

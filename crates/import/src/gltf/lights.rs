@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::path::Path;
 
 use glam::{DAffine3, DVec3};
-use photometry::{Distribution, Luminaire};
+use photometry::Luminaire;
 use radiosity::{Emission, LampSpec, LampsSpec, Spectrum};
 
 use super::buffers::{Data, decode_data, decode_percent};
@@ -88,7 +88,9 @@ impl GltfLights {
                 let number = match known.get(&profile) {
                     Some(number) => *number,
                     None => {
-                        lamps.tables.push(read_profile(data, profile, path, files)?);
+                        let luminaire = read_profile(data, profile, path, files)?;
+                        lamps.tables.push(luminaire.distribution);
+                        lamps.openings.push(luminaire.shape);
                         let number = lamps.tables.len() as u32 - 1;
                         known.insert(profile, number);
                         number
@@ -118,12 +120,7 @@ fn axes(place: &DAffine3) -> Option<[DVec3; 3]> {
 }
 
 /// Reads a profile: of a view, of a data URI or of a file beside this one.
-fn read_profile(
-    data: &Data<'_>,
-    number: usize,
-    path: &Path,
-    files: &mut Files<'_>,
-) -> Result<Distribution, At> {
+fn read_profile(data: &Data<'_>, number: usize, path: &Path, files: &mut Files<'_>) -> Result<Luminaire, At> {
     let at = |problem: String, why: String| {
         let remedy = "put an LM-63 file there, or remove the light";
         (format!("EXT_lights_ies.lights[{number}]"), UnplacedError::new(problem, why, remedy))
@@ -148,10 +145,9 @@ fn read_profile(
         (None, None) => None,
     };
     let content = content.ok_or_else(|| at("there is no profile".into(), "the light is in it".into()))?;
-    let luminaire = Luminaire::read(&content).map_err(|error| {
+    Luminaire::read(&content).map_err(|error| {
         at(format!("the profile is malformed at line {error}"), "its light is not known".into())
-    })?;
-    Ok(luminaire.distribution)
+    })
 }
 
 #[cfg(test)]

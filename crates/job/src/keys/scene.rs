@@ -146,21 +146,22 @@ pub(crate) const PLANE: [Key; 9] = [
 ];
 
 fn measures() -> Value {
-    json!({"enum": ["planar", "cylindrical", "semicylindrical"]})
+    json!({"enum": ["planar", "cylindrical", "semicylindrical", "ugr"]})
 }
 
 /// What `measure` is.
-const MEASURED: &str = "Illuminance on the side that the points face, or on an upright cylinder, or on its half that they face. Default: planar.";
+const MEASURED: &str = "Illuminance on the side that the points face, or on an upright cylinder, or on its half that they face; or UGR at eyes that look along `normal`. Default: planar.";
 
 /// What `demand` is.
 const DEMANDED: &str = "What its figures have to reach; the run says with what confidence they do.";
 
 /// The keys of a `demand`.
-pub(crate) const DEMAND: [Key; 4] = [
+pub(crate) const DEMAND: [Key; 5] = [
     Key::new("mean", positive, "The least mean [lx]."),
     Key::new("minimum", positive, "The least illuminance of a point [lx]."),
     Key::new("uniformity", ratio, "The least U₀, the minimum over the mean."),
     Key::new("diversity", ratio, "The least U_d, the minimum over the maximum."),
+    Key::new("ugr", positive, "The largest UGR of an eye; of `measure = \"ugr\"` alone."),
 ];
 
 pub(crate) const DEMAND_KEYS: &[&str] = &names(&DEMAND);

@@ -218,7 +218,11 @@ fn room(case: &Case) -> Result<Experiment, Failure> {
     let aim = if case.is_upwards { DVec3::Z } else { -DVec3::Z };
     let lamp =
         |&[x, y]: &[f64; 2]| LampSpec::new(DVec3::new(x, y, height), Emission::Table(0), 1.0).aimed(aim, 0.0);
-    spec.lamps = LampsSpec { tables: vec![uneven()], list: case.lamps.iter().map(lamp).collect() };
+    spec.lamps = LampsSpec {
+        tables: vec![uneven()],
+        list: case.lamps.iter().map(lamp).collect(),
+        ..LampsSpec::default()
+    };
     let at = |i: u32, j: u32| DVec3::new(0.375 + 0.75 * f64::from(i), 0.4 + 0.8 * f64::from(j), 0.8);
     let points = (0..8).flat_map(|i| (0..5).map(move |j| [at(i, j), DVec3::Z])).collect();
     let plane = SensorSpec { name: "desk".into(), shape: SensorShape::Points { points, grid: [8, 5] } };

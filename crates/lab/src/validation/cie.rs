@@ -58,7 +58,7 @@ fn point_lamps(lab: &Lab) -> Vec<Claim> {
             let shape = Shape::parallelogram(corner, SQUARE * DVec3::X, SQUARE * DVec3::Y, [1, 1]);
             let lamp = LampSpec::new(HEIGHT * DVec3::Z, emission, strength);
             let mut spec = SceneSpec::new(vec![SurfaceSpec::new(shape, 0.0)]);
-            spec.lamps = LampsSpec { tables: vec![table.clone()], list: vec![lamp] };
+            spec.lamps = LampsSpec { tables: vec![table.clone()], list: vec![lamp], ..LampsSpec::default() };
             let truth = match emission {
                 Emission::Uniform => {
                     let [x0, x1, y] = [corner.x, corner.x + SQUARE, 0.5 * SQUARE].map(|x| x / HEIGHT);
@@ -118,7 +118,7 @@ fn closed_room(lab: &Lab) -> Vec<Claim> {
             surface.emittance = 0.0.into();
         }
         let lamp = LampSpec::new(DVec3::new(2.0, 2.0, 3.0), Emission::Uniform, FLUX / (4.0 * PI));
-        spec.lamps = LampsSpec { tables: Vec::new(), list: vec![lamp] };
+        spec.lamps = LampsSpec { tables: Vec::new(), list: vec![lamp], ..LampsSpec::default() };
         let walks: u64 = lab.pick(1 << 15, 1 << 22);
         let faces = irradiances(spec, 50 + number, walks);
         let direct = FLUX / 96.0;

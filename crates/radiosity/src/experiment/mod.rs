@@ -7,6 +7,7 @@ mod chains;
 pub(crate) mod daylight;
 pub(crate) mod exchange;
 mod gathering;
+pub(crate) mod glare;
 mod groups;
 pub(crate) mod influence;
 mod lit;

@@ -44,18 +44,8 @@ pub enum PlaneFigure {
     Uniformity,
     /// [`PlaneFigures::diversity`].
     Diversity,
-}
-
-impl PlaneFigures {
-    /// One of the figures.
-    pub fn get(&self, figure: PlaneFigure) -> Figure {
-        match figure {
-            PlaneFigure::Mean => self.mean,
-            PlaneFigure::Minimum => self.minimum,
-            PlaneFigure::Uniformity => self.uniformity,
-            PlaneFigure::Diversity => self.diversity,
-        }
-    }
+    /// [`super::glare::Glare::largest`], where every eye is examined: the one figure that is demanded to be no larger.
+    Ugr,
 }
 
 /// Whether what is demanded of a figure is met, and how sure that is.
@@ -77,7 +67,7 @@ impl Readings<'_> {
     /// The figures of plane number `plane` of [`crate::Sensors::planes`], in one channel.
     pub fn plane(&self, plane: usize, channel: usize) -> PlaneFigures {
         let errors = self.errors_of_plane(plane, channel);
-        let common = errors.of_pair(0.0, 0.0);
+        let common = self.correlation_of_points(plane, channel);
         let [minimum, maximum] = [1.0, -1.0].map(|sign| self.plane_extreme((plane, channel), common, sign));
         let mean = self.plane_mean(plane, channel);
         PlaneFigures {
@@ -89,21 +79,39 @@ impl Readings<'_> {
         }
     }
 
-    /// Whether a figure of a plane is at least as large as demanded, in one channel.
+    /// One of the figures of a plane in one channel.
+    fn figure(&self, (plane, channel): (usize, usize), figure: PlaneFigure) -> Figure {
+        let figures = || self.plane(plane, channel);
+        match figure {
+            PlaneFigure::Mean => figures().mean,
+            PlaneFigure::Minimum => figures().minimum,
+            PlaneFigure::Uniformity => figures().uniformity,
+            PlaneFigure::Diversity => figures().diversity,
+            PlaneFigure::Ugr => {
+                let unknown = Figure { value: None, low: f64::NEG_INFINITY, high: f64::INFINITY };
+                let glare = self.glare(plane).filter(|glare| glare.unexamined == 0);
+                glare.and_then(|glare| glare.largest).unwrap_or(unknown)
+            }
+        }
+    }
+
+    /// Whether a figure of a plane is at least as large as demanded, of UGR at most, in one channel.
     pub fn sufficiency(
         &self,
         (plane, channel): (usize, usize),
         figure: PlaneFigure,
-        least: f64,
+        demanded: f64,
     ) -> Sufficiency {
-        let known = self.plane(plane, channel).get(figure);
-        let is_met = known.value.is_some_and(|value| value >= least);
+        let known = self.figure((plane, channel), figure);
+        let reaches =
+            |value: f64| if figure == PlaneFigure::Ugr { value <= demanded } else { value >= demanded };
+        let is_met = known.value.is_some_and(reaches);
         // One side of the interval of a mean fails with half of the probability, that of others with all of it.
         let level =
             |one_sided: f64| if figure == PlaneFigure::Mean { 2.0 * one_sided - 1.0 } else { one_sided };
         let is_sure = |one_sided: f64| {
-            let Figure { low, high, .. } = self.at_level(level(one_sided)).plane(plane, channel).get(figure);
-            if is_met { low >= least } else { high < least }
+            let Figure { low, high, .. } = self.at_level(level(one_sided)).figure((plane, channel), figure);
+            [low, high].into_iter().all(|limit| reaches(limit) == is_met)
         };
         // What is left to 1 falls by 2⁻¼ from step to step.
         let steps = (1..50).map(|k| 1.0 - 0.5 * 0.5_f64.powf(0.25 * f64::from(k)));
@@ -115,6 +123,11 @@ impl Readings<'_> {
     fn plane_mean(&self, plane: usize, channel: usize) -> Figure {
         let Reading { irradiance, ci_low, ci_high, .. } = self.plane_reading(plane, channel);
         Figure { value: irradiance, low: ci_low, high: ci_high }
+    }
+
+    /// The correlation of two points of a plane.
+    pub(super) fn correlation_of_points(&self, plane: usize, channel: usize) -> f64 {
+        self.errors_of_plane(plane, channel).of_pair(0.0, 0.0)
     }
 
     /// What the errors of a plane's points have in common.
@@ -165,7 +178,12 @@ impl Readings<'_> {
     }
 
     /// The least of some numbers, whose errors have this correlation in pairs, with the standard error of its estimate, or, with `sign` −1, the largest.
-    fn extreme(&self, known: impl Iterator<Item = Known>, correlation: f64, sign: f64) -> (Figure, f64) {
+    pub(super) fn extreme(
+        &self,
+        known: impl Iterator<Item = Known>,
+        correlation: f64,
+        sign: f64,
+    ) -> (Figure, f64) {
         let turned = |Known { value, error, limits: [low, high] }: Known| {
             let [low, high] = if sign > 0.0 { [low, high] } else { [-high, -low] };
             [sign * value, error, low, high]
@@ -182,16 +200,18 @@ impl Readings<'_> {
             (low, high) = (low.min(of_told.low), high.min(of_told.high));
         }
         let [low, high] = if sign > 0.0 { [low, high] } else { [-high, -low] };
-        (Figure { value: Some(sign * first[0]), low: low.max(0.0), high }, first[1])
+        let value = sign * first[0];
+        // Ratings of glare alone may be below 0.
+        (Figure { value: Some(value), low: low.max(value.min(0.0)), high }, first[1])
     }
 }
 
 /// A number with its standard error, which is 0 where none is told, and the interval of itself alone.
 #[derive(Clone, Copy)]
-struct Known {
-    value: f64,
-    error: f64,
-    limits: [f64; 2],
+pub(super) struct Known {
+    pub(super) value: f64,
+    pub(super) error: f64,
+    pub(super) limits: [f64; 2],
 }
 
 /// A figure over a larger one, given the correlation of their errors; 1 where there is no light.

@@ -132,16 +132,29 @@ impl<'a> Readings<'a> {
         self.read(self.sensors.cell_count() + plane, channel, direct)
     }
 
+    /// What is known of the light at a cell that does not come straight from lamps.
+    pub(super) fn indirect(&self, cell: usize, channel: usize) -> Reading {
+        self.read(cell, channel, 0.0)
+    }
+
     /// What lamps bring to a cell, where it is known exactly [W/m²].
     fn direct(&self, cell: usize, channel: usize) -> f64 {
+        self.lights_at(cell).map(|(_, light)| light[channel]).sum()
+    }
+
+    /// What each of the lamps brings to a cell, where it is known exactly, channel by channel [W/m²].
+    pub(super) fn lights_at(&self, cell: usize) -> impl Iterator<Item = (usize, [f64; 3])> {
         let groups = self.experiment.groups().filter(|groups| !groups.sources().is_empty());
-        let factor = |lamp: usize| match (groups, self.source) {
+        let factor = move |lamp: usize| match (groups, self.source) {
             (None, _) => 1.0,
             (Some(groups), Some(source)) if groups.source_of_lamp(lamp) != source => 0.0,
             (Some(groups), _) => self.experiment.factor_of(groups.source_of_lamp(lamp) as u32),
         };
         let lights = self.experiment.lamps_at_cells().of_cell(cell);
-        lights.iter().map(|&(lamp, light)| factor(lamp as usize) * light[channel]).sum()
+        lights.iter().map(move |&(lamp, light)| {
+            let factor = factor(lamp as usize);
+            (lamp as usize, light.map(|light| factor * light))
+        })
     }
 
     /// The rows of a tally that tell of a cell, each with the factor of its light. The means of planes follow the cells, and sources follow

@@ -19,24 +19,14 @@ pub enum Unfit {
     },
     /// No gathering walk meets a lamp without area.
     #[error(
-        "gathering walks find light where they meet what emits, and a [[lamp]] has no area that they could meet; write walk = \"shooting\", whose walks are born at lamps"
+        "gathering walks find light where they meet what emits, and a [[lamp]] has no area that they could meet (shadow rays from arrivals would score 1/d², which has no bound near a lamp); write walk = \"shooting\" or walk = \"jacobi\""
     )]
     GatheredLamps,
-    /// Chains know faces that emit alone.
-    #[error(
-        "the rays of chains leave patches, and a [[lamp]] is none (its light would be missing); write walk = \"shooting\", whose walks are born at lamps"
-    )]
-    LampsOfChains,
     /// All rays of chains that land count alike.
     #[error(
         "the rays of chains count alike where they land, and panes pass a part of the light (it would be too much); write walk = \"shooting\", or remove each [[pane]]"
     )]
     PanesOfChains,
-    /// Shadow rays of a final gather go to faces that emit.
-    #[error(
-        "the rays of a final gather look for light at patches, and a [[lamp]] is none (its light would be missing); remove final_gather, or measure there with a [[sensor]]"
-    )]
-    GatheredLampsLast,
     /// The best mix of absorption and survival is a matter of one channel.
     #[error(
         "`mix` compares collision, absorption and survival on the same walks, which needs a grey scene; run one channel at a time, or remove `mix`"
@@ -187,9 +177,7 @@ pub(super) fn check(scene: &Scene, method: &Method) -> Result<(), Unfit> {
 fn check_lamps(method: &Method) -> Result<(), Unfit> {
     match method {
         Method::Walks(Walks { direction: Direction::Gathering(_), .. }) => Err(Unfit::GatheredLamps),
-        Method::Chains(_) => Err(Unfit::LampsOfChains),
-        method if !method.final_gather().is_empty() => Err(Unfit::GatheredLampsLast),
-        Method::Walks(_) | Method::Batches(_) => Ok(()),
+        Method::Walks(_) | Method::Batches(_) | Method::Chains(_) => Ok(()),
     }
 }
 

@@ -4,7 +4,7 @@
 //! from one direction.
 
 use glam::DVec3;
-use photometry::Distribution;
+use photometry::{Distribution, LuminousOpening};
 use serde::{Deserialize, Serialize};
 
 use super::spec::Spectrum;
@@ -53,12 +53,18 @@ pub struct LampsSpec {
     pub tables: Vec<Distribution>,
     /// The lamps, by number.
     pub list: Vec<LampSpec>,
+    /// The luminous openings of the luminaires whose tables those are, in the same order, as far as they are known. A job carries them behind
+    /// all else; no walk asks for them.
+    #[serde(skip)]
+    pub openings: Vec<LuminousOpening>,
 }
 
 impl LampsSpec {
     /// Adds other lamps with their tables.
     pub fn append(&mut self, others: LampsSpec) {
         let first = self.tables.len() as u32;
+        self.openings.resize(self.tables.len(), LuminousOpening::Point);
+        self.openings.extend(others.openings);
         self.tables.extend(others.tables);
         self.list.extend(others.list.into_iter().map(|lamp| match lamp.emission {
             Emission::Table(number) => LampSpec { emission: Emission::Table(first + number), ..lamp },

@@ -50,6 +50,14 @@ pub enum SensorShape {
         /// Whether it is half of the cylinder.
         half: bool,
     },
+    /// The points of a plane, or of a list, at each of which an eye looks along a horizontal direction: illuminance on the plane across it, and
+    /// glare.
+    Eyes {
+        /// The points [m], and the directions that the eyes look along, of any length.
+        points: Vec<[DVec3; 2]>,
+        /// As that of [`SensorShape::Points`].
+        grid: [u32; 2],
+    },
 }
 
 impl SensorShape {
@@ -58,12 +66,17 @@ impl SensorShape {
         self.points().is_some()
     }
 
+    /// Whether its points are eyes.
+    pub fn is_eyes(&self) -> bool {
+        matches!(self, SensorShape::Eyes { .. })
+    }
+
     /// The points of a plane, or of a list, with the directions that they face, and how many there are along u and v.
     pub fn points(&self) -> Option<(&[[DVec3; 2]], [u32; 2])> {
         match self {
-            SensorShape::Points { points, grid } | SensorShape::Cylinders { points, grid, .. } => {
-                Some((points, *grid))
-            }
+            SensorShape::Points { points, grid }
+            | SensorShape::Cylinders { points, grid, .. }
+            | SensorShape::Eyes { points, grid } => Some((points, *grid)),
             SensorShape::Quad { .. } | SensorShape::Point { .. } => None,
         }
     }
@@ -73,7 +86,9 @@ impl SensorShape {
         match self {
             &SensorShape::Quad { cells: [nu, nv], .. } => u64::from(nu) * u64::from(nv),
             SensorShape::Point { .. } => 1,
-            SensorShape::Points { points, .. } | SensorShape::Cylinders { points, .. } => points.len() as u64,
+            SensorShape::Points { points, .. }
+            | SensorShape::Cylinders { points, .. }
+            | SensorShape::Eyes { points, .. } => points.len() as u64,
         }
     }
 
@@ -83,16 +98,23 @@ impl SensorShape {
     /// A number that is not finite, a quad without area or cells, a normal without direction.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
         match *self {
-            SensorShape::Points { ref points, grid } | SensorShape::Cylinders { ref points, grid, .. } => {
+            SensorShape::Points { ref points, grid }
+            | SensorShape::Cylinders { ref points, grid, .. }
+            | SensorShape::Eyes { ref points, grid } => {
                 if points.is_empty() || u64::from(grid[0]) * u64::from(grid[1]) != points.len() as u64 {
                     return Err(("spacing", "there are no points".into()));
                 }
                 let is_half = matches!(self, SensorShape::Cylinders { half: true, .. });
                 return points.iter().try_for_each(|&[point, normal]| {
                     check_point(point, normal)?;
-                    match is_half && normal.truncate() == DVec2::ZERO {
-                        true => Err(("normal", "half of a cylinder faces no horizontal direction".into())),
-                        false => Ok(()),
+                    match () {
+                        () if is_half && normal.truncate() == DVec2::ZERO => {
+                            Err(("normal", "half of a cylinder faces no horizontal direction".into()))
+                        }
+                        () if self.is_eyes() && normal.z != 0.0 => {
+                            Err(("normal", "an eye does not look along a horizontal direction".into()))
+                        }
+                        () => Ok(()),
                     }
                 });
             }
@@ -315,6 +337,7 @@ impl Sensors {
         match self.specs[sensor].shape {
             SensorShape::Point { point, .. } => at([0, 0], point, 0.0, 0),
             SensorShape::Points { ref points, grid: [_, nv] }
+            | SensorShape::Eyes { ref points, grid: [_, nv] }
             | SensorShape::Cylinders { ref points, grid: [_, nv], .. } => {
                 at([cell / nv, cell % nv], points[cell as usize][0], 0.0, cell)
             }
@@ -367,9 +390,10 @@ impl Sensors {
     /// Local coordinates, on the sensor, of a uniform point of a cell.
     pub(crate) fn place(&self, &SensorCell { sensor, cell, .. }: &SensorCell, numbers: [u32; 2]) -> [f64; 2] {
         match self.specs[sensor].shape {
-            SensorShape::Point { .. } | SensorShape::Points { .. } | SensorShape::Cylinders { .. } => {
-                [0.0, 0.0]
-            }
+            SensorShape::Point { .. }
+            | SensorShape::Points { .. }
+            | SensorShape::Cylinders { .. }
+            | SensorShape::Eyes { .. } => [0.0, 0.0],
             SensorShape::Quad { cells, .. } => std::array::from_fn(|i| {
                 in_grid_step(f64::from(cell[i]), unit_32(numbers[i]), 1.0 / f64::from(cells[i]))
             }),
@@ -390,6 +414,9 @@ impl Sensors {
                 }
                 SensorShape::Cylinders { ref points, grid, half } => {
                     (3 + u32::from(half), points.iter().flatten().copied().collect(), grid)
+                }
+                SensorShape::Eyes { ref points, grid } => {
+                    (5, points.iter().flatten().copied().collect(), grid)
                 }
             };
             [kind, cells[0], cells[1]].iter().for_each(|n| _ = hasher.update(&n.to_le_bytes()));
@@ -420,7 +447,7 @@ fn frames_of(shape: &SensorShape, scene: &Scene) -> Vec<SurfaceFrame<f64>> {
             vec![frame((corner, edges), [edges[0].normalize(), normal], scene)]
         }
         SensorShape::Point { point, normal } => vec![of_point(point, normal)],
-        SensorShape::Points { ref points, .. } => {
+        SensorShape::Points { ref points, .. } | SensorShape::Eyes { ref points, .. } => {
             points.iter().map(|&[point, normal]| of_point(point, normal)).collect()
         }
         SensorShape::Cylinders { ref points, half, .. } => {

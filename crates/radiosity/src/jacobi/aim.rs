@@ -3,10 +3,12 @@
 //! A pilot finds out where radiosity differs. It is a chain of its own, whose numbers do not depend on the job's seed, and its rays serve
 //! nothing else: the rays of a chain are shared out without regard to what they find, so that its links have no bias.
 
+use super::beams::LampLight;
 use super::cast::{Caster, systematic};
 use super::direct::Direct;
 use super::faces::FaceTable;
 use super::halves::Half;
+use super::linked::straight;
 use super::near::Landed;
 use super::numbers::SobolNumbers;
 use super::solve::solve;
@@ -39,7 +41,8 @@ pub(crate) fn aim(faces: &FaceTable, rays: u64, hands: &dyn Hands) -> Option<Vec
     if let Some(direct) = &mut direct {
         direct.cast(caster.rng(), false, hands)?;
     }
-    let rays = rays - direct.as_ref().map_or(0, Direct::rays);
+    let lamps = LampLight::of(faces, caster.rng(), rays, &|| hands.go_on())?;
+    let rays = rays - direct.as_ref().map_or(0, Direct::rays) - lamps.as_ref().map_or(0, |lamps| lamps.rays);
     let rays = rays.min(MOST_RAYS * faces.list.len() as u64);
     let mut sample =
         Half::new(Landed::new(faces.areas.len(), direct.as_ref().map(Direct::bounds)), faces.areas.len());
@@ -49,8 +52,8 @@ pub(crate) fn aim(faces: &FaceTable, rays: u64, hands: &dyn Hands) -> Option<Vec
         let more = aimed(&wanted, &caster.shot, rays * eighths / 8, 0.5);
         sample.cast(&mut caster, &more, hands)?;
         let rays = sample.rays();
-        let straight = direct.as_ref().map(|direct| direct.irradiance(&rays));
-        radiosity = solve(&rays.links(faces), straight.as_deref(), &radiosity, ROUGH, hands)?;
+        let straight = straight(direct.as_ref().map(|direct| direct.irradiance(&rays)), lamps.as_ref());
+        radiosity = solve(&rays.links(faces), &straight, &radiosity, ROUGH, hands)?;
         let along = direct.as_ref().map(|direct| direct.along_links(&rays, &radiosity));
         wanted = density(&faces.areas, along.as_ref().unwrap_or(&radiosity));
     }

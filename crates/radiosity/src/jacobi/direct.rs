@@ -10,7 +10,7 @@ use super::aim::density;
 use super::cast::systematic;
 use super::faces::FaceTable;
 use super::halves::LinkRays;
-use super::lamps::{EmittingPieces, emitted_shares};
+use super::lamps::{EmittingPieces, emitted_power, emitted_shares};
 use super::near::NearThresholds;
 use super::numbers::SobolNumbers;
 use super::place::psi;
@@ -188,7 +188,7 @@ impl<'a> Direct<'a> {
         });
         let closed = rays.lost.iter().all(|&lost| lost == [0; 2]);
         for (c, irradiance) in irradiance.iter_mut().enumerate() {
-            balance(irradiance, &self.faces.areas, self.faces.scene.total_power(c), closed);
+            balance(irradiance, &self.faces.areas, emitted_power(self.faces, c), closed);
         }
         irradiance
     }

@@ -73,7 +73,8 @@ pub(crate) fn final_gather(
     let mut gatherer = Gatherer::new(faces, (reflected, None), per_face, go_on);
     let gathered = chosen.iter().map(|&face| {
         let station = RayOrigin::Face(faces.scene, faces.list[face as usize]);
-        let (irradiance, landed) = gatherer.irradiance(face, &station, &mut rng)?;
+        let (mut irradiance, landed) = gatherer.irradiance(face, &station, &mut rng)?;
+        gatherer.light_of_lamps(&station, &mut rng, &mut irradiance)?;
         Some(GatheredLight { face, irradiance, landed, rays: per_face })
     });
     gathered.collect()

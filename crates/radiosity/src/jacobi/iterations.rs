@@ -11,6 +11,7 @@
 //! same number of rays (within one) their plain mean is, too. That holds for random rays. The points of one Sobol
 //! sequence depend on each other, also between iterations: there a bias may remain, of a smaller order than the error.
 
+use super::beams::LampLight;
 use super::cast::{Caster, systematic};
 use super::faces::{FaceTable, face_major};
 use super::numbers::{RandomNumbers, RayNumbers, SobolNumbers};
@@ -114,31 +115,52 @@ impl<'a, N: RayNumbers> Shooter<'a, N> {
         go_on: &dyn Fn() -> bool,
     ) -> Option<ChainOutcome> {
         let emitted = self.emitted();
-        let mut incoming = self.incremental(rays, observe, go_on)?;
+        let lamps = LampLight::of(self.faces, self.caster.rng(), rays, go_on)?;
+        let rays = rays - lamps.as_ref().map_or(0, |lamps| lamps.rays);
+        let of_lamps = lamps.as_ref().map(|lamps| self.powers(&lamps.irradiance));
+        let mut incoming = self.incremental(of_lamps.as_ref(), rays, observe, go_on)?;
         let (left, count) = (rays.saturating_sub(self.caster.rays()), u64::from(self.plan.regular));
         for k in 0..count {
             // The average so far is what goes on (BS: approximations are averaged rather than replaced).
             let power = sum(&emitted, &self.reflected(&incoming));
             let rays = left * (k + 1) / count - left * k / count;
-            let landed = self.regular(&power, rays, go_on)?;
+            let mut landed = self.regular(&power, rays, go_on)?;
             observe(IterationPhase::Regular, rays, &landed);
+            if let Some(of_lamps) = &of_lamps {
+                landed = sum(&landed, of_lamps);
+            }
             let weight = 1.0 / (k + 1) as f64;
             incoming = zip(&incoming, &landed, |mean, new| mean + weight * (new - mean));
         }
         let power = sum(&emitted, &self.reflected(&incoming));
-        let lost: Vec<[f64; 2]> = power.iter().map(|power| self.lost(power)).collect();
-        Some(ChainOutcome::new(self.faces, &self.caster, &self.faces.per_area(&incoming), &lost))
+        let mut lost: Vec<[f64; 2]> = power.iter().map(|power| self.lost(power)).collect();
+        for (lost, of_lamps) in lost.iter_mut().zip(lamps.iter().flat_map(|lamps| &lamps.lost)) {
+            *lost = [0, 1].map(|way| lost[way] + of_lamps[way]);
+        }
+        let outcome = ChainOutcome::new(self.faces, &self.caster, &self.faces.per_area(&incoming), &lost);
+        Some(outcome.with_shadow_rays(lamps.map_or(0, |lamps| lamps.rays)))
     }
 
-    /// The first solution: φ of all faces, power propagated until none is left.
+    /// φ of every face from H.
+    fn powers(&self, irradiance: &[Vec<f64>]) -> FacePowers {
+        let of_channel = |h: &Vec<f64>| h.iter().zip(&self.faces.areas).map(|(h, area)| h * area).collect();
+        irradiance.iter().map(of_channel).collect()
+    }
+
+    /// The first solution: φ of all faces, power propagated until none is left. `of_lamps` is what lamps without area bring to faces.
     fn incremental(
         &mut self,
+        of_lamps: Option<&FacePowers>,
         rays: u64,
         observe: &mut dyn FnMut(IterationPhase, u64, &FacePowers),
         go_on: &dyn Fn() -> bool,
     ) -> Option<FacePowers> {
         let mut unshot = self.emitted();
         let mut incoming = zip(&unshot, &unshot, |_, _| 0.0);
+        if let Some(of_lamps) = of_lamps {
+            unshot = sum(&unshot, &self.reflected(of_lamps));
+            incoming.clone_from(of_lamps);
+        }
         // No more light is under way than Φ_T/(1 − R_max): this phase takes the rays of one regular iteration at most, in
         // the mean.
         let brightest = self.faces.scene.max_reflectance().max();
@@ -318,7 +340,7 @@ mod tests {
         let per_ray = f64::from(plan.regular + 1) / (rays as f64 * (1.0 - scene.max_reflectance().max()));
         let incremental = |rng| {
             let mut shooter = Shooter::new(&faces, RandomNumbers::new(rng), plan);
-            shooter.incremental(rays, &mut |_, _, _| {}, &|| true).unwrap().remove(0)
+            shooter.incremental(None, rays, &mut |_, _, _| {}, &|| true).unwrap().remove(0)
         };
         let moments = |of: &dyn Fn(WalkRng) -> Vec<f64>, first: u64| {
             let runs: Vec<Vec<f64>> = (first..first + RUNS).map(|run| of(sequence.walk(run))).collect();

@@ -56,16 +56,25 @@ pub(super) fn kernel(leaves: f64, arrives: f64, distance: f64) -> f64 {
     if leaves > 0.0 && arrives > 0.0 && !kernel.is_nan() { kernel } else { 0.0 }
 }
 
-/// The part of shadow rays that each face should get: its part of Φ_T, the mean of the channels that have light.
+/// The power that faces emit in one channel [W].
+pub(super) fn emitted_power(faces: &FaceTable, channel: usize) -> f64 {
+    match faces.scene.lamp_count() {
+        0 => faces.scene.total_power(channel),
+        _ => faces.list.iter().zip(&faces.areas).map(|(face, area)| face.emittance[channel] * area).sum(),
+    }
+}
+
+/// The part of shadow rays that each face should get: its part of the power that faces emit, the mean of the channels that have light.
 pub(super) fn emitted_shares(faces: &FaceTable) -> Vec<f64> {
     let scene = faces.scene;
-    let lit: Vec<usize> = (0..scene.channels()).filter(|&c| scene.total_power(c) > 0.0).collect();
-    if lit.is_empty() {
+    if (0..scene.channels()).all(|c| scene.total_power(c) == 0.0) {
         return Vec::new();
     }
+    let emitted = (0..scene.channels()).map(|c| (c, emitted_power(faces, c)));
+    let lit: Vec<(usize, f64)> = emitted.filter(|&(_, power)| power > 0.0).collect();
     let share = |(face, area): (&Face, &f64)| {
-        let part = |&c: &usize| face.emittance[c] * area / scene.total_power(c);
-        lit.iter().map(part).sum::<f64>() / lit.len() as f64
+        let part = |&(c, power): &(usize, f64)| face.emittance[c] * area / power;
+        lit.iter().map(part).sum::<f64>() / lit.len().max(1) as f64
     };
     faces.list.iter().zip(&faces.areas).map(share).collect()
 }

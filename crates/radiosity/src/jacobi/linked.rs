@@ -6,16 +6,18 @@
 //! would weigh less where they have found much, and links would have a bias.
 
 use super::aim::aimed;
+use super::beams::LampLight;
 use super::board::largest_radiosity;
 use super::cast::Caster;
 use super::direct::Direct;
 use super::faces::{FaceTable, face_major};
 use super::halves::{Half, LinkRays, cast_halves, extrapolated};
+use super::lamps::emitted_power;
 use super::links::Links;
 use super::near::Landed;
 use super::numbers::SobolNumbers;
 use super::outcome::ChainOutcome;
-use super::solve::solve;
+use super::solve::{Straight, solve};
 use super::spread::{SlopeInputs, slopes};
 use crate::hands::Hands;
 use crate::random::rng::WalkRng;
@@ -37,7 +39,9 @@ pub(crate) fn chain(
     if let Some(direct) = &mut direct {
         direct.cast(caster.rng(), with_slopes, hands)?;
     }
-    let rays = rays - direct.as_ref().map_or(0, Direct::rays);
+    let lamps = LampLight::of(faces, caster.rng(), rays, &|| hands.go_on())?;
+    let beside = direct.as_ref().map_or(0, Direct::rays) + lamps.as_ref().map_or(0, |lamps| lamps.rays);
+    let rays = rays - beside;
     let bounds = direct.as_ref().map(Direct::bounds);
     let mut halves = [0, 1].map(|_| Half::new(Landed::new(faces.areas.len(), bounds), faces.areas.len()));
     let offset = caster.rng().pair()[0];
@@ -46,7 +50,7 @@ pub(crate) fn chain(
     let whole = LinkRays::of_both(&halves, &caster);
     let (links, residual) = (whole.links(faces), RESIDUAL / (rays as f64).sqrt());
     let of_links = |links: &Links, rays: &LinkRays, start: &[Vec<f64>]| {
-        solved(links, rays, direct.as_ref(), (start, residual), hands)
+        solved(links, rays, (direct.as_ref(), lamps.as_ref()), (start, residual), hands)
     };
     let mut found = of_links(&links, &whole, &[])?;
     let radiosity = std::mem::take(&mut found.radiosity);
@@ -56,11 +60,9 @@ pub(crate) fn chain(
     };
     let found = found.beyond([of_half(&halves[0])?, of_half(&halves[1])?], faces, direct.is_some());
     let mut outcome = ChainOutcome::new(faces, &caster, &found.irradiance, &found.lost);
-    if let Some(direct) = &direct {
-        outcome = outcome.with_shadow_rays(direct.rays());
-    }
+    outcome = outcome.with_shadow_rays(beside);
     if with_slopes {
-        outcome.slopes = spread_of((&links, &caster), &radiosity, direct.as_ref(), hands)?;
+        outcome.slopes = spread_of((&links, &caster), &radiosity, (direct.as_ref(), lamps.as_ref()), hands)?;
     }
     Some(outcome)
 }
@@ -69,14 +71,35 @@ pub(crate) fn chain(
 fn spread_of(
     (links, caster): (&Links, &Caster<SobolNumbers>),
     radiosity: &[Vec<f64>],
-    direct: Option<&Direct>,
+    (direct, lamps): (Option<&Direct>, Option<&LampLight>),
     hands: &dyn Hands,
 ) -> Option<Vec<[f64; 2]>> {
     let incoming: Vec<Vec<f64>> = radiosity.iter().map(|b| links.incoming(b, hands)).collect();
     let (along, incoming) = (face_major(radiosity), face_major(&incoming));
-    let largest = largest_radiosity(links.faces.scene);
+    let mut largest = largest_radiosity(links.faces.scene);
+    if lamps.is_some() {
+        let brightest = radiosity.iter().map(|b| b.iter().copied().fold(0.0, f64::max));
+        largest.iter_mut().zip(brightest).for_each(|(largest, b)| *largest = largest.max(b));
+    }
     let solved = SlopeInputs { along: &along, incoming: &incoming, largest, direct };
-    slopes(links.faces, caster, &solved, hands)
+    let mut slopes = slopes(links.faces, caster, &solved, hands)?;
+    let of_lamps = lamps.map_or(&[][..], |lamps| &lamps.slopes);
+    slopes.iter_mut().zip(of_lamps).for_each(|(sum, of_lamps)| *sum = [0, 1].map(|k| sum[k] + of_lamps[k]));
+    Some(slopes)
+}
+
+/// What comes straight from emitters, where shadow rays bring it, and from lamps.
+pub(super) fn straight(emitted: Option<Vec<Vec<f64>>>, lamps: Option<&LampLight>) -> Straight {
+    let has_emitted = emitted.is_some();
+    let sum = |emitted: Vec<f64>, lamps: &Vec<f64>| emitted.iter().zip(lamps).map(|(a, b)| a + b).collect();
+    let irradiance = match (emitted, lamps) {
+        (emitted, None) => emitted,
+        (None, Some(lamps)) => Some(lamps.irradiance.clone()),
+        (Some(emitted), Some(lamps)) => Some(
+            emitted.into_iter().zip(&lamps.irradiance).map(|(emitted, lamps)| sum(emitted, lamps)).collect(),
+        ),
+    };
+    Straight { irradiance, has_emitted }
 }
 
 /// What links say.
@@ -90,9 +113,11 @@ struct LinkEstimates {
 }
 
 impl LinkEstimates {
-    /// What all rays have found, without the bias that the halves tell. No irradiance is below 0 or above `largest`.
+    /// What all rays have found, without the bias that the halves tell. No irradiance is below 0, or above the largest where all light is
+    /// emitted by faces.
     fn beyond(mut self, halves: [Self; 2], faces: &FaceTable, beside: bool) -> Self {
-        let largest = largest_radiosity(faces.scene);
+        let is_bounded = faces.scene.lamp_count() == 0;
+        let largest = if is_bounded { largest_radiosity(faces.scene) } else { [f64::INFINITY; 3] };
         for (c, irradiance) in self.irradiance.iter_mut().enumerate() {
             for (i, h) in irradiance.iter_mut().enumerate() {
                 let met = !beside && faces.list[i].emittance[c] > 0.0;
@@ -113,32 +138,30 @@ impl LinkEstimates {
 fn solved(
     links: &Links,
     rays: &LinkRays,
-    direct: Option<&Direct>,
+    (direct, lamps): (Option<&Direct>, Option<&LampLight>),
     (start, residual): (&[Vec<f64>], f64),
     hands: &dyn Hands,
 ) -> Option<LinkEstimates> {
-    let FaceTable { scene, list, areas } = links.faces;
-    let straight = direct.map(|direct| direct.irradiance(rays));
-    let radiosity = solve(links, straight.as_deref(), start, residual, hands)?;
-    let channels = || radiosity.iter().enumerate();
-    let (irradiance, lost) = match &straight {
-        None => {
-            let irradiance = channels().map(|(c, b)| links.irradiance(c, b, hands)).collect();
-            (irradiance, channels().map(|(_, b)| links.lost_power(b)).collect())
-        }
-        Some(straight) => {
-            let irradiance =
-                channels().map(|(c, b)| links.irradiance_beside(c, &straight[c], b, hands)).collect();
-            let lost = channels().map(|(c, b)| {
-                let arrives: f64 = straight[c].iter().zip(areas).map(|(h, area)| h * area).sum();
-                let emittance: Vec<f64> = list.iter().map(|face| face.emittance[c]).collect();
-                let of_emitted = shared_out(scene.total_power(c) - arrives, links.lost_power(&emittance));
-                let of_reflected = links.lost_power(b);
-                [0, 1].map(|way| of_emitted[way] + of_reflected[way])
-            });
-            (irradiance, lost.collect())
-        }
-    };
+    let FaceTable { list, areas, .. } = links.faces;
+    let emitted = direct.map(|direct| direct.irradiance(rays));
+    let lost_of_emitted = emitted.as_ref().map(|emitted| {
+        let of_channel = |(c, straight): (usize, &Vec<f64>)| {
+            let arrives: f64 = straight.iter().zip(areas).map(|(h, area)| h * area).sum();
+            let emittance: Vec<f64> = list.iter().map(|face| face.emittance[c]).collect();
+            shared_out(emitted_power(links.faces, c) - arrives, links.lost_power(&emittance))
+        };
+        emitted.iter().enumerate().map(of_channel).collect::<Vec<_>>()
+    });
+    let straight = straight(emitted, lamps);
+    let radiosity = solve(links, &straight, start, residual, hands)?;
+    let irradiance =
+        radiosity.iter().enumerate().map(|(c, b)| links.irradiance(c, &straight, b, hands)).collect();
+    let lost = radiosity.iter().enumerate().map(|(c, b)| {
+        let of_emitted = lost_of_emitted.as_ref().map_or([0.0; 2], |lost| lost[c]);
+        let (of_lamps, of_links) = (lamps.map_or([0.0; 2], |lamps| lamps.lost[c]), links.lost_power(b));
+        [0, 1].map(|way| of_emitted[way] + of_links[way] + of_lamps[way])
+    });
+    let lost = lost.collect();
     Some(LinkEstimates { radiosity, irradiance, lost })
 }
 

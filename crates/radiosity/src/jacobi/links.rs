@@ -8,6 +8,7 @@ use std::ops::AddAssign;
 use std::sync::Mutex;
 
 use super::faces::FaceTable;
+use super::solve::Straight;
 use crate::geometry::face::Face;
 use crate::hands::{Hands, PARTS_PER_HAND};
 
@@ -180,33 +181,26 @@ impl<'a> Links<'a> {
         }
     }
 
-    /// H of every face [W/m²] in one channel, given B there. Where a face reflects and does not emit, H = b/R, which
-    /// conserves energy. An emitter's E would drown what comes in, and b of a black face says nothing: there H is what
-    /// comes along its links, over all of them.
-    pub(crate) fn irradiance(&self, channel: usize, radiosity: &[f64], hands: &dyn Hands) -> Vec<f64> {
-        let faces = self.faces.list.iter().zip(radiosity).zip(self.incoming(radiosity, hands));
-        let of_face = |((face, b), incoming): ((&Face, &f64), f64)| {
-            let reflectance = face.reflectance[channel];
-            if reflectance > 0.0 && face.emittance[channel] == 0.0 { b / reflectance } else { incoming }
-        };
-        faces.map(of_face).collect()
-    }
-
-    /// H of every face from b and from H_d, which comes straight from emitters: b/R where a face reflects.
-    pub(crate) fn irradiance_beside(
+    /// H of every face [W/m²] in one channel, given what goes along the links there: B, or b where H_d has the light that faces emit. Where a
+    /// face reflects and does not emit along links, H = b/R, which conserves energy. An emitter's E would drown what comes in, and b
+    /// of a black face says nothing: there H is what comes along its links, over all of them, and H_d.
+    pub(crate) fn irradiance(
         &self,
         channel: usize,
-        direct: &[f64],
-        reflected: &[f64],
+        direct: &Straight,
+        radiosity: &[f64],
         hands: &dyn Hands,
     ) -> Vec<f64> {
-        let faces =
-            self.faces.list.iter().zip(reflected).zip(direct.iter().zip(self.incoming(reflected, hands)));
-        let of_face = |((face, b), (direct, incoming)): ((&Face, &f64), (&f64, f64))| {
+        let straight = direct.irradiance.as_ref().map(|h| &h[channel]);
+        let faces = self.faces.list.iter().zip(radiosity).zip(self.incoming(radiosity, hands));
+        let of_face = |(i, ((face, b), incoming)): (usize, ((&Face, &f64), f64))| {
             let reflectance = face.reflectance[channel];
-            if reflectance > 0.0 { b / reflectance } else { direct + incoming }
+            match reflectance > 0.0 && (direct.has_emitted || face.emittance[channel] == 0.0) {
+                true => b / reflectance,
+                false => straight.map_or(incoming, |straight| straight[i] + incoming),
+            }
         };
-        faces.map(of_face).collect()
+        faces.enumerate().map(of_face).collect()
     }
 
     /// What comes along the links of each face, over all of them [W/m²].

@@ -8,6 +8,7 @@
 //! chains.
 
 pub(crate) mod aim;
+mod beams;
 mod board;
 pub(crate) mod cast;
 mod direct;

@@ -12,12 +12,21 @@ use crate::hands::Hands;
 /// More steps than any system has taken; what is left of the residual then is below the noise of the links.
 const MOST_STEPS: usize = 1000;
 
+/// Light that comes to faces otherwise than along links.
+#[derive(Default)]
+pub(crate) struct Straight {
+    /// H_d of every face, channel by channel [W/m²]; `None` where there is none.
+    pub(crate) irradiance: Option<Vec<Vec<f64>>>,
+    /// Whether the light that faces emit is in it.
+    pub(crate) has_emitted: bool,
+}
+
 /// B of every face [W/m²], channel by channel, until the residual has fallen to this part of the source's, both in the
-/// norm of the inverse diagonal. Where H_d is given, which comes straight from emitters, it is b = B − E that is found: the
-/// same system with A_i·H_d in place of A_i E_i/R_i. `start` is a guess, or empty. `None` once `hands` no longer want it.
+/// norm of the inverse diagonal. H_d adds A_i·H_d to the source. Where that has the light that faces emit, it is b = B − E that is found: the
+/// same system without A_i E_i/R_i. `start` is a guess, or empty. `None` once `hands` no longer want it.
 pub(crate) fn solve(
     links: &Links,
-    direct: Option<&[Vec<f64>]>,
+    direct: &Straight,
     start: &[Vec<f64>],
     residual: f64,
     hands: &dyn Hands,
@@ -37,7 +46,7 @@ struct LinkSystem<'a, const C: usize> {
     hands: &'a dyn Hands,
     /// [m²]; 1 where the face is black, whose B = E is known.
     diagonal: FaceNumbers<C>,
-    /// A_i E_i/R_i or A_i·H_d [W]; 0 where black.
+    /// A_i E_i/R_i and A_i·H_d [W]; 0 where black.
     emission: FaceNumbers<C>,
     /// What is known of the unknown where a face is black [W/m²].
     known: FaceNumbers<C>,
@@ -45,7 +54,7 @@ struct LinkSystem<'a, const C: usize> {
 }
 
 impl<'a, const C: usize> LinkSystem<'a, C> {
-    fn new(links: &'a Links<'a>, direct: Option<&[Vec<f64>]>, hands: &'a dyn Hands) -> Self {
+    fn new(links: &'a Links<'a>, direct: &Straight, hands: &'a dyn Hands) -> Self {
         let faces = links.faces;
         let rows = || faces.areas.iter().zip(links.total()).zip(&faces.list);
         let diagonal = rows().map(|((area, total), face)| {
@@ -55,15 +64,16 @@ impl<'a, const C: usize> LinkSystem<'a, C> {
             })
         });
         let emission = rows().enumerate().map(|(i, ((area, _), face))| {
-            std::array::from_fn(|c| match (face.reflectance[c], direct) {
+            std::array::from_fn(|c| match (face.reflectance[c], &direct.irradiance) {
                 (0.0, _) => 0.0,
-                (_, Some(direct)) => area * direct[c][i],
+                (_, Some(h)) if direct.has_emitted => area * h[c][i],
+                (r, Some(h)) => area * (face.emittance[c] / r + h[c][i]),
                 (r, None) => area * face.emittance[c] / r,
             })
         });
-        let known = faces.list.iter().map(|face| match direct {
-            Some(_) => [0.0; C],
-            None => std::array::from_fn(|c| face.emittance[c]),
+        let known = faces.list.iter().map(|face| match direct.has_emitted {
+            true => [0.0; C],
+            false => std::array::from_fn(|c| face.emittance[c]),
         });
         LinkSystem {
             links,

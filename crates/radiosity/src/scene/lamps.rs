@@ -5,7 +5,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use photometry::Distribution;
+use photometry::{Distribution, LuminousOpening};
 
 use super::tables::{LightTables, TableBirths};
 use super::{Scene, SceneError};
@@ -33,6 +33,7 @@ struct PointLamp {
     axes: [DVec3; 3],
     emission: Emission,
     strength: Spectrum,
+    opening: LuminousOpening,
     /// The flux of a lamp of strength 1 [W, or lm].
     flux: f64,
     /// The radius of the disc through which the light of a distant lamp comes: that of a ball around the scene [m].
@@ -57,6 +58,17 @@ pub(crate) struct Beam {
     pub(crate) irradiance: [f64; 3],
 }
 
+/// The luminous opening of a lamp as it is seen from a place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SeenOpening {
+    /// The direction to the lamp, of length 1.
+    pub(crate) towards: DVec3,
+    /// The distance of the lamp [m].
+    pub(crate) distance: f64,
+    /// The area across that direction [m²].
+    pub(crate) area: f64,
+}
+
 impl PointLamps {
     /// The lamps of a scene whose box has these corners, and whose facets are larger than their surfaces by `slack` [m].
     pub(super) fn new(spec: &LampsSpec, [min, max]: [DVec3; 2], slack: f64) -> Result<Self, SceneError> {
@@ -79,7 +91,12 @@ impl PointLamps {
             let lift = LIFT * slack.max(position.abs().max_element() / (1_u64 << 46) as f64);
             let position = position - axes[2] * lift;
             let (emission, strength) = (lamp.emission, lamp.strength);
-            lamps.list.push(PointLamp { position, axes, emission, strength, flux, reach });
+            let opening = match emission {
+                Emission::Table(number) => spec.openings.get(number as usize).copied(),
+                _ => None,
+            };
+            let opening = opening.unwrap_or(LuminousOpening::Point);
+            lamps.list.push(PointLamp { position, axes, emission, strength, opening, flux, reach });
         }
         let of_lamp = |lamp: &PointLamp| {
             let axes = match lamp.emission {
@@ -188,6 +205,24 @@ impl PointLamps {
             return beam(DVec3::Z, 0.0, 0.0);
         }
         beam(-away / distance, distance, intensity / square)
+    }
+
+    /// How the opening of a lamp looks from a place; `None` of a lamp that is distant.
+    pub(crate) fn seen(&self, lamp: usize, place: DVec3) -> Option<SeenOpening> {
+        let PointLamp { position, axes, emission, opening, .. } = &self.list[lamp];
+        let (way, distance) = (*position - place, position.distance(place));
+        if matches!(emission, Emission::Distant { .. }) || distance == 0.0 {
+            return None;
+        }
+        let towards = way / distance;
+        let area = opening.projected_area(DVec3::from_array(axes.map(|axis| axis.dot(towards))));
+        Some(SeenOpening { towards, distance, area })
+    }
+
+    /// The distance of a lamp from a place [m]; infinite where it is distant.
+    pub(crate) fn distance(&self, lamp: usize, place: DVec3) -> f64 {
+        let PointLamp { position, emission, .. } = &self.list[lamp];
+        if matches!(emission, Emission::Distant { .. }) { f64::INFINITY } else { position.distance(place) }
     }
 
     /// Whether the light of a lamp at a point comes from one direction, so that one shadow ray tells it exactly.

@@ -204,8 +204,9 @@ fn of_plane(plane: &PlaneSummary, summary: &Summary) -> String {
     let (unit, system) = (summary.units.irradiance, summary.system());
     let demands: String = plane.demands.iter().map(|demand| format!("; {}", demand.words(unit))).collect();
     let modelling = plane.modelling.as_ref().map_or(String::new(), |of| format!("; {}", of.words()));
+    let ugr = plane.ugr.as_ref().map_or(String::new(), |of| format!("; {}", of.words()));
     format!(
-        "plane {name:?} ({}): mean {} {unit}, minimum {} {unit}, U₀ {}, U_d {}{modelling}{demands}{system}",
+        "plane {name:?} ({}): mean {} {unit}, minimum {} {unit}, U₀ {}, U_d {}{modelling}{ugr}{demands}{system}",
         counted(*points as u64, "point"),
         mean.words(),
         minimum.words(),
