@@ -130,6 +130,13 @@ def measured(binary, side, folder):
     return row, triangles, matrix
 
 
+def smoothed(binary, side, folder):
+    """What smoothing takes and the files that it makes, of rows that were counted before: seconds of the processor, memory [MB]."""
+    stl, out = folder / f"city{side}.stl", folder / f"out{side}"
+    _, processor, _, memory = timed(arguments(binary, stl, out, "--export", "npz", "--resume", "--smooth"))
+    return {"smooth processor": processor, "smooth memory": memory}
+
+
 def by_area(areas, squares):
     """The root of the sum of squares of a row, in the mean square over rows by area."""
     return np.sqrt((areas * squares.sum(axis=1)).sum() / areas.sum())
@@ -208,16 +215,16 @@ def page(version, rows, peer, other, kills, processor):
         f"triangles a block, each a surface of one side. {RAYS:,} walks a row, form factors, two threads. While other programs run the threads wait for a core: the clock shows about half of the sum of",
         "processor and waiting.",
         "",
-        "| facets | walks | clock [s] | processor [s] | waited for a core [s] | walks per processor second | memory [MB] | factors that are not 0 | a row | error of a row | rows off 1 by | `factors.npz` [MB] |",
-        "|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+        "| facets | walks | clock [s] | processor [s] | waited for a core [s] | walks per processor second | memory [MB] | factors that are not 0 | a row | error of a row | rows off 1 by | `factors.npz` [MB] | `--smooth` [s] | its memory [MB] |",
+        "|" + "---:|" * 14,
     ]
     for row in rows:
         lines.append(
-            "| {facets:,} | {walks:,} | {wall:.0f} | {processor:.1f} | {waited:.0f} | {rate:.2g} million | {memory:.0f} | {entries:,} | {each:.0f} | {error:.2e} | {off:.0e} | {size:.0f} |".format(
+            "| {facets:,} | {walks:,} | {wall:.0f} | {processor:.1f} | {waited:.0f} | {rate:.2g} million | {memory:.0f} | {entries:,} | {each:.0f} | {error:.2e} | {off:.0e} | {size:.0f} | {smooth processor:.1f} | {smooth memory:.0f} |".format(
                 **row, rate=row["walks"] / row["processor"] / 1e6, each=row["entries"] / row["facets"]
             )
         )
-    lines += ["", "The error of a row is the root of the sum of variances of its factors, in the mean square over rows by area.", ""]
+    lines += ["", "The error of a row is the root of the sum of variances of its factors, in the mean square over rows by area. `--smooth` was asked of the counted rows: its", "seconds are those of the processor, with the files that are written.", ""]
     if peer:
         lines += [
             f"## Beside View3D, {peer['facets']:,} facets",
@@ -263,8 +270,8 @@ def main():
         rows, peer, other = [], None, None
         for side in map(int, given.blocks.split(",")):
             row, triangles, matrix = measured(given.radwalk, side, folder)
-            rows.append(row)
-            print(row, flush=True)
+            rows.append(row | smoothed(given.radwalk, side, folder))
+            print(rows[-1], flush=True)
             # View3D writes a log where it runs.
             if given.view3d and len(triangles) <= 2000:
                 peer, areas, exact = view3d_row(Path(given.view3d).resolve(), triangles, matrix, folder)
