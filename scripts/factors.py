@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Sparse factors of made cities: times, memory, entries, errors, row sums, kills; and View3D beside them. Writes docs/results/factors.md.
+"""Sparse factors of made cities: times, memory, entries, errors, row sums, kills; View3D and pyviewfactor beside them. Writes
+docs/results/factors.md.
 
-    scripts/factors.py RADWALK [--view3d VIEW3D] [--blocks 4,8,16,34] [--out FOLDER]
+    scripts/factors.py RADWALK [--view3d VIEW3D] [--blocks 4,16,34] [--out FOLDER]
 
-numpy and scipy read the matrices. View3D is compared where it is given, on cities of up to 2,000 facets: built from
-https://github.com/jasondegraw/View3D by a C compiler.
+numpy and scipy read the matrices. Peers are compared where View3D is given, on the city of up to 2,000 facets: View3D from
+https://github.com/jasondegraw/View3D by a C compiler, pyviewfactor from PyPI. scripts/factors.sh brings both.
 """
 
 import argparse
@@ -78,10 +79,11 @@ def write_vs3(path, triangles):
         file.write("End of data\n")
 
 
-def timed(command):
-    """Runs a command; seconds by the clock and of the processor, and the most memory [MB], looked up twenty times a second."""
-    began, most = time.monotonic(), 0
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+def timed(command, folder=None):
+    """Runs a command; seconds by the clock and of the processor, those that its threads waited for a core, and the most memory [MB], both
+    looked up twenty times a second."""
+    began, most, waits = time.monotonic(), 0, {}
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=folder)
     while True:
         pid, status, usage = os.wait4(process.pid, os.WNOHANG)
         if pid != 0:
@@ -89,14 +91,19 @@ def timed(command):
         # What wait4 tells of memory is that of this process where it was more.
         lines = Path(f"/proc/{process.pid}/status").read_text().splitlines()
         most = max([most, *(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))])
+        for thread in Path(f"/proc/{process.pid}/task").glob("*/schedstat"):
+            try:
+                waits[thread] = int(thread.read_text().split()[1]) / 1e9
+            except OSError:
+                pass
         time.sleep(0.05)
     assert os.waitstatus_to_exitcode(status) == 0, command
-    return time.monotonic() - began, usage.ru_utime + usage.ru_stime, most / 1024
+    return time.monotonic() - began, usage.ru_utime + usage.ru_stime, sum(waits.values()), most / 1024
 
 
-def arguments(binary, stl, out, *more):
+def arguments(binary, stl, out, *more, rays=RAYS):
     # The mesh's fronts look out of the buildings; its unit is the metre.
-    return [binary, "factors", stl, "--sparse", "--rays", str(RAYS), "--set", "import.sides=1", "--out", out, "--quiet", *more]
+    return [binary, "factors", stl, "--sparse", "--rays", str(rays), "--set", "import.sides=1", "--out", out, "--quiet", *more]
 
 
 def measured(binary, side, folder):
@@ -104,7 +111,7 @@ def measured(binary, side, folder):
     stl, out = folder / f"city{side}.stl", folder / f"out{side}"
     triangles = city(side)
     write_stl(stl, triangles)
-    wall, processor, memory = timed(arguments(binary, stl, out, "--export", "npz", "--force"))
+    wall, processor, waited, memory = timed(arguments(binary, stl, out, "--export", "npz", "--force"))
     summary = json.loads((out / "factors.json").read_text())
     matrix = sparse.load_npz(out / "factors.npz")
     off = np.abs(matrix.sum(axis=1) - 1.0).max()
@@ -113,6 +120,7 @@ def measured(binary, side, folder):
         "walks": summary["walks"],
         "wall": wall,
         "processor": processor,
+        "waited": waited,
         "memory": memory,
         "entries": summary["entries"],
         "error": summary["error"],
@@ -122,20 +130,59 @@ def measured(binary, side, folder):
     return row, triangles, matrix
 
 
+def smoothed(binary, side, folder):
+    """What smoothing takes and the files that it makes, of rows that were counted before: seconds of the processor, memory [MB]."""
+    stl, out = folder / f"city{side}.stl", folder / f"out{side}"
+    _, processor, _, memory = timed(arguments(binary, stl, out, "--export", "npz", "--resume", "--smooth"))
+    return {"smooth processor": processor, "smooth memory": memory}
+
+
+def by_area(areas, squares):
+    """The root of the sum of squares of a row, in the mean square over rows by area."""
+    return np.sqrt((areas * squares.sum(axis=1)).sum() / areas.sum())
+
+
 def view3d_row(view3d, triangles, matrix, folder):
-    """View3D on the same facets: its times, and the counted factors held against its own."""
+    """View3D on the same facets: its times, and the counted factors held against its own, which are returned, too."""
     vs3, vf = folder / "city.vs3", folder / "city.vf"
     write_vs3(vs3, triangles)
-    wall, processor, memory = timed([view3d, vs3, vf])
+    _, processor, _, memory = timed([view3d, vs3.name, vf.name], folder)
     numbers = np.array(vf.read_text().split("\n", 1)[1].split(), dtype=float)
     n = len(triangles)
     areas, exact = numbers[:n], numbers[n : n + n * n].reshape(n, n)
     counted = matrix[:, :n].toarray()[:n]
     told = exact * RAYS > 5.0
     z = (counted - exact)[told] / np.sqrt(exact[told] * (1.0 - exact[told]) / RAYS)
-    by_area = lambda squares: np.sqrt((areas * squares.sum(axis=1)).sum() / areas.sum())
-    rms, error = by_area((counted - exact) ** 2), by_area(counted * (1.0 - counted) / RAYS)
-    return {"error": error, "processor": processor, "memory": memory, "pairs": int(told.sum()), "z": np.sqrt(np.mean(z**2)), "mean": z.mean(), "rms": rms}
+    rms, error = by_area(areas, (counted - exact) ** 2), by_area(areas, counted * (1.0 - counted) / RAYS)
+    row = {"facets": n, "error": error, "processor": processor, "memory": memory, "pairs": int(told.sum())}
+    return row | {"z": np.sqrt(np.mean(z**2)), "mean": z.mean(), "rms": rms}, areas, exact
+
+
+def pyviewfactor_row(binary, side, triangles, areas, exact, folder):
+    """pyviewfactor on the same facets: its error beside View3D, and the count of the same error, raw and smoothed."""
+    import pyvista
+    import pyviewfactor
+
+    def found(triangles):
+        corners = np.arange(3 * len(triangles)).reshape(-1, 3)
+        faces = np.hstack([np.full((len(triangles), 1), 3), corners]).ravel()
+        return pyviewfactor.compute_viewfactor_matrix(pyvista.PolyData(triangles.reshape(-1, 3).astype(float), faces)).T
+
+    # The first call compiles.
+    found(triangles[:16])
+    began = time.process_time()
+    theirs = found(triangles)
+    processor, error = time.process_time() - began, by_area(areas, (theirs - exact) ** 2)
+    row = {"processor": processor, "error": error}
+    row["rays"] = rays = int(np.ceil(by_area(areas, exact * (1.0 - exact)) ** 2 / error**2))
+    n, stl = len(triangles), folder / f"city{side}.stl"
+    for name, more in (("raw", []), ("smooth", ["--smooth"])):
+        out = folder / f"equal-{name}"
+        _, row[f"{name} processor"], _, _ = timed(arguments(binary, stl, out, "--force", "--export", "npz", *more, rays=rays))
+        matrix = sparse.load_npz(out / ("smoothed.npz" if more else "factors.npz"))
+        row[f"{name} error"] = by_area(areas, (matrix[:, :n].toarray() - exact) ** 2)
+        row[f"{name} off"] = np.abs(matrix.sum(axis=1) - 1.0).max()
+    return row
 
 
 def killed(binary, side, folder, kills):
@@ -158,25 +205,26 @@ def killed(binary, side, folder, kills):
     return times, same
 
 
-def page(version, rows, peer, kills, processor):
+def page(version, rows, peer, other, kills, processor):
     lines = [
         "# Sparse factors of cities",
         "",
         "<!-- Written by scripts/factors.py; do not edit. -->",
         "",
-        f"`scripts/factors.py RADWALK --view3d VIEW3D`, {version}, {processor}. A made city: blocks of 30 m with a building of 15 m × 15 m and 6 m to 60 m on each, 88",
-        f"triangles a block, each a surface of one side. {RAYS:,} walks a row, form factors, two threads. The clock's time depends on what else the machine does; that of the processor hardly.",
+        f"`scripts/factors.sh RADWALK KEPT`, {version}, {processor}. A made city: blocks of 30 m with a building of 15 m × 15 m and 6 m to 60 m on each, 88",
+        f"triangles a block, each a surface of one side. {RAYS:,} walks a row, form factors, two threads. While other programs run the threads wait for a core: the clock shows about half of the sum of",
+        "processor and waiting.",
         "",
-        "| facets | walks | clock [s] | processor [s] | walks per processor second | memory [MB] | factors that are not 0 | a row | error of a row | rows off 1 by | `factors.npz` [MB] |",
-        "|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+        "| facets | walks | clock [s] | processor [s] | waited for a core [s] | walks per processor second | memory [MB] | factors that are not 0 | a row | error of a row | rows off 1 by | `factors.npz` [MB] | `--smooth` [s] | its memory [MB] |",
+        "|" + "---:|" * 14,
     ]
     for row in rows:
         lines.append(
-            "| {facets:,} | {walks:,} | {wall:.0f} | {processor:.1f} | {rate:.2g} million | {memory:.0f} | {entries:,} | {each:.0f} | {error:.2e} | {off:.0e} | {size:.0f} |".format(
+            "| {facets:,} | {walks:,} | {wall:.0f} | {processor:.1f} | {waited:.0f} | {rate:.2g} million | {memory:.0f} | {entries:,} | {each:.0f} | {error:.2e} | {off:.0e} | {size:.0f} | {smooth processor:.1f} | {smooth memory:.0f} |".format(
                 **row, rate=row["walks"] / row["processor"] / 1e6, each=row["entries"] / row["facets"]
             )
         )
-    lines += ["", "The error of a row is the root of the sum of variances of its factors, in the mean square over rows by area.", ""]
+    lines += ["", "The error of a row is the root of the sum of variances of its factors, in the mean square over rows by area. `--smooth` was asked of the counted rows: its", "seconds are those of the processor, with the files that are written.", ""]
     if peer:
         lines += [
             f"## Beside View3D, {peer['facets']:,} facets",
@@ -184,6 +232,19 @@ def page(version, rows, peer, kills, processor):
             f"View3D (adaptive integration, `eps=1.0e-4`) takes {peer['processor']:.1f} s of processor time on one thread, the count {peer['ours']:.1f} s on two. Of {peer['pairs']:,} factors that expect more than five walks, the count",
             f"differs by z with a mean square of {peer['z'] ** 2:.3f} (1 where both agree but for the noise that is told) and a mean of {peer['mean']:.4f}. The columns of facets of a row differ by {peer['rms']:.2e} (root of the sum of squares) where {peer['error']:.2e} is told.",
             "The time of View3D grows faster than the square of the number of facets, that of a count about as their number.",
+            "",
+        ]
+    if other:
+        lines += [
+            "## Beside pyviewfactor at equal error, the same facets",
+            "",
+            "The error is that beside View3D. pyviewfactor asks one ray a pair whether it is hidden, so a pair is seen whole or not at all.",
+            "",
+            "| | walks a row | processor [s] | error of a row | rows off 1 by |",
+            "|---|---:|---:|---:|---:|",
+            f"| pyviewfactor, compiled before | – | {other['processor']:.1f} | {other['error']:.2e} | – |",
+            f"| counted | {other['rays']:,} | {other['raw processor']:.1f} | {other['raw error']:.2e} | {other['raw off']:.0e} |",
+            f"| counted and smoothed | {other['rays']:,} | {other['smooth processor']:.1f} | {other['smooth error']:.2e} | {other['smooth off']:.0e} |",
             "",
         ]
     times, same = kills
@@ -206,20 +267,22 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         folder = given.out or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        rows, peer = [], None
+        rows, peer, other = [], None, None
         for side in map(int, given.blocks.split(",")):
             row, triangles, matrix = measured(given.radwalk, side, folder)
-            rows.append(row)
-            print(row, flush=True)
+            rows.append(row | smoothed(given.radwalk, side, folder))
+            print(rows[-1], flush=True)
+            # View3D writes a log where it runs.
             if given.view3d and len(triangles) <= 2000:
-                peer = view3d_row(given.view3d, triangles, matrix, folder)
-                peer |= {"facets": row["facets"], "ours": row["processor"]}
-                print(peer, flush=True)
+                peer, areas, exact = view3d_row(Path(given.view3d).resolve(), triangles, matrix, folder)
+                peer["ours"] = row["processor"]
+                other = pyviewfactor_row(given.radwalk, side, triangles, areas, exact, folder)
+                print(peer, other, flush=True)
         kills = killed(given.radwalk, int(given.blocks.split(",")[0]), folder, 20)
         version = subprocess.run([given.radwalk, "--version"], capture_output=True, text=True, check=True).stdout.split("\n")[0]
         models = [line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")]
         processor = f"{len(models)} cores of {models[0]}"
-        PAGE.write_text(page(version, rows, peer, kills, processor))
+        PAGE.write_text(page(version, rows, peer, other, kills, processor))
 
 
 if __name__ == "__main__":

@@ -118,7 +118,19 @@ fn tell(job: &Job, forecast: &Forecast) {
 /// # Errors
 /// Where the job is refused, or leaves patches open.
 pub(crate) fn load_given(path: &Path, overrides: &[String], command: &'static str) -> Result<Job, Fault> {
-    let job = job::load_as_written(path, overrides)?;
+    given(job::load_as_written(path, overrides)?, command)
+}
+
+/// [`load_given`] for a command that light plays no part in.
+///
+/// # Errors
+/// As [`load_given`].
+pub(crate) fn load_surfaces(path: &Path, overrides: &[String], command: &'static str) -> Result<Job, Fault> {
+    given(job::load_surfaces(path, overrides)?, command)
+}
+
+/// A job whose patches are not left open.
+fn given(job: Job, command: &'static str) -> Result<Job, Fault> {
     match job.auto {
         None => Ok(job),
         Some(_) => Err(Fault::OpenPatches { path: job.path, name: job.name, command }),

@@ -348,7 +348,7 @@ pub(crate) struct FactorsArgs {
     /// Pairs of groups that the tolerance is asked of, each of them; may be a list, e.g. --pairs floor:ceiling,lamp:floor
     #[arg(long, value_name = "FROM:TO", value_delimiter = ',', requires = "tolerance")]
     pub pairs: Vec<String>,
-    /// Add columns of factors that are adjusted to each other: reciprocal, and adding up to 1
+    /// Add factors that are adjusted to each other: reciprocal, and adding up to 1
     #[arg(long)]
     pub smooth: bool,
     /// Solve for the heat between the groups: a file of temperatures [K] or fluxes [W] of each; implies --reflections
@@ -358,13 +358,13 @@ pub(crate) struct FactorsArgs {
     #[arg(long, value_name = "FILE", value_delimiter = ',', value_enum)]
     pub export: Vec<MatrixWord>,
     /// Count row by row and keep the factors that are not 0: for any number of groups, by default every patch
-    #[arg(long, conflicts_with_all = ["pairs", "smooth", "listen"])]
+    #[arg(long, conflicts_with_all = ["pairs", "listen"])]
     pub sparse: bool,
-    /// Walks of each row; with --tolerance, the most [default: 10000]
+    /// Walks of each row; with --tolerance, the most [default: 10000]. With --paths in its place, all rows share that many by area and variance
     #[arg(long, value_name = "N", value_parser = row_walks, requires = "sparse", conflicts_with = "paths")]
     pub rays: Option<u32>,
     /// Leave out factors below this; a column `rest` holds their sum
-    #[arg(long, value_name = "LEAST", value_parser = tolerance, requires = "sparse")]
+    #[arg(long, value_name = "LEAST", value_parser = tolerance, requires = "sparse", conflicts_with = "smooth")]
     pub drop: Option<f64>,
     /// Divide `escape` by patches of the sky: 145 (Tregenza), 577 or 2305 (Reinhart)
     #[arg(long, value_name = "N", value_parser = sky_patches, requires = "sparse")]
@@ -472,6 +472,8 @@ pub(crate) enum MatrixWord {
     Npz,
     /// factors.mtx: the factors that are not 0, in the format of Matrix Market
     Mtx,
+    /// factors.parquet: a row for each factor that is not 0 (--sparse)
+    Parquet,
     /// factors.vf of View3D (--sparse)
     View3d,
     /// vfsparse.inp and svf.inp of uDALES (--sparse)
@@ -498,6 +500,7 @@ impl From<MatrixWord> for SparseFile {
         match word {
             MatrixWord::Npz => SparseFile::Npz,
             MatrixWord::Mtx => SparseFile::Mtx,
+            MatrixWord::Parquet => SparseFile::Parquet,
             MatrixWord::View3d => SparseFile::View3d,
             MatrixWord::Udales => SparseFile::Udales,
             MatrixWord::Energyplus => SparseFile::EnergyPlus,

@@ -4,8 +4,8 @@ use protocol::{Coordinator, Look, Past};
 use radiosity::{Experiment, Tally};
 use report::OutputFolder;
 use results::factors::{
-    Asked, FILES, FactorsAnswer, FactorsFault, FactorsQuestion, Round, RowWatcher as RowHands, SparseAnswer,
-    SparseAsked, SparseFile, Walked, count, count_rows, sparse_files, unlit,
+    Asked, FILES, FactorsAnswer, FactorsFault, FactorsQuestion, Round, RowWalks, RowWatcher as RowHands,
+    SparseAnswer, SparseAsked, SparseFile, Walked, count, count_rows, sparse_files,
 };
 use results::{Identity, Settings};
 use tracing::{info, warn};
@@ -13,7 +13,7 @@ use voice::{Phase, say};
 
 use crate::args::FactorsArgs;
 use crate::build::BUILD;
-use crate::choose::load_given;
+use crate::choose::{load_given, load_surfaces};
 use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 use crate::lead::{Executor, Remote, walk};
@@ -64,9 +64,8 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
 
 /// What is asked, by the words of the command.
 fn question(args: &FactorsArgs, sparse: Option<SparseAsked>) -> Result<FactorsQuestion, Fault> {
-    let unlit = sparse.and_then(|_| unlit(&args.job.job));
-    let overrides: Vec<String> = unlit.into_iter().chain(args.job.overrides()).collect();
-    let job = load_given(&args.job.job, &overrides, "factors")?;
+    let load = if sparse.is_some() { load_surfaces } else { load_given };
+    let job = load(&args.job.job, &args.job.overrides(), "factors")?;
     let asked = Asked {
         groups: args.groups.as_deref(),
         reflections: args.reflections,
@@ -85,7 +84,10 @@ fn question(args: &FactorsArgs, sparse: Option<SparseAsked>) -> Result<FactorsQu
 /// What is asked of sparse factors; `None` where these are not asked for.
 fn sparse(args: &FactorsArgs) -> Option<SparseAsked> {
     args.sparse.then(|| SparseAsked {
-        rays: args.rays.unwrap_or(SparseAsked::RAYS),
+        walks: match (args.rays, args.job.paths) {
+            (None, Some(paths)) => RowWalks::Shared(paths),
+            (rays, _) => RowWalks::Each(rays.unwrap_or(SparseAsked::RAYS)),
+        },
         least: args.drop.unwrap_or(0.0),
         sky: args.sky_patches,
         part: args.part.unwrap_or([1, 1]),

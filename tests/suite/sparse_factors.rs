@@ -92,7 +92,7 @@ fn rows_are_those_of_the_dense_table() {
 #[test]
 fn the_rows_are_a_function_of_the_job() {
     let folder = folder(40);
-    let job = "--rays 3000 --reflections --export mtx,npz,view3d,udales,energyplus,openfoam";
+    let job = "--rays 3000 --reflections --smooth --export mtx,npz,parquet,view3d,udales,energyplus,openfoam";
     assert_eq!(count(&folder, "one", &format!("{job} --workers 1")).0, 0);
     assert_eq!(count(&folder, "five", &format!("{job} --workers 5")).0, 0);
     for part in 1..=3 {
@@ -122,7 +122,8 @@ fn the_rows_are_a_function_of_the_job() {
     }
     assert!(start(resume).wait().unwrap().success());
     let files = ["factors.rows", "factors.mtx", "factors.npz", "factors.vf", "vfsparse.inp", "svf.inp"];
-    for file in files.iter().chain(&["factors.idf", "F", "globalFaceFaces", "groups.csv"]) {
+    let others = ["factors.idf", "F", "globalFaceFaces", "groups.csv", "smoothed.npz", "factors.parquet"];
+    for file in files.iter().chain(&others) {
         let read = |out: &str| fs::read(path(&folder, out).join(file)).unwrap();
         let one = read("one");
         for other in ["five", "joined", "killed"] {
@@ -176,6 +177,88 @@ fn rows_end_at_an_error() {
     assert_eq!((code, summary(&path(&folder, "out2"))["unreached"].as_u64()), (1, Some(10)));
 }
 
+/// Of all walks together rows have shares by area and variance, which make more of them: the variance by area, times the walks, falls. The
+/// floor is 1 patch of 1 m², the wall has 1,024.
+#[test]
+fn walks_go_where_area_and_variance_are() {
+    let folder = folder(1);
+    let scene = CORNER.replace("patches  = [2, 1]", "") + "patches  = [32, 32]\n";
+    fs::write(path(&folder, "corner.toml"), scene).unwrap();
+    assert_eq!(count(&folder, "equal", "--rays 1000").0, 0);
+    assert_eq!(count(&folder, "shared", "--paths 1025000").0, 0);
+    let walks = numbers(&columns(&path(&folder, "shared").join("groups.csv"))["walks"]);
+    let total: f64 = walks.iter().sum();
+    assert!(total <= 1_025_000.0 && total > 0.5 * 1_025_000.0, "{total}");
+    // √1 m² beside 1,024 · √(1/1,024) m²: the floor has a thirty-third of all, of which it takes √V = 0.6, for 0.8 of its walks escape.
+    assert!((walks[0] / (0.6 * 1_025_000.0 / 33.0) - 1.0).abs() < 0.02, "{}", walks[0]);
+    let cost = |out: &str| {
+        let summary = summary(&path(&folder, out));
+        summary["error"].as_f64().unwrap().powi(2) * summary["walks"].as_f64().unwrap()
+    };
+    let gain = cost("shared") / cost("equal");
+    println!("{gain} {total}");
+    assert!(gain < 0.75, "{gain}");
+    // The same rows by more threads; other shares are another question.
+    assert_eq!(count(&folder, "threads", "--paths 1025000 --workers 3").0, 0);
+    let rows = |out: &str| fs::read(path(&folder, out).join("factors.rows")).unwrap();
+    assert!(rows("shared") == rows("threads"), "rows depend on threads");
+    let (code, stderr) = count(&folder, "threads", "--paths 1025001 --resume");
+    assert!(code == 2 && stderr.contains("other surfaces, groups, seed"), "{stderr}");
+}
+
+/// Smoothed rows add up to 1 and are reciprocal; the counted ones are kept.
+#[test]
+fn smoothed_rows_are_reciprocal() {
+    let folder = folder(6);
+    assert_eq!(count(&folder, "raw", "--rays 3000").0, 0);
+    assert_eq!(count(&folder, "out", "--rays 3000 --smooth").0, 0);
+    let [raw, out] = ["raw", "out"].map(|name| path(&folder, name));
+    assert!(fs::read(raw.join("factors.rows")).unwrap() == fs::read(out.join("factors.rows")).unwrap());
+    let (factors, [rows, _, _]) = matrix(&out);
+    assert!(sums(&factors, rows).iter().all(|sum| (sum - 1.0).abs() < 1e-12));
+    let areas = numbers(&columns(&out.join("groups.csv"))["area"]);
+    let defect = |factors: &BTreeMap<(usize, usize), f64>| {
+        let inner = factors.iter().filter(|((_, column), _)| *column < rows);
+        let pair = |((i, j), factor): (&(usize, usize), &f64)| {
+            let back = factors.get(&(*j, *i)).copied().unwrap_or(0.0);
+            (areas[*i] * factor - areas[*j] * back).abs()
+        };
+        inner.map(pair).fold(0.0, f64::max)
+    };
+    let (counted, _) = matrix(&raw);
+    assert!(defect(&factors) < 1e-14 && defect(&counted) > 1e-5, "{} {}", defect(&factors), defect(&counted));
+    // 95 % of the intervals hold the truth, which these are nearer to.
+    let smoothing = &summary(&out)["smoothing"];
+    assert!(smoothing["outside"].as_u64().unwrap() < factors.len() as u64 / 20, "{smoothing}");
+    assert_eq!(summary(&raw)["smoothing"], Value::Null);
+}
+
+/// A mesh without light that a job names has no lamps of its own and needs no budget: its rows are those of the mesh.
+#[test]
+fn a_job_of_a_mesh_without_light_is_counted() {
+    let folder = tempdir().unwrap();
+    // A closed box seen from inside, in which the program would hang a lamp.
+    let mut box_ = String::new();
+    for corner in 0..8 {
+        let [x, y, z] = [1, 2, 4].map(|bit| if corner & bit != 0 { 3 } else { 0 });
+        box_ += &format!("v {x} {y} {z}\n");
+    }
+    for [a, b, c, d] in [[1, 2, 4, 3], [5, 7, 8, 6], [1, 5, 6, 2], [3, 4, 8, 7], [1, 3, 7, 5], [2, 6, 8, 4]] {
+        box_ += &format!("f {a} {b} {c} {d}\n");
+    }
+    fs::write(path(&folder, "box.obj"), box_).unwrap();
+    fs::write(path(&folder, "job.toml"), "scene = \"box.obj\"\n").unwrap();
+    let rows = |name: &str| {
+        let (job, out) = (path(&folder, name), path(&folder, &format!("out-{name}")));
+        let words = ["factors", job.to_str().unwrap(), "--sparse", "--quiet", "--rays", "100", "--out"];
+        let (code, _, stderr) = run(&[&words[..], &[out.to_str().unwrap()]].concat());
+        assert_eq!(code, 0, "{stderr}");
+        fs::read(out.join("factors.rows")).unwrap()
+    };
+    let (job, mesh) = (rows("job.toml"), rows("box.obj"));
+    assert!(job == mesh, "the job's rows are not the mesh's");
+}
+
 /// The floor sees less of the sky behind the wall than before it: the sky's columns by azimuth. A sky of the scene gives way to them.
 #[test]
 fn the_sky_is_told_apart() {
@@ -223,7 +306,8 @@ fn what_cannot_be_counted_is_refused() {
         ("--part 3/2", "write 1/4"),
         ("--rays 0", "from 1 to"),
         ("--rays 10 --paths 100", "cannot be used with"),
-        ("--smooth", "cannot be used with"),
+        ("--smooth --drop 0.1", "cannot be used with"),
+        ("--paths 2", "a budget of 2 walks has none for each of the 7 groups"),
     ] {
         let (code, stderr) = count(&folder, "out", words);
         assert!(code == 2 && stderr.contains(told), "{words}: {stderr}");

@@ -15,6 +15,7 @@ mod linear;
 mod matrix;
 mod row;
 mod smooth;
+mod smooth_rows;
 mod system;
 mod thermal;
 
@@ -24,4 +25,5 @@ pub use factors::{Factor, Factors};
 pub use matrix::SparseFactors;
 pub use row::{Dropped, Intervals, SparseRow};
 pub use smooth::{Smoothed, smooth};
+pub use smooth_rows::{PairedRows, SmoothedRows};
 pub use thermal::{Balance, BoundaryCondition, HeatEstimate, SIGMA, Thermal, ThermalFault};

@@ -89,6 +89,14 @@ impl SparseRow {
         (1.0 - squares) / walks
     }
 
+    /// The part of some walks that the row needs beside others, √(1 − Σ p²), by those that it has: of rows of one area the sum of variances is
+    /// least where walks go in this proportion. One walk more is taken to have gone elsewhere, so that none seems certain.
+    pub fn need(&self) -> f64 {
+        let walks = self.walks() as f64 + 1.0;
+        let squares: f64 = self.entries.iter().map(|&(_, count)| (f64::from(count) / walks).powi(2)).sum();
+        (1.0 - squares).max(0.0).sqrt()
+    }
+
     /// The relative error of the row: the half-width of each interval over its factor, in the mean square, each factor counting by its
     /// size, as [`Factors::row_error`](crate::Factors::row_error) has it.
     pub fn error(&self, intervals: &mut Intervals) -> f64 {

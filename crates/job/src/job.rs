@@ -134,6 +134,15 @@ pub fn load_as_written(path: &Path, overrides: &[String]) -> Result<Job, Error> 
     load_for(path, overrides, Unsaid::AsWritten)
 }
 
+/// [`load_as_written`] for what is about surfaces and not about their light: a mesh in which nothing emits is given no lamps, and a job needs no
+/// budget. Such a mesh has a sky.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_surfaces(path: &Path, overrides: &[String]) -> Result<Job, Error> {
+    load_for(path, overrides, Unsaid::Light)
+}
+
 /// What a job is read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum JobOrigin {
@@ -152,6 +161,8 @@ enum Unsaid {
     Chosen,
     /// The default of every key of `[method]`, and the patches of the scene.
     AsWritten,
+    /// The same, and light plays no part.
+    Light,
 }
 
 fn read_source(path: &Path, origin: JobOrigin) -> Result<SourceText, Error> {
@@ -205,6 +216,9 @@ fn read(
     let grouping = read_grouping(&mut import)?;
     let says_join = import.has_any(&["join"]);
     let mut options = read_options(import)?;
+    if unsaid == Unsaid::Light {
+        options.sky.get_or_insert(1.0.into());
+    }
     let chooses_method = unsaid == Unsaid::Chosen && !table.has_any(&["method"]);
     let method = table.table("method", METHOD_KEYS)?;
     let budget = table.table("budget", BUDGET_KEYS)?;
@@ -214,7 +228,8 @@ fn read(
     let by_number = target.as_ref().is_some_and(|target| target.has_any(&["patches"]));
     let files = read_output(table.table("output", OUTPUT_KEYS)?)?;
     let view = read_view(table.table("view", VIEW_KEYS)?)?;
-    let budget = read_budget(budget, (origin != JobOrigin::Job).then_some(DEFAULT_PATHS))?;
+    let budget =
+        read_budget(budget, (origin != JobOrigin::Job || unsaid == Unsaid::Light).then_some(DEFAULT_PATHS))?;
     let target = target.map(Goals::read).transpose()?.unwrap_or_default();
     let name = read_name(&mut table, path)?;
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);

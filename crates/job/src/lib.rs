@@ -57,7 +57,7 @@ pub use groups::{FaceGroups, Grouping};
 pub use import::{Options as ImportOptions, setting};
 pub use job::{
     DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, DEFAULT_TOTAL_ERROR, Job, load, load_as_written,
-    load_mesh,
+    load_mesh, load_surfaces,
 };
 pub use kind::{FileKind, file_kind};
 pub use lamp::load_lamp;

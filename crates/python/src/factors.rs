@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use report::OutputFolder;
 use results::factors::{
-    Asked, FactorsQuestion, RowWatcher, SparseAnswer, SparseAsked, SparseFile, count_rows, sparse_files,
-    unlit,
+    Asked, FactorsQuestion, RowWalks, RowWatcher, SparseAnswer, SparseAsked, SparseFile, count_rows,
+    sparse_files,
 };
 
 use crate::refusal::refuse;
@@ -22,6 +22,7 @@ pub(crate) struct FactorRequest {
     channel: Option<usize>,
     groups: Option<String>,
     tolerance: Option<f64>,
+    smooth: bool,
 }
 
 /// Counts the rows of a job's scene on threads, and writes what `radwalk factors --sparse --export npz` does into a folder, which must
@@ -37,18 +38,18 @@ pub(crate) fn factors(
     threads: usize,
     watch: Option<Py<PyAny>>,
 ) -> PyResult<Vec<String>> {
-    let sparse = SparseAsked { rays: wanted.rays, least: wanted.drop, sky: wanted.sky, part: [1, 1] };
+    let walks = RowWalks::Each(wanted.rays);
+    let sparse = SparseAsked { walks, least: wanted.drop, sky: wanted.sky, part: [1, 1] };
     let asked = Asked {
         groups: wanted.groups.as_deref(),
         reflections: wanted.reflections,
         channel: wanted.channel,
         tolerance: wanted.tolerance,
+        smooth: wanted.smooth,
         sparse: Some(sparse),
         ..Asked::default()
     };
-    let dark = source.file().and_then(unlit);
-    let overrides: Vec<String> = dark.into_iter().chain(overrides).collect();
-    let job = source.as_written(&overrides)?;
+    let job = source.surfaces(&overrides)?;
     let mut trouble = None;
     let mut ask = |part: f64| {
         let asked = Python::attach(|py| {

@@ -1,6 +1,6 @@
 //! Jobs, walked and solved.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
@@ -31,19 +31,11 @@ pub(crate) enum JobSource<'py> {
 }
 
 impl JobSource<'_> {
-    /// The file, where it is one.
-    pub(crate) fn file(&self) -> Option<&Path> {
-        match self {
-            JobSource::Mesh(_) => None,
-            JobSource::File(path) => Some(path),
-        }
-    }
-
-    /// The job with the patches that the scene has.
-    pub(crate) fn as_written(&self, overrides: &[String]) -> PyResult<Job> {
+    /// The job with the patches that the scene has, where light plays no part.
+    pub(crate) fn surfaces(&self, overrides: &[String]) -> PyResult<Job> {
         match self {
             JobSource::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
-            JobSource::File(path) => job::load_as_written(path, overrides),
+            JobSource::File(path) => job::load_surfaces(path, overrides),
         }
         .map_err(refuse)
     }

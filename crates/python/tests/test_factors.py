@@ -35,6 +35,16 @@ def test_rows_add_up_and_are_reciprocal():
     assert abs(opposed - 0.199_825) < 6.0 * np.sqrt(0.16 / 8192)
 
 
+def test_smooth_factors_are_reciprocal():
+    smooth = radwalk.factors((VERTICES, FACES), rays=4096, smooth=True, threads=2, progress=False)
+    assert np.abs(smooth.sum(axis=1) - 1.0).max() < 1e-12
+    square = smooth[:, :12].toarray()
+    # Triangles of one area.
+    assert np.abs(square - square.T).max() < 1e-15
+    with pytest.raises(ValueError, match="leave out smooth"):
+        radwalk.factors((VERTICES, FACES), smooth=True, drop=0.1)
+
+
 def test_every_mesh_is_taken(tmp_path):
     trimesh = pytest.importorskip("trimesh")
     meshio = pytest.importorskip("meshio")

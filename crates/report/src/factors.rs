@@ -113,6 +113,8 @@ pub struct SparseSummary {
     pub dropped: Option<DroppedSummary>,
     /// Rows that had all their walks and are not known as well as was asked; `null` where nothing was.
     pub unreached: Option<usize>,
+    /// What smoothing did; `null` without it.
+    pub smoothing: Option<SmoothingSummary>,
 }
 
 /// The factors that a threshold dropped.

@@ -1,5 +1,9 @@
 //! Closed forms of exchange factors.
 
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
 /// Identical, parallel rectangles opposite each other, sides over distance X and Y (Howell C-11).
 pub(super) fn opposed_rectangles(x: f64, y: f64) -> f64 {
     let (x1, y1) = (1.0 + x * x, 1.0 + y * y);
@@ -97,6 +101,64 @@ pub(super) fn prism(a: f64, b: f64, c: f64) -> f64 {
     0.5 * (a + b - c) / a
 }
 
+/// From a sphere to a coaxial disc of radius `b` at distance 1 from its centre, or to a rectangle of sides a and b there, a corner of which is
+/// nearest to the centre: the solid angle over 4π, whatever the radius of the sphere.
+pub(super) fn sphere_to_corner_or_disc(a: Option<f64>, b: f64) -> f64 {
+    match a {
+        None => 0.5 * (1.0 - 1.0 / b.hypot(1.0)),
+        Some(a) => (a * b / (1.0 + a * a + b * b).sqrt()).atan() / (4.0 * PI),
+    }
+}
+
+/// From the outer of two coaxial cylinders of length h and radii 1 and r, to the inner one and to itself (Howell C-91).
+pub(super) fn coaxial_cylinders(r: f64, h: f64) -> [f64; 2] {
+    let (r2, h2) = (r * r, h * h);
+    let (a, b) = (h2 + r2 - 1.0, h2 - r2 + 1.0);
+    let ends =
+        ((a + 2.0).powi(2) - 4.0 * r2).sqrt() * (b / (r * a)).acos() + b * (1.0 / r).asin() - 0.5 * PI * a;
+    let inner = ((b / a).acos() - ends / (2.0 * h)) / PI;
+    let gap = 4.0 * (r2 - 1.0);
+    let long = (4.0 * r2 + h2).sqrt() / h;
+    let arcs = long * ((gap + h2 / r2 * (r2 - 2.0)) / (h2 + gap)).asin() - ((r2 - 2.0) / r2).asin();
+    let own = 2.0 * (2.0 * (r2 - 1.0).sqrt() / h).atan() - 0.5 * h * (arcs + 0.5 * PI * (long - 1.0));
+    [(1.0 - inner) / r, 1.0 - 1.0 / r + own / (PI * r)]
+}
+
+/// From the inside of a tube of radius 1 and length h to itself (Howell C-78).
+pub(super) fn tube_to_itself(h: f64) -> f64 {
+    1.0 + 0.5 * h - (0.5 * h).hypot(1.0)
+}
+
+/// From one endless cylinder of radius 1 to another, with a gap between them (crossed strings).
+pub(super) fn parallel_cylinders(gap: f64) -> f64 {
+    let x = 1.0 + 0.5 * gap;
+    ((x * x - 1.0).sqrt() + (1.0 / x).asin() - x) / PI
+}
+
+/// From an endless strip a … b to an endless cylinder of radius 1 with its axis at distance l above 0.
+pub(super) fn strip_to_cylinder([a, b]: [f64; 2], l: f64) -> f64 {
+    ((b / l).atan() - (a / l).atan()) / (b - a)
+}
+
+/// From one of two plates in a V to the other, by their widths, along a common edge of length 1 at an angle [rad] (Howell C-16): the mean
+/// over the first, by the midpoints of cells, of Lambert's formula for the factor from an element to a polygon.
+pub(super) fn plates_in_v(angle: f64, [w, h]: [f64; 2]) -> f64 {
+    let n = 400;
+    let middle = |k: u32| (f64::from(k) + 0.5) / f64::from(n);
+    let (top, edge) = (h * DVec3::new(angle.cos(), 0.0, angle.sin()), DVec3::Y);
+    let corners = [DVec3::ZERO, edge, edge + top, top];
+    let element = |(i, j): (u32, u32)| {
+        let seen = corners.map(|corner| corner - DVec3::new(w * middle(i), middle(j), 0.0));
+        let arc = |k: usize| {
+            let (from, to) = (seen[k], seen[(k + 1) % 4]);
+            let across = from.cross(to);
+            across.z / across.length() * across.length().atan2(from.dot(to))
+        };
+        (0..4).map(arc).sum::<f64>().abs() / (2.0 * PI)
+    };
+    (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(element).sum::<f64>() / f64::from(n * n)
+}
+
 /// B₁₂ from a convex body of emissivity ε₁ to the enclosure around it of emissivity ε₂, whose area is 1/f of the body's: both
 /// equations of Gebhart with F₁₁ = 0, F₁₂ = 1, F₂₁ = f.
 pub(super) fn absorbed_by_enclosure(e1: f64, e2: f64, f: f64) -> f64 {
@@ -179,5 +241,86 @@ mod tests {
         }
         mean /= f64::from(n * n);
         assert!((mean - parallel_rectangles(from, to)).abs() < 1e-5, "{mean}");
+    }
+
+    /// The midpoints of n parts of a range.
+    fn midpoints(from: f64, to: f64, n: u32) -> impl Iterator<Item = f64> {
+        (0..n).map(move |k| from + (to - from) * (f64::from(k) + 0.5) / f64::from(n))
+    }
+
+    /// The factor from a cylinder of length h, whose points see something at the distance d(s) across the axis, s being the sine of the
+    /// angle from the normal about the axis, on either side of it: ∫∫ cos²ε dε ds over what lies between both ends, ε being the elevation.
+    fn along(h: f64, [from, to]: [f64; 2], d: impl Fn(f64) -> f64) -> f64 {
+        let n = 2000;
+        let below = |t: f64| t.atan() + t / (1.0 + t * t);
+        let seen = |s: f64| midpoints(0.0, h, n / 4).map(|z| below(z / d(s))).sum::<f64>();
+        let mean = midpoints(from, to, n).map(seen).sum::<f64>() / f64::from(n * (n / 4));
+        // Both sides, and both directions along the axis.
+        2.0 * (to - from) * mean / PI
+    }
+
+    /// The factor from points of a cylinder or strip, with the direction of their normals, to an endless cylinder of radius 1.
+    fn to_cylinder(points: impl Iterator<Item = ([f64; 2], f64)>, [x, z]: [f64; 2]) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for ([px, pz], normal) in points {
+            let (middle, half) = ((z - pz).atan2(x - px) - normal, (1.0 / (x - px).hypot(z - pz)).asin());
+            let middle = (middle + PI).rem_euclid(2.0 * PI) - PI;
+            let sine = |angle: f64| angle.clamp(-0.5 * PI, 0.5 * PI).sin();
+            sum += 0.5 * (sine(middle + half) - sine(middle - half));
+            count += 1.0;
+        }
+        sum / count
+    }
+
+    #[test]
+    fn factors_of_cylinders_are_integrals() {
+        for (r, h) in [(2.0_f64, 2.0), (1.25, 1.0), (3.0, 10.0)] {
+            let chord = |s: f64| 2.0 * (1.0 - s * s).sqrt();
+            let gap = |s: f64| 0.5 * r * chord(s) - (1.0 - (r * s).powi(2)).sqrt();
+            let integrals = [along(h, [0.0, 1.0 / r], gap), along(h, [1.0 / r, 1.0], |s| r * chord(s))];
+            for (found, known) in integrals.into_iter().zip(coaxial_cylinders(r, h)) {
+                assert!((found - known).abs() < 1e-5, "{r} {h}: {found} {known}");
+            }
+            assert!((along(h, [0.0, 1.0], chord) - tube_to_itself(h)).abs() < 1e-5);
+            // All that the wall sees of both ends, each end sees of the wall.
+            let end = 1.0 - coaxial_discs(1.0 / h, 1.0 / h);
+            assert!((0.5 * (1.0 - tube_to_itself(h)) * 2.0 * h - end).abs() < 1e-14);
+        }
+        for gap in [0.1, 2.0] {
+            let round = midpoints(-PI, PI, 20_000).map(|angle| ([angle.cos(), angle.sin()], angle));
+            let found = to_cylinder(round, [2.0 + gap, 0.0]);
+            assert!((found - parallel_cylinders(gap)).abs() < 1e-6, "{gap}: {found}");
+        }
+        for [a, b, l] in [[-1.0, 1.0, 1.5], [0.5, 4.0, 2.0]] {
+            let strip = midpoints(a, b, 2000).map(|x| ([x, 0.0], 0.5 * PI));
+            let found = to_cylinder(strip, [0.0, l]);
+            assert!((found - strip_to_cylinder([a, b], l)).abs() < 1e-6, "{a} {b} {l}: {found}");
+        }
+    }
+
+    /// The solid angle that a sphere's centre sees, by quadrature; plates at a right angle and long ones in closed form.
+    #[test]
+    fn factors_of_spheres_and_plates_are_integrals() {
+        let solid_angle = |cell: &dyn Fn(f64, f64) -> ([f64; 2], f64)| {
+            let n = 500;
+            let both = midpoints(0.0, 1.0, n).flat_map(|u| midpoints(0.0, 1.0, n).map(move |v| (u, v)));
+            let seen = both.map(|(u, v)| {
+                let ([x, y], area) = cell(u, v);
+                area / (1.0 + x * x + y * y).powf(1.5)
+            });
+            seen.sum::<f64>() / f64::from(n * n)
+        };
+        let disc = solid_angle(&|u, _| ([0.7 * u, 0.0], 2.0 * PI * 0.7 * 0.7 * u));
+        let rectangle = solid_angle(&|u, v| ([1.5 * u, 0.4 * v], 1.5 * 0.4));
+        assert!((disc / (4.0 * PI) - sphere_to_corner_or_disc(None, 0.7)).abs() < 1e-6);
+        assert!((rectangle / (4.0 * PI) - sphere_to_corner_or_disc(Some(1.5), 0.4)).abs() < 1e-6);
+        for (w, h) in [(1.0, 1.0), (2.0, 0.5)] {
+            let found = plates_in_v(0.5 * PI, [w, h]);
+            assert!((found - perpendicular_rectangles(w, h)).abs() < 2e-5, "{w} {h}: {found}");
+        }
+        let narrow = plates_in_v(PI / 3.0, [1e-3; 2]);
+        assert!((narrow - wedge(PI / 3.0)).abs() < 1e-3, "{narrow}");
+        let [there, back] = [2.0 * plates_in_v(1.0, [2.0, 0.5]), 0.5 * plates_in_v(1.0, [0.5, 2.0])];
+        assert!((there - back).abs() < 2e-5, "{there} {back}");
     }
 }

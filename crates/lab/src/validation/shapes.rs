@@ -141,9 +141,14 @@ pub(super) fn strips(h: f64) -> SceneSpec {
 
 /// Endless plates of width 1 along a common edge, at an angle [rad].
 pub(super) fn wedge(angle: f64) -> SceneSpec {
-    let edge = [0.0, ENDLESS, 0.0];
+    plates(angle, [1.0; 2], ENDLESS)
+}
+
+/// Plates of two widths along a common edge of some length, at an angle [rad].
+pub(super) fn plates(angle: f64, [w, h]: [f64; 2], length: f64) -> SceneSpec {
+    let edge = [0.0, length, 0.0];
     let (sin, cos) = angle.sin_cos();
-    black([quad([0.0; 3], [1.0, 0.0, 0.0], edge), quad([0.0; 3], edge, [cos, 0.0, sin])])
+    black([quad([0.0; 3], [w, 0.0, 0.0], edge), quad([0.0; 3], edge, [h * cos, 0.0, h * sin])])
 }
 
 /// An endless prism of sides a, b and c, without ends.
@@ -170,17 +175,74 @@ pub(super) const SECTORS: u32 = 192;
 
 /// Coaxial discs of these radii at distance 1, each of [`SECTORS`] triangles.
 pub(super) fn discs(r1: f64, r2: f64) -> SceneSpec {
-    let disc = |z: f64, radius: f64, up: bool| {
-        let corner = move |k: u32| {
-            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(SECTORS)).sin_cos();
-            DVec3::new(radius * cos, radius * sin, z)
-        };
-        (0..SECTORS).map(move |k| {
-            let [b, c] = if up { [corner(k), corner(k + 1)] } else { [corner(k + 1), corner(k)] };
-            Shape::Triangle { a: DVec3::new(0.0, 0.0, z), b, c, rows: 1 }
-        })
+    SceneSpec::new(disc(0.0, r1, true).chain(disc(1.0, r2, false)).collect())
+}
+
+/// A disc about the axis, of [`SECTORS`] triangles, which faces up or down.
+pub(super) fn disc(z: f64, radius: f64, up: bool) -> impl Iterator<Item = SurfaceSpec> {
+    let corner = move |k: u32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(SECTORS)).sin_cos();
+        DVec3::new(radius * cos, radius * sin, z)
     };
-    black(disc(0.0, r1, true).chain(disc(1.0, r2, false)))
+    (0..SECTORS).map(move |k| {
+        let [b, c] = if up { [corner(k), corner(k + 1)] } else { [corner(k + 1), corner(k)] };
+        grey(Shape::Triangle { a: DVec3::new(0.0, 0.0, z), b, c, rows: 1 }, 0.0)
+    })
+}
+
+/// How often the triangles of a sphere are cut in four.
+pub(super) const CUTS: u32 = 4;
+
+/// A sphere seen from outside, its centre at some height: an [`icosphere`] of [`CUTS`] cuts.
+pub(super) fn sphere(radius: f64, height: f64) -> SceneSpec {
+    let mut spec = icosphere(CUTS, 0.0);
+    let placed = |point: DVec3| radius * point + height * DVec3::Z;
+    for surface in &mut spec.surfaces {
+        if let Shape::Triangle { a, b, c, .. } = &mut surface.shape {
+            [*a, *b, *c] = [*a, *c, *b].map(placed);
+        }
+    }
+    spec
+}
+
+/// The sides of a cylinder.
+pub(super) const STAVES: u32 = 384;
+
+/// A cylinder about the z axis from 0 to a height, without ends, of [`STAVES`] sides that face inwards or outwards.
+pub(super) fn cylinder(radius: f64, height: f64, inwards: bool) -> SceneSpec {
+    staves(inwards, |sin, cos| [radius * cos, radius * sin, 0.0], [0.0, 0.0, height])
+}
+
+fn staves(inwards: bool, corner: impl Fn(f64, f64) -> [f64; 3], axis: [f64; 3]) -> SceneSpec {
+    let corner = |k: u32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(STAVES)).sin_cos();
+        DVec3::from(corner(sin, cos))
+    };
+    let side = |k| {
+        let along = (corner(k + 1) - corner(k)).to_array();
+        let [u, v] = if inwards { [axis, along] } else { [along, axis] };
+        quad(corner(k).to_array(), u, v)
+    };
+    black((0..STAVES).map(side))
+}
+
+/// Two endless cylinders of radius 1 seen from outside, with a gap between them.
+pub(super) fn endless_cylinders(gap: f64) -> SceneSpec {
+    let mut spec = endless_cylinder([0.0; 2]);
+    spec.surfaces.extend(endless_cylinder([2.0 + gap, 0.0]).surfaces);
+    spec
+}
+
+/// An endless cylinder of radius 1 about the point x, z, seen from outside.
+fn endless_cylinder([x, z]: [f64; 2]) -> SceneSpec {
+    staves(false, |sin, cos| [x + sin, 0.0, z + cos], [0.0, ENDLESS, 0.0])
+}
+
+/// An endless strip of the floor between two places, and an endless cylinder of radius 1 with its axis above 0.
+pub(super) fn strip_and_cylinder([a, b]: [f64; 2], height: f64) -> SceneSpec {
+    let mut spec = endless([[[a, 0.0], [b, 0.0]]]);
+    spec.surfaces.extend(endless_cylinder([0.0, height]).surfaces);
+    spec
 }
 
 /// A disc of radius r₁, and above it two discs in one plane, of which the smaller leaves of the larger an annulus: three groups

@@ -146,6 +146,7 @@ def factors(
     groups: str | PathLike[str] | None = ...,
     channel: int | None = ...,
     intervals: bool = ...,
+    smooth: bool = ...,
     threads: int | None = ...,
     progress: bool | Callable[[Progress], object] | None = ...,
     **keys: Any,

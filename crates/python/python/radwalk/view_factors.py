@@ -29,6 +29,7 @@ def factors(
     groups=None,
     channel=None,
     intervals=False,
+    smooth=False,
     threads=None,
     progress=None,
     **keys,
@@ -44,6 +45,7 @@ def factors(
     :param tolerance: each row ends where it is known so well; ``rays`` is then the most.
     :param groups: rows of groups of faces: ``"by-surface"``, ``"by-material"``, or a file of ``[[group]]`` tables.
     :param intervals: return three matrices: the factors, and the lower and the upper ends of their 95 % intervals.
+    :param smooth: return the factors nearest to the counts that are reciprocal and whose rows add up to 1; not with ``drop`` or ``intervals``.
     :param threads: how many threads walk; default: one for each core. The answer is the same with any number.
     :param progress: as of :func:`run`.
     :param keys: keys of the job, as of :func:`run`.
@@ -53,6 +55,8 @@ def factors(
     """
     from scipy.sparse import csr_array
 
+    if smooth and (drop or intervals):
+        raise ValueError("smooth factors have no intervals of their own, and none is dropped: leave out smooth, or drop and intervals")
     wanted = SimpleNamespace(
         rays=int(rays),
         drop=float(drop),
@@ -61,6 +65,7 @@ def factors(
         channel=channel,
         groups=None if groups is None else os.fspath(groups),
         tolerance=tolerance,
+        smooth=bool(smooth),
     )
     shown = show(progress)
     began = time.monotonic()
@@ -82,7 +87,10 @@ def factors(
         finally:
             if isinstance(shown, Line):
                 shown.close()
-        with np.load(os.path.join(folder, "factors.npz")) as arrays:
+        adjusted = os.path.join(folder, "smoothed.npz")
+        # Without it, a warning has said that no such factors were found.
+        path = adjusted if os.path.exists(adjusted) else os.path.join(folder, "factors.npz")
+        with np.load(path) as arrays:
             names = ("data", "ci_low", "ci_high") if intervals else ("data",)
             indices, indptr, shape = arrays["indices"], arrays["indptr"], tuple(arrays["shape"])
             found = [csr_array((arrays[name], indices, indptr), shape=shape) for name in names]

@@ -18,7 +18,7 @@ pub use csr::{CsrKind, CsrNumbers, write_csr};
 pub use glb::write_glb;
 pub use matrix_market::write as write_mtx;
 pub use matrix_rows::{MatrixRow, MatrixRows};
-pub use parquet::write_parquet;
+pub use parquet::{FactorEntry, write_factors_parquet, write_parquet};
 pub use table::{Column, ColumnCells, columns, corners, read_table};
 pub use view_factors::{
     FoamList, write_energyplus, write_openfoam, write_udales, write_udales_sky, write_view3d,

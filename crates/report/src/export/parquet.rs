@@ -1,9 +1,9 @@
-//! `patches.parquet`: the columns of `patches.csv` and the corners, for data frames.
+//! `patches.parquet`: the columns of `patches.csv` and the corners, for data frames. `factors.parquet`: counted factors.
 //!
 //! Corners are columns `x0, y0, z0 … x3, y3, z3` [m] of 64-bit numbers; a triangle has no fourth corner. What no walk
 //! could tell is missing.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::sync::Arc;
 
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
@@ -13,6 +13,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 use radiosity::Estimates;
+use stats::Interval;
 
 use super::table::{Column, ColumnCells, columns_of};
 
@@ -36,6 +37,62 @@ pub fn write_parquet(writer: impl Write + Send, estimates: &Estimates) -> std::i
         write_group(&mut file, &columns?).map_err(std::io::Error::other)?;
     }
     file.close().map(drop).map_err(std::io::Error::other)
+}
+
+/// A counted factor that is not 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FactorEntry {
+    /// The number of the row.
+    pub from: usize,
+    /// The number of the column.
+    pub to: u32,
+    /// The walks that met it.
+    pub count: u32,
+    /// The factor n/N.
+    pub factor: f64,
+    /// The interval of the factor.
+    pub interval: Interval,
+}
+
+/// Writes factors in columns `from`, `to`, `count`, `factor`, `ci_low` and `ci_high`; `each` hands over all of them.
+///
+/// # Errors
+/// Those of `writer` and of `each`.
+pub fn write_factors_parquet(
+    writer: impl Write + Send,
+    each: impl FnOnce(&mut dyn FnMut(FactorEntry) -> io::Result<()>) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut file = open(writer, &factor_columns(&[])).map_err(io::Error::other)?;
+    let mut entries = Vec::with_capacity(GROUP);
+    each(&mut |entry| {
+        entries.push(entry);
+        if entries.len() == GROUP {
+            write_group(&mut file, &factor_columns(&entries)).map_err(io::Error::other)?;
+            entries.clear();
+        }
+        Ok(())
+    })?;
+    write_group(&mut file, &factor_columns(&entries)).map_err(io::Error::other)?;
+    file.close().map(drop).map_err(io::Error::other)
+}
+
+fn factor_columns(entries: &[FactorEntry]) -> [Column; 6] {
+    let whole = |name: &str, of: fn(&FactorEntry) -> i64| Column {
+        name: name.into(),
+        cells: ColumnCells::Whole(entries.iter().map(|entry| Some(of(entry))).collect()),
+    };
+    let number = |name: &str, of: fn(&FactorEntry) -> f64| Column {
+        name: name.into(),
+        cells: ColumnCells::Number(entries.iter().map(|entry| Some(of(entry))).collect()),
+    };
+    [
+        whole("from", |entry| entry.from as i64),
+        whole("to", |entry| entry.to.into()),
+        whole("count", |entry| entry.count.into()),
+        number("factor", |entry| entry.factor),
+        number("ci_low", |entry| entry.interval.low),
+        number("ci_high", |entry| entry.interval.high),
+    ]
 }
 
 /// A file whose columns are like these.
@@ -138,5 +195,35 @@ mod tests {
             rows += 1;
         }
         assert_eq!(rows, 54);
+    }
+
+    /// One row group more than is full, read back.
+    #[test]
+    fn factors_are_read_back() {
+        let entry = |number: usize| FactorEntry {
+            from: number / 1000,
+            to: (number % 1000) as u32,
+            count: 3,
+            factor: 0.25 / (number + 1) as f64,
+            interval: Interval { low: 0.0, high: 1.0 },
+        };
+        let mut file = Vec::new();
+        let all = GROUP + 5;
+        write_factors_parquet(&mut file, |take| (0..all).try_for_each(|number| take(entry(number)))).unwrap();
+        let reader = SerializedFileReader::new(bytes::Bytes::from(file)).unwrap();
+        let mut rows = 0;
+        for (number, row) in reader.get_row_iter(None).unwrap().enumerate() {
+            let (row, entry) = (row.unwrap(), entry(number));
+            let names: Vec<&String> = row.get_column_iter().map(|(name, _)| name).collect();
+            assert_eq!(names, ["from", "to", "count", "factor", "ci_low", "ci_high"]);
+            assert_eq!(
+                (row.get_long(0).unwrap(), row.get_long(1).unwrap()),
+                (entry.from as i64, entry.to.into())
+            );
+            assert_eq!((row.get_long(2).unwrap(), row.get_double(3).unwrap()), (3, entry.factor));
+            assert_eq!((row.get_double(4).unwrap(), row.get_double(5).unwrap()), (0.0, 1.0));
+            rows += 1;
+        }
+        assert_eq!(rows, all);
     }
 }

@@ -20,6 +20,10 @@ pub(super) const THERMAL: &str = "thermal.csv";
 pub(super) const NUMPY: &str = "factors.npz";
 pub(super) const MATRIX: &str = "factors.mtx";
 
+/// Where smoothing has found nothing.
+pub(super) const ROUGH: &str =
+    "no factors were found that are reciprocal and add up; the raw ones stand alone";
+
 /// All files that may be written.
 pub const FILES: [&str; 7] = [TABLE, GROUPS, SUMMARY, THERMAL, NUMPY, MATRIX, COUNTS];
 
@@ -203,9 +207,7 @@ impl FactorsAnswer {
         });
         let missed = (self.reached() == Some(false))
             .then(|| "the budget ended before the tolerance was reached; give more --paths".to_string());
-        let rough = (self.subject.smooth && self.smoothed.is_none()).then(|| {
-            "no factors were found that are reciprocal and add up; the raw ones stand alone".to_string()
-        });
+        let rough = (self.subject.smooth && self.smoothed.is_none()).then(|| ROUGH.to_string());
         [rough, backs, missed].into_iter().flatten().collect()
     }
 }

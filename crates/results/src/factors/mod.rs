@@ -19,5 +19,5 @@ pub use fault::FactorsFault;
 pub use kept::{KeptCounts, is_counted, merge};
 pub use question::{Asked, FactorsQuestion};
 pub use sparse::{
-    RowWatcher, SparseAnswer, SparseAsked, SparseCounted, SparseFile, count_rows, sparse_files, unlit,
+    RowWalks, RowWatcher, SparseAnswer, SparseAsked, SparseCounted, SparseFile, count_rows, sparse_files,
 };

@@ -8,7 +8,7 @@ use radiosity::{Scene, exchange::FactorKind};
 use report::{BACK, ESCAPE};
 
 use super::fault::FactorsFault;
-use super::sparse::SparseAsked;
+use super::sparse::{RowWalks, SparseAsked};
 use super::subject::{GroupOfFaces, Subject};
 use crate::error::Error;
 
@@ -86,8 +86,13 @@ impl FactorsQuestion {
         (job.sources, job.sensitivity) = (Vec::new(), Vec::new());
         let mut scene = job.build_scene()?;
         let groups = groups_of(asked, &job, &scene)?;
-        if asked.sparse.is_none() && WalkPlan::pilot(groups.count(), job.budget.paths).is_none() {
-            return Err(FactorsFault::FewWalks { paths: job.budget.paths, groups: groups.count() }.into());
+        let paths = match asked.sparse.map(|sparse| sparse.walks) {
+            None => Some(job.budget.paths),
+            Some(RowWalks::Shared(paths)) => Some(paths),
+            Some(RowWalks::Each(_)) => None,
+        };
+        if let Some(paths) = paths.filter(|&paths| WalkPlan::pilot(groups.count(), paths).is_none()) {
+            return Err(FactorsFault::FewWalks { paths, groups: groups.count() }.into());
         }
         let names = enclosed_names(asked, &groups, &scene);
         let enclosure = asked.temperatures.map(|path| load_enclosure(path, &names)).transpose()?;

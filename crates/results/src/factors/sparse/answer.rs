@@ -1,22 +1,23 @@
 //! What counted rows say: matrices, tables, heat, and a few lines for people.
 
 use std::cell::RefCell;
-use std::io::BufWriter;
+use std::io::{self, BufWriter};
 
-use exchange::{Balance, Intervals, SparseFactors, Thermal};
+use exchange::{Balance, Intervals, PairedRows, SmoothedRows, SparseFactors, Thermal};
 use radiosity::exchange::FactorKind;
 use report::words::{counted, percent};
 use report::{
-    BACK, CsrKind, CsrNumbers, DroppedSummary, ESCAPE, FoamList, OutputFolder, REST, SparseSummary,
+    BACK, CsrKind, CsrNumbers, DroppedSummary, ESCAPE, FactorEntry, FoamList, MatrixRows, OutputFolder, REST,
+    SmoothingSummary, SparseSummary,
 };
 
-use super::super::answer::{GROUPS, MATRIX, NUMPY, SUMMARY, THERMAL, named};
+use super::super::answer::{GROUPS, MATRIX, NUMPY, ROUGH, SUMMARY, THERMAL, named};
 use super::super::question::FactorsQuestion;
 use super::super::subject::Subject;
 use super::SparseAsked;
 use super::count::SparseCounted;
 use super::journal::ROWS;
-use super::matrix::{EntryFilter, RowsFile, RowsMatrix};
+use super::matrix::{EntryFilter, RowsFile, RowsMatrix, SmoothedMatrix};
 use crate::error::Error;
 
 /// A file that sparse factors are written to.
@@ -26,6 +27,8 @@ pub enum SparseFile {
     Mtx,
     /// `factors.npz`: compressed rows for SciPy, with counts and intervals.
     Npz,
+    /// `factors.parquet`: a row for each factor that is not 0.
+    Parquet,
     /// `factors.vf`: View3D.
     View3d,
     /// `vfsparse.inp` and `svf.inp`: uDALES.
@@ -38,9 +41,10 @@ pub enum SparseFile {
 
 impl SparseFile {
     /// All of them.
-    pub const ALL: [SparseFile; 6] = [
+    pub const ALL: [SparseFile; 7] = [
         SparseFile::Mtx,
         SparseFile::Npz,
+        SparseFile::Parquet,
         SparseFile::View3d,
         SparseFile::Udales,
         SparseFile::EnergyPlus,
@@ -51,7 +55,8 @@ impl SparseFile {
     pub fn names(self) -> &'static [&'static str] {
         match self {
             SparseFile::Mtx => &[MATRIX],
-            SparseFile::Npz => &[NUMPY],
+            SparseFile::Npz => &[NUMPY, "smoothed.npz"],
+            SparseFile::Parquet => &["factors.parquet"],
             SparseFile::View3d => &["factors.vf"],
             SparseFile::Udales => &["vfsparse.inp", "svf.inp"],
             SparseFile::EnergyPlus => &["factors.idf"],
@@ -92,6 +97,7 @@ pub struct SparseAnswer {
     counted: SparseCounted,
     file: RowsFile,
     sums: RowTotals,
+    smoothed: Option<(SmoothedRows, SmoothingSummary)>,
     thermal: Option<Thermal>,
 }
 
@@ -114,9 +120,19 @@ impl SparseAnswer {
             least: asked.least,
         };
         let sums = RowTotals::of(&file, &subject)?;
+        let smoothed = if subject.smooth { smoothed(&file, &subject)? } else { None };
         let thermal = balance(&file, &subject)?;
         let names = question.names();
-        Ok(SparseAnswer { subject, zone: question.job.name.clone(), names, counted, file, sums, thermal })
+        Ok(SparseAnswer {
+            subject,
+            zone: question.job.name.clone(),
+            names,
+            counted,
+            file,
+            sums,
+            smoothed,
+            thermal,
+        })
     }
 
     fn matrix(&self, view: EntryFilter) -> RowsMatrix<'_> {
@@ -140,34 +156,51 @@ impl SparseAnswer {
         Ok(folder.write(SUMMARY, |file| report::write_json(file, &summary))?)
     }
 
+    /// Writes the smoothed factors where there are any, else the counted ones; those of arrays beside the counted ones.
     fn write_file(&self, folder: &OutputFolder, file: SparseFile) -> Result<(), Error> {
-        let (factors, names) = (self.matrix(EntryFilter::Factor), file.names());
+        let (counted, names) = (self.matrix(EntryFilter::Factor), file.names());
+        let smoothed = self.smoothed.as_ref().map(|(rows, _)| SmoothedMatrix { file: &self.file, rows });
+        let factors: &dyn MatrixRows = match &smoothed {
+            Some(smoothed) => smoothed,
+            None => &counted,
+        };
         match file {
             SparseFile::Mtx => {
-                let words = "Exchange factors of radwalk: rows are the groups of groups.csv, in its order";
+                let kind = if smoothed.is_some() { "Smoothed exchange" } else { "Exchange" };
+                let words =
+                    format!("{kind} factors of radwalk: rows are the groups of groups.csv, in its order");
                 let words = format!("{words}\ncolumns are these, then {}", self.extra().join(", "));
-                folder.write(names[0], |file| report::write_mtx(file, &words, &factors))?;
+                folder.write(names[0], |file| report::write_mtx(file, &words, factors))?;
             }
-            SparseFile::Npz => self.write_npz(folder, names[0], &factors)?,
+            SparseFile::Npz => {
+                self.write_npz(folder, names[0], &counted)?;
+                if smoothed.is_some() {
+                    let extra = self.extra();
+                    folder.write(names[1], |file| {
+                        report::write_csr(BufWriter::new(file), factors, &[], &[], &extra)
+                    })?;
+                }
+            }
+            SparseFile::Parquet => self.write_parquet(folder, names[0])?,
             SparseFile::View3d => {
                 let areas: Vec<f64> = self.subject.groups.iter().map(|group| group.area).collect();
                 let emissivities: Vec<f64> =
                     self.subject.rows(|_| 0).iter().map(|row| row.absorptance).collect();
                 folder
-                    .write(names[0], |file| report::write_view3d(file, (&areas, &emissivities), &factors))?;
+                    .write(names[0], |file| report::write_view3d(file, (&areas, &emissivities), factors))?;
             }
             SparseFile::Udales => {
-                folder.write(names[0], |file| report::write_udales(file, &factors))?;
-                folder.write(names[1], |file| report::write_udales_sky(file, &factors))?;
+                folder.write(names[0], |file| report::write_udales(file, factors))?;
+                folder.write(names[1], |file| report::write_udales_sky(file, factors))?;
             }
             SparseFile::EnergyPlus => {
                 folder.write(names[0], |file| {
-                    report::write_energyplus(file, &self.zone, &self.names, &factors)
+                    report::write_energyplus(file, &self.zone, &self.names, factors)
                 })?;
             }
             SparseFile::OpenFoam => {
-                folder.write(names[0], |file| report::write_openfoam(file, FoamList::Factors, &factors))?;
-                folder.write(names[1], |file| report::write_openfoam(file, FoamList::Columns, &factors))?;
+                folder.write(names[0], |file| report::write_openfoam(file, FoamList::Factors, factors))?;
+                folder.write(names[1], |file| report::write_openfoam(file, FoamList::Columns, factors))?;
             }
         }
         Ok(())
@@ -190,6 +223,24 @@ impl SparseAnswer {
         let extra = self.extra();
         Ok(folder
             .write(name, |file| report::write_csr(BufWriter::new(file), factors, &more, &of_rows, &extra))?)
+    }
+
+    fn write_parquet(&self, folder: &OutputFolder, name: &str) -> Result<(), Error> {
+        let mut intervals = Intervals::new(self.subject.level);
+        Ok(folder.write(name, |file| {
+            report::write_factors_parquet(file, |take| {
+                let rows = self.file.each(&mut |from, kept, _| {
+                    let walks = kept.row.walks();
+                    kept.row.entries().iter().zip(kept.row.factors()).try_for_each(
+                        |(&(to, count), factor)| {
+                            let interval = intervals.of(count, walks).interval;
+                            take(FactorEntry { from, to, count, factor, interval })
+                        },
+                    )
+                });
+                rows.map_err(io::Error::other)
+            })
+        })?)
     }
 
     /// The columns behind the groups.
@@ -229,6 +280,7 @@ impl SparseAnswer {
                 largest: sums.dropped_part[1],
             }),
             unreached: counted.heading.tolerance.map(|_| sums.unreached),
+            smoothing: self.smoothed.as_ref().map(|(_, summary)| summary.clone()),
         }
     }
 
@@ -261,6 +313,12 @@ impl SparseAnswer {
         if escape + sky > 0.0 {
             lines.push(format!("{} of the walks leave the scene", percent(escape + sky)));
         }
+        lines.extend(self.smoothed.as_ref().map(|(rows, SmoothingSummary { outside, largest_move })| {
+            format!(
+                "smoothing moves them by up to {largest_move:.1} standard errors, {outside} of {} out of their intervals",
+                counted(rows.entries(), "factor")
+            )
+        }));
         lines.extend(dropped.map(|DroppedSummary { least, entries, mean, largest }| {
             format!(
                 "{} below {least} are dropped, {} of a row in the mean and {} at most; column {REST} holds them",
@@ -284,7 +342,8 @@ impl SparseAnswer {
                 counted(self.sums.unreached as u64, "row")
             )
         });
-        backs.into_iter().chain(missed).collect()
+        let rough = (self.subject.smooth && self.smoothed.is_none()).then(|| ROUGH.to_owned());
+        [rough, backs, missed].into_iter().flatten().collect()
     }
 }
 
@@ -312,6 +371,33 @@ impl RowTotals {
         })?;
         Ok(sums)
     }
+}
+
+/// The smoothed factors, and what smoothing has changed; `None` where there are none.
+fn smoothed(file: &RowsFile, subject: &Subject) -> Result<Option<(SmoothedRows, SmoothingSummary)>, Error> {
+    let mut pairs = PairedRows::new(subject.weights());
+    file.each(&mut |i, kept, _| {
+        pairs.measure(i, &kept.row);
+        Ok(())
+    })?;
+    file.each(&mut |i, kept, _| {
+        pairs.add(i, &kept.row);
+        Ok(())
+    })?;
+    let Some(rows) = pairs.smooth() else { return Ok(None) };
+    let (mut summary, mut intervals) =
+        (SmoothingSummary { outside: 0, largest_move: 0.0 }, Intervals::new(subject.level));
+    file.each(&mut |i, kept, _| {
+        let walks = kept.row.walks();
+        for (column, factor) in rows.row(i) {
+            let known = intervals.of(kept.row.count(column), walks);
+            summary.outside += usize::from(!known.interval.contains(factor));
+            let moved = known.std_error.map_or(0.0, |error| (factor - known.factor).abs() / error);
+            summary.largest_move = summary.largest_move.max(moved);
+        }
+        Ok(())
+    })?;
+    Ok(Some((rows, summary)))
 }
 
 /// The heat between the groups of an enclosure, by all factors: none is dropped.

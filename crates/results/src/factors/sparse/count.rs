@@ -16,8 +16,8 @@ use radiosity::{
 use report::OutputFolder;
 
 use super::super::question::FactorsQuestion;
-use super::SparseAsked;
 use super::journal::{Heading, Journal, KeptRow, join};
+use super::{RowWalks, SparseAsked};
 use crate::error::Error;
 
 /// Rows that a thread takes at once.
@@ -73,7 +73,8 @@ pub fn count_rows(
     let count = Count {
         rows: &rows,
         sequence: Sequence::new(question.job.seed),
-        rays: asked.rays.into(),
+        most: asked.walks.of_rows(&question.subject().weights()),
+        by_variance: matches!(asked.walks, RowWalks::Shared(_)),
         tolerance: question.tolerance.as_ref().map(|tolerance| (tolerance.relative, tolerance.level)),
         next: AtomicUsize::new(journal.next),
         range: heading.rows.clone(),
@@ -96,8 +97,10 @@ fn exchange_rows(question: &FactorsQuestion, asked: &SparseAsked) -> Result<Exch
 struct Count<'a> {
     rows: &'a ExchangeRows,
     sequence: Sequence,
-    /// The most walks of a row.
-    rays: u64,
+    /// The most walks of each row.
+    most: Vec<u32>,
+    /// Whether a row without tolerance takes what its variance asks for.
+    by_variance: bool,
     /// The relative error at which rows end, and the level of the intervals.
     tolerance: Option<(f64, f64)>,
     /// The first row that no thread has taken.
@@ -141,25 +144,32 @@ impl Count<'_> {
         }
     }
 
-    /// Counts a row: all its walks, or until its error is what is asked for, with twice as many at each look.
+    /// Counts a row: all its walks; or what its variance asks for, by the first quarter of them; or until its error is what is asked for, with
+    /// twice as many at each look.
     fn row(&self, group: u32, board: &mut RowBoard, intervals: &mut Intervals) -> KeptRow {
+        let most = u64::from(self.most[group as usize]);
         let mut kept = KeptRow { reached: true, ..KeptRow::default() };
-        let Some((tolerance, _)) = self.tolerance else {
-            self.rows.walk(&self.sequence, group, 0..self.rays, board);
-            (kept.row, kept.rays) = taken(board);
-            return kept;
-        };
-        let (mut have, mut look) = (0, FIRST_LOOK.min(self.rays));
-        loop {
-            self.rows.walk(&self.sequence, group, have..look, board);
+        let mut walk = |kept: &mut KeptRow, walks: Range<u64>| {
+            self.rows.walk(&self.sequence, group, walks, board);
             let (row, rays) = taken(board);
             kept.row = kept.row.plus(&row);
             kept.rays += rays;
+        };
+        let Some((tolerance, _)) = self.tolerance else {
+            let first = if self.by_variance { most.div_ceil(4) } else { most };
+            walk(&mut kept, 0..first);
+            let wanted = if self.by_variance { (kept.row.need() * most as f64) as u64 } else { most };
+            walk(&mut kept, first..wanted.max(first));
+            return kept;
+        };
+        let (mut have, mut look) = (0, FIRST_LOOK.min(most));
+        loop {
+            walk(&mut kept, have..look);
             kept.reached = kept.row.error(intervals) <= tolerance;
-            if kept.reached || look == self.rays {
+            if kept.reached || look == most {
                 return kept;
             }
-            (have, look) = (look, (2 * look).min(self.rays));
+            (have, look) = (look, (2 * look).min(most));
         }
     }
 

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::fault::FactorsFault;
 use super::super::question::FactorsQuestion;
-use super::SparseAsked;
+use super::{RowWalks, SparseAsked};
 use crate::error::Error;
 
 /// The file of rows.
@@ -35,8 +35,11 @@ pub(super) struct Heading {
     pub(super) sky: u32,
     /// The rows of the file.
     pub(super) rows: Range<usize>,
-    /// The most walks of a row.
+    /// The most walks of a row; 0 where they follow from all.
     pub(super) rays: u32,
+    /// The most walks of all rows, where they share them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) paths: Option<u64>,
     /// The relative error at which rows end.
     pub(super) tolerance: Option<f64>,
 }
@@ -45,9 +48,17 @@ impl Heading {
     pub(super) fn of(question: &FactorsQuestion, asked: &SparseAsked, columns: usize) -> Self {
         let FactorsQuestion { job, scene, groups, kind, tolerance, level, .. } = question;
         let tolerance = tolerance.as_ref().map(|tolerance| tolerance.relative);
-        let SparseAsked { rays, sky, .. } = *asked;
+        let SparseAsked { walks, sky, .. } = *asked;
+        let (rays, paths) = match walks {
+            RowWalks::Each(rays) => (rays, None),
+            RowWalks::Shared(paths) => (0, Some(paths)),
+        };
         let all = (scene.hash(), job.seed, kind, job.method.space, &groups.of_face);
-        let all = serde_json::to_vec(&(all, rays, sky, tolerance.map(|tolerance| (tolerance, level))));
+        let tolerated = tolerance.map(|tolerance| (tolerance, level));
+        let all = match paths {
+            None => serde_json::to_vec(&(all, rays, sky, tolerated)),
+            Some(paths) => serde_json::to_vec(&(all, ("shared", paths), sky, tolerated)),
+        };
         Heading {
             question: blake3::hash(&all.expect("numbers and words")).to_hex().to_string(),
             seed: job.seed,
@@ -56,6 +67,7 @@ impl Heading {
             sky: sky.unwrap_or(0),
             rows: asked.rows(groups.count()),
             rays,
+            paths,
             tolerance,
         }
     }

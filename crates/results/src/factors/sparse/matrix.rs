@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::io;
 use std::path::PathBuf;
 
-use exchange::{Dropped, Intervals, SparseRow};
+use exchange::{Dropped, Intervals, SmoothedRows, SparseRow};
 use report::{MatrixRow, MatrixRows};
 
 use super::journal::{KeptRow, RowsReader};
@@ -85,6 +85,35 @@ impl RowsMatrix<'_> {
                 each(&|count| intervals.borrow_mut().of(count, walks).interval.high)
             }
         }
+    }
+}
+
+/// Smoothed factors of all rows.
+pub(super) struct SmoothedMatrix<'a> {
+    pub(super) file: &'a RowsFile,
+    pub(super) rows: &'a SmoothedRows,
+}
+
+impl MatrixRows for SmoothedMatrix<'_> {
+    fn rows(&self) -> usize {
+        self.file.groups
+    }
+
+    fn columns(&self) -> usize {
+        self.file.columns
+    }
+
+    fn entries(&self) -> u64 {
+        self.rows.entries()
+    }
+
+    fn each(&self, visit: &mut dyn FnMut(MatrixRow<'_>) -> io::Result<()>) -> io::Result<()> {
+        let mut entries = Vec::new();
+        (0..self.file.groups).try_for_each(|row| {
+            entries.clear();
+            entries.extend(self.rows.row(row));
+            visit(MatrixRow { row, entries: &entries })
+        })
     }
 }
 

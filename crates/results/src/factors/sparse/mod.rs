@@ -5,22 +5,42 @@ mod count;
 mod journal;
 mod matrix;
 
-use std::path::Path;
-
 pub use answer::{SparseAnswer, SparseFile, sparse_files};
 pub use count::{RowWatcher, SparseCounted, count_rows};
 
-/// The change of a job by which a mesh in its place is given no lamps where it has no light: it has a sky, and sparse factors leave skies out.
-pub fn unlit(job: &Path) -> Option<String> {
-    let is_toml = job.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
-    (!is_toml).then(|| "import.sky=1".to_owned())
+/// The walks of rows; with a tolerance, the most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RowWalks {
+    /// The walks of each row.
+    Each(u32),
+    /// At most this many of all rows. Each has a share in proportion to the root of its weight; without a tolerance, it takes as much of the
+    /// share as its variance asks for.
+    Shared(u64),
+}
+
+impl RowWalks {
+    /// The most walks of each row, by the weights of groups.
+    fn of_rows(self, weights: &[f64]) -> Vec<u32> {
+        match self {
+            RowWalks::Each(walks) => vec![walks; weights.len()],
+            RowWalks::Shared(walks) => {
+                let all: f64 = weights.iter().map(|weight| weight.sqrt()).sum();
+                let spare = walks.saturating_sub(weights.len() as u64) as f64;
+                // One walk of each, and a part of the rest, rounded down.
+                weights
+                    .iter()
+                    .map(|weight| ((spare * weight.sqrt() / all) as u32).saturating_add(1))
+                    .collect()
+            }
+        }
+    }
 }
 
 /// What is asked of sparse factors, beside what is asked of all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SparseAsked {
-    /// Walks of each row; with a tolerance, the most.
-    pub rays: u32,
+    /// The walks of rows.
+    pub walks: RowWalks,
     /// Factors below this are dropped from what is written.
     pub least: f64,
     /// The patches of the sky that rays which leave the scene are told apart by.
