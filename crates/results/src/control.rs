@@ -21,6 +21,9 @@ const ARRIVALS: f64 = 4e6;
 /// Patches are cut finer by what a control finds this many times at the most, …
 const ROUNDS: u32 = 2;
 
+/// Light that was taken for even is not where a control finds that much left out, in standard errors.
+const SURE: f64 = 2.0;
+
 /// … where cuts are expected to take this part of the energy of the whole error. What is expected is too much: the cuts are those that chance
 /// favours.
 const WORTH: f64 = 0.2;
@@ -41,6 +44,7 @@ impl Chosen {
             let Some(finer) = controls.look(&experiment, cells, round) else { break };
             (self.partition.cuts, self.partition.groups) = (finer.cuts, finer.groups);
         }
+        self.partition.linear = controls.forecast.linear;
         self.partition.forecast = Some(controls.forecast);
         Ok(self)
     }
@@ -72,6 +76,15 @@ fn shooting(scene: Scene) -> Result<Experiment, Error> {
     Ok(Experiment::new(scene, walks)?)
 }
 
+/// The walks of a control of patches whose fits are expected to leave out this energy.
+fn walks_of(forecast: &Forecast, foretold: f64) -> u64 {
+    let least = WALKS[0].min(forecast.for_paths);
+    let share = if foretold > 0.0 { SHARES[0] } else { SHARES[1] };
+    let rays = forecast.rays as f64 / forecast.paths.max(1) as f64;
+    let most = WALKS[1].min((ARRIVALS / rays.max(1.0)) as u64).max(least);
+    (forecast.for_paths / share).clamp(least, most)
+}
+
 /// The controls of a choice, one after the other.
 struct Controls<'a> {
     job: &'a Job,
@@ -93,11 +106,7 @@ impl<'a> Controls<'a> {
         let [noise, foretold] = [forecast.noise, forecast.discretisation].map(|part| part * part);
         // Neither the walks of a pilot nor those of a first look.
         let seed = seed(seed(job.seed));
-        let least = WALKS[0].min(forecast.for_paths);
-        let share = if foretold > 0.0 { SHARES[0] } else { SHARES[1] };
-        let rays = forecast.rays as f64 / forecast.paths.max(1) as f64;
-        let most = WALKS[1].min((ARRIVALS / rays.max(1.0)) as u64).max(least);
-        let walks = (forecast.for_paths / share).clamp(least, most);
+        let walks = walks_of(&forecast, foretold);
         Controls { job, auto, threads, seed, walks, forecast, foretold, noise: [noise, 0.0] }
     }
 
@@ -108,11 +117,28 @@ impl<'a> Controls<'a> {
         let control = Control::new(experiment, self.walks);
         let groups = self.walked(&control);
         let missed = control.missed(&groups, self.forecast.linear)?;
+        if round == 0 && self.is_uneven(missed) {
+            // More walks cut the surfaces.
+            let Missed { part, noise, energy, .. } = control.missed(&groups, true)?;
+            self.forecast.linear = true;
+            self.foretold = part.max(0.0);
+            self.noise = [noise / energy / self.forecast.for_paths as f64; 2];
+            self.walks = walks_of(&self.forecast, self.foretold);
+            let (cuts, groups) = (cells.0.to_vec(), cells.1.to_vec());
+            return Some(Finer { cuts, groups, noise: 0.0, gained: 0.0 });
+        }
         self.take_down(missed, round);
         match self.forecast.linear && round < ROUNDS {
             true => self.finer((&control, &groups), cells, missed.energy),
             false => None,
         }
+    }
+
+    /// Whether light that was taken for even is not, and linear fits may be had.
+    fn is_uneven(&self, missed: Missed) -> bool {
+        let is_taken_for_even = !self.forecast.linear && self.auto.linear && self.foretold == 0.0;
+        let [noise, _] = self.noise;
+        is_taken_for_even && missed.part > SURE * missed.error && missed.part > WORTH * (noise + missed.part)
     }
 
     /// Whether the whole error of groups is less than the noise alone of fits to each face.
@@ -191,7 +217,8 @@ mod tests {
 
     use super::*;
 
-    /// That a pilot foretells what its patches leave out is no reason to leave it out: cuts that pay are taken, and less is left.
+    /// That a pilot foretells what its patches leave out is no reason to leave it out, nor that it takes the light for even: cuts that pay are
+    /// taken, and less is left.
     #[test]
     fn light_that_is_foretold_to_be_left_out_is_cut_too() {
         const PATHS: u64 = 100_000;
@@ -204,29 +231,29 @@ mod tests {
         let job = job::load(&path, &[format!("budget.paths={PATHS}")]).unwrap();
         let cuts = vec![Cut::Grid([1, 1]); spec.surfaces.len()];
         let scene = job.scene.build_cut((&cuts[..], &[][..]), IndexChoice::Auto).unwrap();
-        let forecast = Forecast {
-            surfaces: cuts.len() as u64,
-            paths: 0,
-            rays: 0,
-            linear: true,
-            for_paths: PATHS,
-            noise: 0.01,
-            discretisation: 1.0,
-        };
-        let partition = Partition {
-            cuts,
-            groups: Vec::new(),
-            linear: true,
-            space: Space::Continuous,
-            forecast: Some(forecast),
-        };
-        let auto = job.auto.as_ref().unwrap();
-        let finer = Chosen { partition, scene }.controlled((&job, auto), 2).unwrap().partition;
-        let patches: u64 = finer.cuts.iter().map(Cut::cells).sum();
-        assert!(
-            patches > 20 && finer.forecast.unwrap().discretisation < 0.2,
-            "{patches}, {:?}",
-            finer.forecast
-        );
+        for (linear, discretisation) in [(true, 1.0), (false, 0.0)] {
+            let forecast = Forecast {
+                surfaces: cuts.len() as u64,
+                paths: 0,
+                rays: 0,
+                linear,
+                for_paths: PATHS,
+                noise: 0.01,
+                discretisation,
+            };
+            let partition = Partition {
+                cuts: cuts.clone(),
+                groups: Vec::new(),
+                linear,
+                space: Space::Continuous,
+                forecast: Some(forecast),
+            };
+            let auto = job.auto.as_ref().unwrap();
+            let chosen = Chosen { partition, scene: scene.clone() };
+            let finer = chosen.controlled((&job, auto), 2).unwrap().partition;
+            let patches: u64 = finer.cuts.iter().map(Cut::cells).sum();
+            let told = finer.forecast.unwrap();
+            assert!(finer.linear && patches > 20 && told.discretisation < 0.2, "{patches}, {told:?}");
+        }
     }
 }
