@@ -89,7 +89,7 @@ fn differences_of_jobs_come_first() {
     let (_, stdout, _) = diff(&a, &b, &[]);
     let first = stdout.lines().next().unwrap();
     assert!(first.starts_with("the jobs differ in space: discrete against continuous"), "{stdout}");
-    assert!(stdout.contains("the jobs differ in seed: 1; walks of one seed"), "{stdout}");
+    assert!(stdout.contains("the jobs share the seed 1; walks of one seed"), "{stdout}");
     // Nine patches a wall: the error of discretisation is beyond chance at 200 times the walks.
     let many = path(&folder, "many");
     run_job(JOB, &many, &["--paths", "8000000", "--seed", "2", "--set", "method.space=continuous"]);

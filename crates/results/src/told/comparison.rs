@@ -6,11 +6,14 @@ use serde_json::{Value, json};
 use crate::diff::{Comparison, Difference, FALSE_ALARM, FEWEST_HITS, JobDifference, TOLD};
 
 impl JobDifference {
-    /// The difference and what it means, in words.
+    /// What the jobs differ in, or share where that matters, and what it means, in words.
     pub fn line(&self) -> String {
-        let [first, second] = &self.values;
-        let values = if first == second { first.clone() } else { format!("{first} against {second}") };
-        format!("{}: {values}; {}", self.subject, self.meaning)
+        let JobDifference { subject, values: [first, second], meaning, .. } = self;
+        if first == second {
+            format!("the jobs share the {subject} {first}; {meaning}")
+        } else {
+            format!("the jobs differ in {subject}: {first} against {second}; {meaning}")
+        }
     }
 }
 
@@ -19,8 +22,7 @@ impl Comparison {
     pub fn lines(&self) -> Vec<String> {
         let &Comparison { same_tally, compared, skipped, limit, mean_squared, beyond, ref largest, ref jobs } =
             self;
-        let mut lines: Vec<String> =
-            jobs.iter().map(|job| format!("the jobs differ in {}", job.line())).collect();
+        let mut lines: Vec<String> = jobs.iter().map(JobDifference::line).collect();
         if same_tally {
             lines.push(
                 match self.other_answer() {
