@@ -119,6 +119,7 @@ impl Observer {
         let walks = tally.counts.walks;
         let estimates = Estimates::new(&self.experiment, tally, self.level);
         let quantity = self.target.as_ref().map_or_else(Quantity::default, |target| target.quantity);
+        estimates.search_lit_parts(&parallel::run_on_all_cores);
         let precision = estimates.precision(quantity);
         let of_patches = self.target.as_ref().map(|target| {
             let early = walks * self.experiment.unit().paths() < target.min_paths;

@@ -16,6 +16,11 @@ pub fn on_all_cores<T: Send>(parts: usize, part: impl Fn(usize) -> T + Sync) -> 
     on_threads(cores(), parts, || (), |(), i| part(i))
 }
 
+/// Runs all jobs, in any order, on all cores.
+pub fn run_on_all_cores(jobs: usize, job: &(dyn Fn(usize) + Sync)) {
+    on_all_cores(jobs, job);
+}
+
 /// The results of all parts, in their order, on at most `threads` threads, of which the calling thread is one. Each thread works with what
 /// `prepare` makes for it, and takes the next part when it is done with one.
 ///

@@ -12,7 +12,7 @@ use crate::pilot::{Chosen, seed};
 const SHARES: [u64; 2] = [4, 16];
 
 /// A control has so many walks at least, where there are as many, and at most.
-const WALKS: [u64; 2] = [1 << 13, 1 << 18];
+const WALKS: [u64; 2] = [1 << 14, 1 << 18];
 
 /// It has so many arrivals at most, as far as the rays of a pilot foretell: what hits tell does not depend on how many walks they are of, and all are kept
 /// until they are counted.

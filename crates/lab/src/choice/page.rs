@@ -50,16 +50,25 @@ pub fn write_survival(
 /// What the columns of the table mean.
 const LEGEND: &str = "*Chosen* is a job without words of 93,750, 375,000 and 1.5 million walks, and without a budget: times are means and errors root mean squares of five seeds (one at R = 0.99\n\
     and in a million triangles). By hand: linear and constant continuous walks on even cuts of 1, 0.5, 0.35, 0.25 and 0.125 m, of up to 6 million walks, and chains of both bases on cuts\n\
-    of 0.5 and 0.25 m. Times are processor times, pilot and building of scenes included. *By energy* is the root mean square of the error of the reflected light over the area, relative to\n\
-    that of the light; light beside lamps decides it. *By place* takes errors relative to the light of each place (or a tenth of the mean light, where that is more), at most 1 each, as\n\
-    pictures and lux on planes do. References are two of independent walks, on patches that are chosen for eight times as many. *Hand* is the time of the best job by hand to the error that\n\
-    is chosen, along its own runs; –: none comes to it within these budgets.\n";
+    of 0.5 and 0.25 m. Times are processor times from a scene that has been read to a tally, pilot and building of scenes included. *By energy* is the root mean square of the error of the\n\
+    reflected light over the area, relative to that of the light; light beside lamps decides it. *By place* takes errors relative to the light of each place (or a tenth of the mean light,\n\
+    where that is more), at most 1 each, as pictures and lux on planes do. References are two of independent walks, on patches that are chosen for eight times as many. *Hand* is the time of\n\
+    the best job by hand to the error that is chosen, along its own runs; –: none comes to it within these budgets. *Whole* is the processor time of the whole command, from the mesh to\n\
+    picture, page and tables: that of the choice, and over that of the job by hand with as many walks as come to the chosen error.\n";
+
+/// The job by hand that is best for an error.
+struct BestByHand<'a> {
+    job: &'a JobOutcome,
+    /// The walks that come to the error, and their processor time [s].
+    walks: f64,
+    time: f64,
+}
 
 /// Adds the table of what is chosen and what is found by hand.
 fn table(text: &mut String, studied: &[StudiedRoom]) -> Result<(), Failure> {
     text.push_str(
-        "| room | chosen | patches | time, of it pilot | foretold: noise, discretisation | by energy | hand | chosen ÷ hand | by place | hand | chosen ÷ hand |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|\n",
+        "| room | chosen | patches | time, of it pilot | whole | foretold: noise, discretisation | by energy | hand | chosen ÷ hand, whole | by place | hand | chosen ÷ hand, whole |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     let mut ratios = [Vec::new(), Vec::new()];
     for (room, chosen, given) in studied {
@@ -67,45 +76,68 @@ fn table(text: &mut String, studied: &[StudiedRoom]) -> Result<(), Failure> {
             write!(text, "| {} | {} | {} |", room.name, found.what, found.patches)?;
             let [time, errors @ ..] = found.runs[0];
             let [pilot, noise, lost] = found.foretold.unwrap_or_default();
-            write!(text, " {time:.2} s, {pilot:.2} | {:.1}, {:.1} % |", 100.0 * noise, 100.0 * lost)?;
+            let whole = room.whole_command(&found.keys)?;
+            write!(
+                text,
+                " {time:.2} s, {pilot:.2} | {} |",
+                whole.map_or("–".into(), |whole| format!("{whole:.1} s"))
+            )?;
+            write!(text, " {:.1}, {:.1} % |", 100.0 * noise, 100.0 * lost)?;
             for (k, error) in errors.into_iter().enumerate() {
-                let times =
-                    given.iter().filter_map(|given| Some((time_to(&given.runs, k, error)?, &given.what)));
-                let best = times.min_by(|(a, _), (b, _)| a.total_cmp(b));
+                let ways = given.iter().filter_map(|job| time_to(job, k, error));
+                let best = ways.min_by(|a, b| a.time.total_cmp(&b.time));
                 write!(text, " {:.1} % |", 100.0 * error)?;
-                match best {
-                    Some((best, what)) => {
-                        ratios[k].push(time / best);
-                        write!(text, " {best:.2} s, {what} | {:.2} |", time / best)?;
-                    }
-                    None => write!(text, " – | – |")?,
-                }
+                let Some(BestByHand { job, walks, time: best }) = best else {
+                    write!(text, " – | – |")?;
+                    continue;
+                };
+                let whole_by_hand = room.whole_command(&job.keys_for(walks as u64))?;
+                let of_whole = whole.zip(whole_by_hand).map(|(whole, by_hand)| whole / by_hand);
+                ratios[k].push((time / best, of_whole));
+                let of_whole = of_whole.map_or(String::new(), |ratio| format!(", {ratio:.2}"));
+                write!(text, " {best:.2} s, {} | {:.2}{of_whole} |", job.what, time / best)?;
             }
             text.push('\n');
         }
     }
     for (ratios, what) in ratios.iter().zip(["By energy", "By place"]) {
-        let mean = ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len().max(1) as f64;
-        let worst = ratios.iter().fold(0.0_f64, |worst, &ratio| worst.max(ratio));
         let all = studied.iter().map(|(_, chosen, _)| chosen.len()).sum::<usize>();
-        writeln!(
+        write!(
             text,
-            "\n{what}, some job by hand comes to the chosen error in {} of {all} rows; chosen ÷ hand there has the geometric mean {:.2} and is {worst:.2} at worst.",
+            "\n{what}, some job by hand comes to the chosen error in {} of {all} rows; chosen ÷ hand there has {}",
             ratios.len(),
-            mean.exp(),
+            mean_and_worst(ratios.iter().map(|&(ratio, _)| ratio)),
         )?;
+        let of_whole: Vec<f64> = ratios.iter().filter_map(|&(_, of_whole)| of_whole).collect();
+        if !of_whole.is_empty() {
+            write!(text, ", that of whole commands {}", mean_and_worst(of_whole.into_iter()))?;
+        }
+        text.push_str(".\n");
     }
     Ok(())
 }
 
-/// The processor time to an error along the runs of a job: between two of them and beyond by the power of time that both tell.
-fn time_to(runs: &[[f64; 3]], k: usize, error: f64) -> Option<f64> {
-    match runs.iter().position(|run| run[1 + k] <= error)? {
-        0 => Some(runs[0][0]),
+/// The geometric mean of ratios and the largest, in words.
+fn mean_and_worst(ratios: impl Iterator<Item = f64> + Clone) -> String {
+    let many = ratios.clone().count().max(1) as f64;
+    let mean = (ratios.clone().map(f64::ln).sum::<f64>() / many).exp();
+    format!("the geometric mean {mean:.2} and the largest {:.2}", ratios.fold(0.0, f64::max))
+}
+
+/// The way of a job to an error along its runs: between two of them by the power of time that both tell; `None` where it does not come there.
+fn time_to(job: &JobOutcome, k: usize, error: f64) -> Option<BestByHand<'_>> {
+    let (runs, walks) = (&job.runs, &job.walks);
+    let (walks, time) = match runs.iter().position(|run| run[1 + k] <= error)? {
+        0 => (walks[0] as f64, runs[0][0]),
         later => {
-            let [before, after] = [runs[later - 1], runs[later]];
-            let part = (error / before[1 + k]).ln() / (after[1 + k] / before[1 + k]).ln();
-            Some(before[0] * (after[0] / before[0]).powf(part))
+            let [before, after] = [later - 1, later];
+            let part = (error / runs[before][1 + k]).ln() / (runs[after][1 + k] / runs[before][1 + k]).ln();
+            let between = |[a, b]: [f64; 2]| a * (b / a).powf(part);
+            (
+                between([before, after].map(|run| walks[run] as f64)),
+                between([before, after].map(|run| runs[run][0])),
+            )
         }
-    }
+    };
+    Some(BestByHand { job, walks, time })
 }

@@ -1,12 +1,13 @@
 //! Runs on chosen patches and on patches that are given by hand.
 
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 use job::{Cut, Forecast, Job, Partition};
 use radiosity::{Estimates, Experiment, Shape, Space, SurfaceSpec};
 
 use super::truth::RoomReference;
-use crate::clock::thread_seconds as seconds;
+use crate::clock::{children_seconds, thread_seconds as seconds};
 pub(super) use crate::walking::walk;
 use crate::walking::{Failure, advance};
 
@@ -58,10 +59,29 @@ pub struct ChoiceRoom {
 pub struct JobOutcome {
     pub what: String,
     pub patches: usize,
-    /// Processor time [s], pilot included, and both errors; of chosen jobs the mean and the root mean squares over the seeds.
+    /// What is set on the command that runs the job.
+    pub keys: Vec<String>,
+    /// The walks of the runs.
+    pub walks: Vec<u64>,
+    /// Processor time [s], pilot and building of the scene included, and both errors; of chosen jobs the mean and the root mean squares over
+    /// the seeds.
     pub runs: Vec<[f64; 3]>,
     /// The processor time of the pilot [s], and the noise and discretisation that it foretells.
     pub foretold: Option<[f64; 3]>,
+}
+
+/// The chains of a command: the fewest that an interval comes from.
+const CHAINS: u64 = 8;
+
+impl JobOutcome {
+    /// What is set on a command of so many walks.
+    pub fn keys_for(&self, walks: u64) -> Vec<String> {
+        let of_walks = |key: &String| match key.starts_with("method.batch_paths=") {
+            true => format!("method.batch_paths={}", walks / CHAINS),
+            false => key.clone(),
+        };
+        self.keys.iter().map(of_walks).chain([format!("budget.paths={walks}")]).collect()
+    }
 }
 
 impl ChoiceRoom {
@@ -78,6 +98,39 @@ impl ChoiceRoom {
     fn keys(&self, keys: &[&str]) -> Vec<String> {
         let joined = self.is_mesh.then_some("import.join=true");
         keys.iter().copied().chain(joined).map(Into::into).collect()
+    }
+
+    /// The keys of a job without words, with these.
+    fn keys_of_open(&self, keys: &[String]) -> Vec<String> {
+        let auto = (!self.is_mesh).then(|| "scene.patches=auto".into());
+        keys.iter().cloned().chain(auto).collect()
+    }
+
+    /// The processor time of `radwalk run` on a job from reading the mesh to the last file, picture and page among them [s]; `None` where the scene is no mesh,
+    /// or the system does not tell.
+    pub fn whole_command(&self, keys: &[String]) -> Result<Option<f64>, Failure> {
+        if !self.is_mesh {
+            return Ok(None);
+        }
+        let program = std::env::current_exe()?.with_file_name("radwalk");
+        let folder = tempfile::tempdir()?;
+        let mut command = Command::new(&program);
+        command.args([
+            "run".as_ref(),
+            self.path.as_os_str(),
+            "--out".as_ref(),
+            folder.path().join("out").as_os_str(),
+        ]);
+        command.args(["--quiet", "--workers", "1"]).args(keys.iter().flat_map(|key| ["--set", key]));
+        let before = children_seconds();
+        let told = command.stdout(Stdio::null()).stderr(Stdio::piped()).output();
+        let told =
+            told.map_err(|error| format!("{} is run beside this program: {error}", program.display()))?;
+        // 1: the target is not reached.
+        if !matches!(told.status.code(), Some(0 | 1)) {
+            return Err(String::from_utf8_lossy(&told.stderr).into_owned().into());
+        }
+        Ok(before.zip(children_seconds()).map(|(before, after)| after - before))
     }
 
     /// Cells whose edges are no longer than this.
@@ -153,9 +206,12 @@ fn run(
     let (experiment, building) = experiment(room, room.even(size, linear), &keys)?;
     let unit = experiment.unit().paths();
     let (mut time, mut tally, mut done) = (building, experiment.tally(), 0);
+    let by_hand = [format!("import.patch_size={size}"), "import.join=true".into()];
     let mut found = JobOutcome {
         what: what.into(),
         patches: experiment.scene().faces().patch_count(),
+        keys: keys.iter().map(|&key| key.into()).chain(by_hand).collect(),
+        walks: Vec::new(),
         runs: Vec::new(),
         foretold: None,
     };
@@ -168,6 +224,7 @@ fn run(
         advance(&experiment, 1, walks, &mut tally);
         (time, done) = (time + seconds() - start, walks);
         let [all, placewise] = truth.errors(&Estimates::new(&experiment, &tally, 0.95));
+        found.walks.push(walks * unit);
         found.runs.push([time, all, placewise]);
     }
     eprintln!("{}: {what}, {} patches: {:.3?}", room.name, found.patches, found.runs);
@@ -203,6 +260,8 @@ fn chosen_for(
             mean(&|run| run.forecast.paths as f64)
         ),
         patches: mean(&|run| run.patches as f64) as usize,
+        keys: budget.iter().cloned().chain(["seed=1".into()]).collect(),
+        walks: vec![mean(&|run| run.forecast.for_paths as f64) as u64],
         runs: vec![[mean(&|run| run.time), root(&|run| run.errors[0]), root(&|run| run.errors[1])]],
         foretold: Some([
             mean(&|run| run.choosing),
@@ -211,7 +270,7 @@ fn chosen_for(
         ]),
     };
     let each: Vec<[f64; 2]> = runs.iter().map(|run| run.errors).collect();
-    let JobOutcome { what, patches, runs, foretold } = &found;
+    let JobOutcome { what, patches, runs, foretold, .. } = &found;
     eprintln!("{}: chosen {what}, {patches} patches: {runs:.3?} {foretold:.4?} {each:.3?}", room.name);
     Ok(found)
 }
@@ -227,8 +286,9 @@ struct ChosenRun {
 }
 
 fn chosen_run(room: &ChoiceRoom, truth: &RoomReference, keys: &[String]) -> Result<ChosenRun, Failure> {
+    let open = open(room, keys)?;
     let start = seconds();
-    let (experiment, forecast, job) = on_chosen(room, keys)?;
+    let (experiment, forecast, job) = choose(open, room, keys)?;
     let choosing = seconds() - start;
     let tally = walk(&experiment, job.seed, forecast.for_paths.min(job.budget.paths));
     let told = Estimates::new(&experiment, &tally, 0.95);
@@ -237,13 +297,20 @@ fn chosen_run(room: &ChoiceRoom, truth: &RoomReference, keys: &[String]) -> Resu
     Ok(ChosenRun { time, choosing, errors: truth.errors(&told), patches, forecast })
 }
 
-/// The method of a job on patches that are chosen for it.
-pub fn on_chosen(room: &ChoiceRoom, keys: &[String]) -> Result<(Experiment, Forecast, Job), Failure> {
-    let auto = (!room.is_mesh).then(|| "scene.patches=auto".into());
-    let keys: Vec<String> = keys.iter().cloned().chain(auto).collect();
-    let open = job::load(&room.path, &keys)?;
+/// A job without words.
+fn open(room: &ChoiceRoom, keys: &[String]) -> Result<Job, Failure> {
+    Ok(job::load(&room.path, &room.keys_of_open(keys))?)
+}
+
+/// The method of an open job on patches that are chosen for it.
+fn choose(open: Job, room: &ChoiceRoom, keys: &[String]) -> Result<(Experiment, Forecast, Job), Failure> {
     let Some(chosen) = results::choose(&open, 1)? else { return Err("nothing is open".into()) };
-    let job = open.cut(&keys, &chosen.partition)?;
+    let job = open.cut(&room.keys_of_open(keys), &chosen.partition)?;
     let forecast = job.forecast.ok_or("no forecast")?;
     Ok((Experiment::new(chosen.build_scene(&job)?, job.method.walks())?, forecast, job))
+}
+
+/// The method of a job without words on patches that are chosen for it.
+pub fn on_chosen(room: &ChoiceRoom, keys: &[String]) -> Result<(Experiment, Forecast, Job), Failure> {
+    choose(open(room, keys)?, room, keys)
 }

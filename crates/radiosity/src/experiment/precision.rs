@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::solution::{Channels, Estimate, Estimates};
 use crate::geometry::face::Face;
-use crate::scene::Scene;
 use crate::scene::sealed::Sealed;
+use crate::scene::{Executor, Scene};
 use crate::walk::Space;
 
 /// The quantity whose half-widths are judged.
@@ -161,6 +161,17 @@ struct Ranked {
 }
 
 impl Estimates<'_> {
+    /// Searches on an executor, where [`Estimates::precision`] would search on its own thread, for what light comes to: once for each
+    /// scene, and a second and more among a million faces.
+    pub fn search_lit_parts(&self, executor: &Executor) {
+        let scene = self.scene();
+        let continuous = self.experiment().method().space() == Space::Continuous;
+        let is_unhit = |channels: &Channels| channels.iter().any(Estimate::is_unsampled);
+        if continuous && !scene.has_lit_parts() && self.known().any(|(_, _, channels)| is_unhit(&channels)) {
+            scene.search_lit_parts(executor);
+        }
+    }
+
     /// How well the faces are known, by the half-widths of a quantity.
     pub fn precision(&self, quantity: Quantity) -> Precision {
         let mut ranks = Vec::new();

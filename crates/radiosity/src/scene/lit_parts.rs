@@ -23,8 +23,12 @@ use crate::random::rng::{Sequence, WalkRng};
 use crate::scene::births::Birthplace;
 use crate::trace::ray::{Hit, Ray};
 
-/// The seed of points and paths: what is lit is a function of the scene alone.
+/// The seeds of points and of paths: what is lit is a function of the scene alone.
 const SEED: u64 = 0x11A7;
+const SEED_OF_PATHS: u64 = 0x11A8;
+
+/// The paths that are followed together: each such block has random numbers of its own, so that it is the same on any thread.
+const BLOCK: usize = 1 << 11;
 
 /// The points of a scene that are shared out by the number of faces, and those shared out by area.
 const POINTS: usize = 1 << 14;
@@ -63,8 +67,45 @@ pub(crate) struct LitParts {
     count: usize,
     /// Places known to be lit.
     lit_places: Vec<Point>,
+    kinds: Kinds,
     /// Of faces that walks have hit, and of which every point is dark: the lit part that was found, if any.
     slivers: Mutex<HashMap<u32, Option<f64>>>,
+}
+
+/// By face, what paths ask of it.
+#[derive(Debug)]
+struct Kinds {
+    reflects: Vec<bool>,
+    emits: Vec<bool>,
+}
+
+impl Kinds {
+    fn of(scene: &Scene) -> Self {
+        let faces = scene.faces();
+        let reflects = faces.iter().map(|face| face.reflectance.is_lit()).collect();
+        Kinds { reflects, emits: faces.iter().map(|face| face.emittance.is_lit()).collect() }
+    }
+
+    /// Whether a ray has met an emitter.
+    fn emits(&self, scene: &Scene, hit: &Hit) -> bool {
+        face_met(scene, hit).is_some_and(|face| self.emits[face as usize])
+    }
+
+    /// Where a hit is on an active side that reflects: the point, and its face.
+    fn reflecting(&self, scene: &Scene, hit: &Hit) -> Option<(Point, u32)> {
+        let face = face_met(scene, hit)?;
+        let uv = scene.surfaces()[hit.surface as usize].inside(hit.uv);
+        let point = Point { surface: hit.surface, side: hit.side, uv };
+        self.reflects[face as usize].then_some((point, face))
+    }
+}
+
+/// Runs a number of independent jobs, each once, in any order and on any threads.
+pub type Executor<'a> = dyn Fn(usize, &(dyn Fn(usize) + Sync)) + 'a;
+
+/// Runs jobs one after the other.
+pub(super) fn in_turn(jobs: usize, job: &(dyn Fn(usize) + Sync)) {
+    (0..jobs).for_each(job);
 }
 
 /// A point on one side of a surface.
@@ -76,14 +117,17 @@ struct Point {
 }
 
 impl LitParts {
-    pub(super) fn new(scene: &Scene) -> Self {
+    pub(super) fn new(scene: &Scene, executor: &Executor) -> Self {
         let mut rng = Sequence::new(SEED).walk(0);
+        let kinds = Kinds::of(scene);
         let (points, first) = points_of_faces(scene, &mut rng);
-        let lit_places = places_from_light(scene, &mut rng);
-        let reflects = faces_of(&first).map(|face| scene.faces().get(face).reflectance.is_lit()).collect();
+        let lit_places = places_from_light(scene, &kinds, &mut rng);
+        let places: Vec<DVec3> = points.iter().map(|point| point.place(scene)).collect();
         let mut search = Search {
-            paths: Paths { scene, points: &points, first: &first, rng },
-            reflects,
+            ground: Ground { scene, kinds: &kinds, places: &places, points: &points, first: &first },
+            executor,
+            blocks: 0,
+            reflects: faces_of(&first).map(|face| kinds.reflects[face]).collect(),
             joined: Joined::new(points.len()),
             lit: vec![false; points.len()],
             waiting: Vec::new(),
@@ -99,7 +143,7 @@ impl LitParts {
             }
             groups[point as usize] = *number;
         }
-        LitParts { first, groups, count: count as usize, lit_places, slivers: Mutex::default() }
+        LitParts { first, groups, count: count as usize, lit_places, kinds, slivers: Mutex::default() }
     }
 
     /// By face: the part of its area that light comes to, above 0 where walks have hit the face.
@@ -137,14 +181,15 @@ impl LitParts {
     fn sliver(&self, scene: &Scene, face: u32) -> Option<f64> {
         let mut known = self.slivers.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         *known.entry(face).or_insert_with(|| {
-            let mut paths =
-                Paths { scene, points: &[], first: &[], rng: Sequence::new(SEED).walk(1 + u64::from(face)) };
+            let ground = Ground { scene, kinds: &self.kinds, places: &[], points: &[], first: &[] };
+            let mut paths = Paths { ground: &ground, rng: Sequence::new(SEED).walk(1 + u64::from(face)) };
             let mut tried = 0;
             while tried < SLIVER_POINTS {
                 let batch: Vec<Point> = (0..64).map(|_| point_of(scene, face, &mut paths.rng)).collect();
                 tried += batch.len();
                 let mut lit = 0;
-                paths.follow(&batch, &self.lit_places, |_, seen| {
+                let nothing = |_, _| false;
+                paths.follow(&batch, &self.lit_places, nothing, |_, seen| {
                     lit += usize::from(matches!(seen, Seen::Light))
                 });
                 if lit > 0 {
@@ -188,7 +233,7 @@ fn point_of(scene: &Scene, face: u32, rng: &mut WalkRng) -> Point {
 }
 
 /// Reflecting places that paths from emitters arrive at.
-fn places_from_light(scene: &Scene, rng: &mut WalkRng) -> Vec<Point> {
+fn places_from_light(scene: &Scene, kinds: &Kinds, rng: &mut WalkRng) -> Vec<Point> {
     let mut places = Vec::new();
     let mut lookout = Lookout::new(scene);
     let mut rays: Vec<Ray> = (0..FROM_LIGHT).map(|_| scene.emit(rng)).collect();
@@ -197,20 +242,12 @@ fn places_from_light(scene: &Scene, rng: &mut WalkRng) -> Vec<Point> {
             .closest_hits(&rays)
             .into_iter()
             .flatten()
-            .filter_map(|hit| reflecting(scene, &hit))
+            .filter_map(|hit| Some(kinds.reflecting(scene, &hit)?.0))
             .collect();
         rays = arrived.iter().map(|place| place.scattered(scene, rng)).collect();
         places.extend(arrived);
     }
     places
-}
-
-/// Where a hit is on an active side that reflects: the point.
-fn reflecting(scene: &Scene, hit: &Hit) -> Option<Point> {
-    let face = face_met(scene, hit)?;
-    let uv = scene.surfaces()[hit.surface as usize].inside(hit.uv);
-    let reflects = scene.faces().get(face as usize).reflectance.is_lit();
-    reflects.then_some(Point { surface: hit.surface, side: hit.side, uv })
 }
 
 /// The face that a ray has met; `None` where that is an inactive back.
@@ -256,19 +293,33 @@ enum Seen {
     Point(u32),
 }
 
+/// What paths go over.
+struct Ground<'a> {
+    scene: &'a Scene,
+    kinds: &'a Kinds,
+    points: &'a [Point],
+    /// By point: where it is.
+    places: &'a [DVec3],
+    first: &'a [u32],
+}
+
 /// Paths of reflections backwards, from points.
 struct Paths<'a> {
-    scene: &'a Scene,
-    points: &'a [Point],
-    first: &'a [u32],
+    ground: &'a Ground<'a>,
     rng: WalkRng,
 }
 
 impl Paths<'_> {
     /// Follows a path from each of these points; `tell` is told the number of the start, and what the path has seen. A path ends where it
-    /// sees light, leaves the scene, or meets what does not reflect.
-    fn follow(&mut self, starts: &[Point], lit_places: &[Point], mut tell: impl FnMut(usize, Seen)) {
-        let mut lookout = Lookout::new(self.scene);
+    /// sees light, leaves the scene, or meets what does not reflect. Whether a start sees a point is looked for where that is `news`.
+    fn follow(
+        &mut self,
+        starts: &[Point],
+        lit_places: &[Point],
+        news: impl Fn(usize, u32) -> bool,
+        mut tell: impl FnMut(usize, Seen),
+    ) {
+        let mut lookout = Lookout::new(self.ground.scene);
         let mut at: Vec<(usize, Point)> = starts.iter().copied().enumerate().collect();
         for _ in 0..LENGTH {
             at.retain(|&(start, point)| {
@@ -279,13 +330,13 @@ impl Paths<'_> {
                 !is_lit
             });
             self.look_for_light(&mut lookout, &mut at, lit_places, &mut tell);
-            self.go_on(&mut lookout, &mut at, &mut tell);
+            self.go_on(&mut lookout, &mut at, &news, &mut tell);
         }
     }
 
     /// Whether a lamp without area, chosen at random, lights a point.
     fn sees_lamp(&mut self, point: &Point) -> bool {
-        let scene = self.scene;
+        let scene = self.ground.scene;
         if scene.lamp_count() == 0 {
             return false;
         }
@@ -303,7 +354,7 @@ impl Paths<'_> {
         lit_places: &[Point],
         tell: &mut impl FnMut(usize, Seen),
     ) {
-        let scene = self.scene;
+        let scene = self.ground.scene;
         let mut aimed: Vec<(usize, Option<Point>)> = Vec::new();
         let mut rays = Vec::new();
         for (number, (_, point)) in at.iter().enumerate() {
@@ -316,10 +367,11 @@ impl Paths<'_> {
             }
         }
         let mut lit = vec![false; at.len()];
+        let kinds = self.ground.kinds;
         lookout.each_closest_hit(&rays, |ray, hit| {
             let Some(hit) = hit else { return };
             let (number, target) = aimed[ray];
-            lit[number] |= emits(scene, &hit) || target.is_some_and(|target| target.is_met(&hit));
+            lit[number] |= kinds.emits(scene, &hit) || target.is_some_and(|target| target.is_met(&hit));
         });
         let mut number = 0;
         at.retain(|&(start, _)| {
@@ -336,19 +388,22 @@ impl Paths<'_> {
         &mut self,
         lookout: &mut Lookout,
         at: &mut Vec<(usize, Point)>,
+        news: &impl Fn(usize, u32) -> bool,
         tell: &mut impl FnMut(usize, Seen),
     ) {
-        let scene = self.scene;
+        let Ground { scene, kinds, .. } = *self.ground;
         let rays: Vec<Ray> = at.iter().map(|(_, point)| point.scattered(scene, &mut self.rng)).collect();
         let (mut next, mut beside, mut to_points) = (Vec::new(), Vec::new(), Vec::new());
         lookout.each_closest_hit(&rays, |ray, hit| {
             let Some(hit) = hit else { return };
             let (start, from) = at[ray];
-            if emits(scene, &hit) {
+            if kinds.emits(scene, &hit) {
                 return tell(start, Seen::Light);
             }
-            let Some(met) = reflecting(scene, &hit) else { return };
-            if let Some((ray, number)) = self.beside(&hit, &from) {
+            let Some((met, face)) = kinds.reflecting(scene, &hit) else { return };
+            let beside_it = self.beside(&met, face).filter(|&number| news(start, number));
+            if let Some((ray, number)) = beside_it.and_then(|number| Some((self.ray(&from, number)?, number)))
+            {
                 to_points.push(ray);
                 beside.push((start, number));
             }
@@ -356,38 +411,36 @@ impl Paths<'_> {
         });
         lookout.each_closest_hit(&to_points, |ray, hit| {
             let (start, number) = beside[ray];
-            if hit.is_some_and(|hit| self.points[number as usize].is_met(&hit)) {
+            if hit.is_some_and(|hit| self.ground.points[number as usize].is_met(&hit)) {
                 tell(start, Seen::Point(number));
             }
         });
         *at = next;
     }
 
-    /// The ray to the nearest point of the face that was met, and the number of that point.
-    fn beside(&self, hit: &Hit, from: &Point) -> Option<(Ray, u32)> {
-        let face = face_met(self.scene, hit)? as usize;
-        let ends = self.first.get(face).zip(self.first.get(face + 1))?;
-        let met = Point { surface: hit.surface, side: hit.side, uv: hit.uv }.place(self.scene);
-        let distance = |number: &u32| self.points[*number as usize].place(self.scene).distance_squared(met);
-        let nearest = (*ends.0..*ends.1).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-        let ray = from.towards(self.scene, self.points[nearest as usize].place(self.scene))?;
-        Some((ray, nearest))
+    /// The point of faces that is nearest to where a face was met.
+    fn beside(&self, met: &Point, face: u32) -> Option<u32> {
+        let Ground { scene, places, first, .. } = *self.ground;
+        let (start, end) = first.get(face as usize).zip(first.get(face as usize + 1))?;
+        let met = met.place(scene);
+        let distance = |number: &u32| places[*number as usize].distance_squared(met);
+        (*start..*end).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+
+    /// The ray from a place to a point of faces.
+    fn ray(&self, from: &Point, number: u32) -> Option<Ray> {
+        from.towards(self.ground.scene, self.ground.places[number as usize])
     }
 
     /// A place on an emitter; `None` where a lamp without area was chosen.
     fn place_on_emitter(&mut self) -> Option<DVec3> {
-        let scene = self.scene;
+        let scene = self.ground.scene;
         let [choice, place, point, direction] = std::array::from_fn(|_| self.rng.bits());
         match scene.emitters().choose::<1>([choice, place]).0 {
             Birthplace::Lamp(_) => None,
             Birthplace::Cell(_) => Some(scene.birth([choice, place, point, direction]).origin),
         }
     }
-}
-
-/// Whether a ray has met an emitter.
-fn emits(scene: &Scene, hit: &Hit) -> bool {
-    face_met(scene, hit).is_some_and(|face| scene.faces().get(face as usize).emittance.is_lit())
 }
 
 /// A number below `many` that 64 random bits choose.
@@ -397,7 +450,10 @@ fn choice(bits: u64, many: usize) -> usize {
 
 /// What paths have found so far.
 struct Search<'a> {
-    paths: Paths<'a>,
+    ground: Ground<'a>,
+    executor: &'a Executor<'a>,
+    /// How many blocks of paths were followed.
+    blocks: u64,
     /// By point: whether its face reflects.
     reflects: Vec<bool>,
     /// Reflecting points that see each other.
@@ -429,7 +485,7 @@ impl Search<'_> {
             lit_places.truncate(from_light);
             let shining = (0..all).filter(|&point| self.reflects[point as usize] && self.is_lit(point));
             let shining: Vec<u32> = shining.collect();
-            lit_places.extend(shining.iter().map(|&point| self.paths.points[point as usize]));
+            lit_places.extend(shining.iter().map(|&point| self.ground.points[point as usize]));
         }
         dark
     }
@@ -452,15 +508,32 @@ impl Search<'_> {
         starts
     }
 
-    /// Follows a path from each of these points.
+    /// Follows a path from each of these points, in blocks.
     fn follow(&mut self, from: &[u32], lit_places: &[Point]) {
-        let starts: Vec<Point> = from.iter().map(|&point| self.paths.points[point as usize]).collect();
-        let mut seen = Vec::new();
-        self.paths.follow(&starts, lit_places, |start, what| seen.push((from[start], what)));
+        let roots: Vec<u32> = (0..self.lit.len() as u32).map(|point| self.joined.root(point)).collect();
+        let blocks: Vec<(&[u32], Mutex<Vec<(u32, Seen)>>)> =
+            from.chunks(BLOCK).map(|block| (block, Mutex::default())).collect();
+        let (ground, reflects, before) = (&self.ground, &self.reflects, self.blocks);
+        (self.executor)(blocks.len(), &|number| {
+            let (block, found) = &blocks[number];
+            let rng = Sequence::new(SEED_OF_PATHS).walk(before + number as u64);
+            let starts: Vec<Point> = block.iter().map(|&point| ground.points[point as usize]).collect();
+            let news = |start: usize, point: u32| {
+                reflects[point as usize] && roots[block[start] as usize] != roots[point as usize]
+            };
+            let mut seen = Vec::new();
+            Paths { ground, rng }
+                .follow(&starts, lit_places, news, |start, what| seen.push((block[start], what)));
+            *found.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = seen;
+        });
+        self.blocks += blocks.len() as u64;
+        let seen: Vec<(u32, Seen)> = blocks
+            .into_iter()
+            .flat_map(|(_, found)| found.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()))
+            .collect();
         for (start, what) in seen {
             match what {
                 Seen::Light => self.light(start),
-                Seen::Point(point) if !self.reflects[point as usize] => {}
                 Seen::Point(point) if !self.reflects[start as usize] => self.waiting.push([start, point]),
                 Seen::Point(point) => {
                     let lit = self.is_lit(start) || self.is_lit(point);
