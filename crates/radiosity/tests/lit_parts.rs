@@ -1,8 +1,10 @@
 //! The search for lit parts of faces is held against continuous walks, in random rooms of touching, overlapping and doubled bodies.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use crate::common::{box_walls, collision, experiment, flipped, quad, surface, walk};
 use glam::{DMat3, DVec3};
-use radiosity::{IndexChoice, Scene, SceneSpec, Sequence, Shape, Sides, Space, SurfaceSpec};
+use radiosity::{Estimates, IndexChoice, Scene, SceneSpec, Sequence, Shape, Sides, Space, SurfaceSpec};
 
 fn both_sides(shape: Shape, reflectance: f64) -> SurfaceSpec {
     SurfaceSpec { sides: Sides::Both, ..surface(shape, reflectance) }
@@ -194,6 +196,28 @@ fn a_room_behind_a_small_hole_is_lit() {
     assert!((closed[0] - 0.5).abs() < 0.3, "the floor is half lit: {}", closed[0]);
     // The far wall of the second room: the last of the box's walls.
     assert_eq!(closed[17..21], [0.0; 4]);
+}
+
+/// What is found is the same whatever runs the blocks of paths, and in whatever order: here the last one first.
+#[test]
+fn the_search_is_the_same_on_any_executor() {
+    let mut spec = lit_room([24, 24]);
+    spec.extend(
+        cuboid(DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 2.0, 1.0), 0.0)
+            .into_iter()
+            .map(|wall| both_sides(wall, 0.5)),
+    );
+    let spec = SceneSpec::new(spec);
+    let experiment = experiment(&spec, IndexChoice::Auto, collision(Space::Continuous));
+    let tally = experiment.tally();
+    let blocks = AtomicUsize::new(0);
+    Estimates::new(&experiment, &tally, 0.95).search_lit_parts(&|jobs, job| {
+        (0..jobs).rev().for_each(job);
+        blocks.fetch_add(jobs, Ordering::Relaxed);
+    });
+    assert!(blocks.into_inner() > 4);
+    let none = vec![false; experiment.scene().faces().len()];
+    assert_eq!(experiment.scene().lit_parts(&none), parts(&spec));
 }
 
 /// Where walks hit a face whose points are all dark, all that its points see is lit, unless the face has a lit sliver.
