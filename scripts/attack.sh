@@ -4,4 +4,4 @@
 set -eu
 cd "$(dirname "$0")/.."
 ulimit -n 20000
-cargo test --release -p cluster --test suite -- --ignored --nocapture throughput_under_attack
+cargo test --release -p radwalk-cluster --test suite -- --ignored --nocapture throughput_under_attack

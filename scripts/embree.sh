@@ -18,4 +18,4 @@ export GLIBC_TUNABLES=glibc.malloc.hugetlb=1
 build="$(mktemp -d)"
 trap 'rm -rf "$build"' EXIT
 g++ -std=c++17 -O3 -march=native -Wall -Wextra -o "$build/compare" scripts/embree/compare.cpp -lembree3
-cargo run --quiet --release --locked -p lab -- embree "$build/compare" "${1:-5}" "${meshes[@]}"
+cargo run --quiet --release --locked -p radwalk-lab -- embree "$build/compare" "${1:-5}" "${meshes[@]}"

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Sparse factors of made cities: times, memory, entries, errors, row sums, kills; View3D and pyviewfactor beside them. Writes
-docs/results/factors.md.
+"""Sparse factors of made cities and of fetched ones: times, memory, entries, errors, row sums, kills; View3D and pyviewfactor beside them.
+Writes docs/results/factors.md.
 
-    scripts/factors.py RADWALK [--view3d VIEW3D] [--blocks 4,16,34] [--out FOLDER]
+    scripts/factors.py RADWALK [--view3d VIEW3D] [--blocks 4,16,34] [--stl CITY.stl]... [--out FOLDER]
 
-numpy and scipy read the matrices. Peers are compared where View3D is given, on the city of up to 2,000 facets: View3D from
-https://github.com/jasondegraw/View3D by a C compiler, pyviewfactor from PyPI. scripts/factors.sh brings both.
+numpy and scipy read the matrices. Peers are compared where View3D is given, on the city of up to 2,000 facets. A fetched city is counted twice:
+as it is, and as a cell that repeats along x and y. scripts/factors.sh says where View3D and cities come from.
 """
 
 import argparse
@@ -106,17 +106,22 @@ def arguments(binary, stl, out, *more, rays=RAYS):
     return [binary, "factors", stl, "--sparse", "--rays", str(rays), "--set", "import.sides=1", "--out", out, "--quiet", *more]
 
 
-def measured(binary, side, folder):
+def read_stl(path):
+    """The triangles of a binary STL."""
+    records = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+    return np.frombuffer(path.read_bytes(), dtype=records, offset=84)["corners"]
+
+
+def measured(binary, stl, out, name, *more):
     """A row of the table of cities, and the matrix."""
-    stl, out = folder / f"city{side}.stl", folder / f"out{side}"
-    triangles = city(side)
-    write_stl(stl, triangles)
-    wall, processor, waited, memory = timed(arguments(binary, stl, out, "--export", "npz", "--force"))
+    wall, processor, waited, memory = timed(arguments(binary, stl, out, "--export", "npz", "--force", *more))
     summary = json.loads((out / "factors.json").read_text())
     matrix = sparse.load_npz(out / "factors.npz")
     off = np.abs(matrix.sum(axis=1) - 1.0).max()
     row = {
-        "facets": len(triangles),
+        "name": name,
+        "facets": matrix.shape[0],
+        "escape": summary["escape"],
         "walks": summary["walks"],
         "wall": wall,
         "processor": processor,
@@ -127,14 +132,17 @@ def measured(binary, side, folder):
         "off": off,
         "size": (out / "factors.npz").stat().st_size / 1e6,
     }
-    return row, triangles, matrix
+    # What smoothing takes and the files that it makes, of the counted rows.
+    _, processor, _, memory = timed(arguments(binary, stl, out, "--export", "npz", "--resume", "--smooth", *more))
+    return row | {"smooth processor": processor, "smooth memory": memory}, matrix
 
 
-def smoothed(binary, side, folder):
-    """What smoothing takes and the files that it makes, of rows that were counted before: seconds of the processor, memory [MB]."""
-    stl, out = folder / f"city{side}.stl", folder / f"out{side}"
-    _, processor, _, memory = timed(arguments(binary, stl, out, "--export", "npz", "--resume", "--smooth"))
-    return {"smooth processor": processor, "smooth memory": memory}
+def fetched(binary, stl, folder):
+    """Two rows of the table: a city as it is, and a cell of copies of it."""
+    triangles = read_stl(stl).reshape(-1, 3)
+    steps = ",".join(str(float(step)) for step in (triangles.max(axis=0) - triangles.min(axis=0))[:2])
+    for name, more in ((stl.name, []), (f"{stl.name}, repeated", ["--periodic", steps])):
+        yield measured(binary, stl, folder / f"out-{len(more)}", name, *more)[0]
 
 
 def by_area(areas, squares):
@@ -211,16 +219,16 @@ def page(version, rows, peer, other, kills, processor):
         "",
         "<!-- Written by scripts/factors.py; do not edit. -->",
         "",
-        f"`scripts/factors.sh RADWALK KEPT`, {version}, {processor}. A made city: blocks of 30 m with a building of 15 m × 15 m and 6 m to 60 m on each, 88",
-        f"triangles a block, each a surface of one side. {RAYS:,} walks a row, form factors, two threads. While other programs run the threads wait for a core: the clock shows about half of the sum of",
+        f"`scripts/factors.sh RADWALK KEPT`, {version}, {processor}. Made cities: blocks of 30 m with a building of 15 m × 15 m and 6 m to 60 m on each, 88",
+        f"triangles a block, each a surface of one side. Fetched ones have the names of their files; *repeated* is a cell of copies without end (`--periodic`). {RAYS:,} walks a row, form factors, two threads. While other programs run the threads wait for a core: the clock shows about half of the sum of",
         "processor and waiting.",
         "",
-        "| facets | walks | clock [s] | processor [s] | waited for a core [s] | walks per processor second | memory [MB] | factors that are not 0 | a row | error of a row | rows off 1 by | `factors.npz` [MB] | `--smooth` [s] | its memory [MB] |",
-        "|" + "---:|" * 14,
+        "| city | facets | walks | clock [s] | processor [s] | waited for a core [s] | walks per processor second | memory [MB] | factors that are not 0 | a row | error of a row | leaves for the sky | rows off 1 by | `factors.npz` [MB] | `--smooth` [s] | its memory [MB] |",
+        "|---|" + "---:|" * 15,
     ]
     for row in rows:
         lines.append(
-            "| {facets:,} | {walks:,} | {wall:.0f} | {processor:.1f} | {waited:.0f} | {rate:.2g} million | {memory:.0f} | {entries:,} | {each:.0f} | {error:.2e} | {off:.0e} | {size:.0f} | {smooth processor:.1f} | {smooth memory:.0f} |".format(
+            "| {name} | {facets:,} | {walks:,} | {wall:.0f} | {processor:.1f} | {waited:.0f} | {rate:.2g} million | {memory:.0f} | {entries:,} | {each:.0f} | {error:.2e} | {escape:.1%} | {off:.0e} | {size:.0f} | {smooth processor:.1f} | {smooth memory:.0f} |".format(
                 **row, rate=row["walks"] / row["processor"] / 1e6, each=row["entries"] / row["facets"]
             )
         )
@@ -262,6 +270,7 @@ def main():
     parser.add_argument("radwalk")
     parser.add_argument("--view3d")
     parser.add_argument("--blocks", default="4,16,34")
+    parser.add_argument("--stl", type=Path, action="append", default=[])
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
@@ -269,15 +278,20 @@ def main():
         folder.mkdir(parents=True, exist_ok=True)
         rows, peer, other = [], None, None
         for side in map(int, given.blocks.split(",")):
-            row, triangles, matrix = measured(given.radwalk, side, folder)
-            rows.append(row | smoothed(given.radwalk, side, folder))
-            print(rows[-1], flush=True)
+            stl, triangles = folder / f"city{side}.stl", city(side)
+            write_stl(stl, triangles)
+            row, matrix = measured(given.radwalk, stl, folder / f"out{side}", f"{side} × {side} blocks")
+            rows.append(row)
+            print(row, flush=True)
             # View3D writes a log where it runs.
             if given.view3d and len(triangles) <= 2000:
                 peer, areas, exact = view3d_row(Path(given.view3d).resolve(), triangles, matrix, folder)
                 peer["ours"] = row["processor"]
                 other = pyviewfactor_row(given.radwalk, side, triangles, areas, exact, folder)
                 print(peer, other, flush=True)
+        for stl in given.stl:
+            rows += fetched(given.radwalk, stl, folder)
+            print(*rows[-2:], sep="\n", flush=True)
         kills = killed(given.radwalk, int(given.blocks.split(",")[0]), folder, 20)
         version = subprocess.run([given.radwalk, "--version"], capture_output=True, text=True, check=True).stdout.split("\n")[0]
         models = [line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")]

@@ -22,4 +22,4 @@ fuzz() {
 }
 
 fuzz cluster 64 decoder handshake coordinator
-fuzz import 1024 obj gltf stl ply mgf mitsuba
+fuzz import 1024 obj gltf stl ply mgf mitsuba vs3 vtk

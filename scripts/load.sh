@@ -9,7 +9,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-cargo build --release --locked --quiet -p cluster --example load
+cargo build --release --locked --quiet -p radwalk-cluster --example load
 target=$(cargo metadata --no-deps --format-version 1 --locked | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
 load="$target/release/examples/load"
 scratch=$(mktemp -d)

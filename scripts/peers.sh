@@ -21,7 +21,7 @@ trap 'rm -rf "$scratch"' EXIT
 python3 -m venv "$scratch/venv"
 "$scratch/venv/bin/pip" install --quiet --disable-pip-version-check --only-binary :all: 'mitsuba>=3.5,<4' numpy
 cargo build --quiet --release --locked --bin radwalk
-cargo run --quiet --release --locked -p lab -- write interior 57000 > "$scratch/interior.toml"
+cargo run --quiet --release --locked -p radwalk-lab -- write interior 57000 > "$scratch/interior.toml"
 radwalk="$(cargo metadata --no-deps --format-version 1 --locked | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')/release/radwalk"
 "$scratch/venv/bin/python" scripts/peers/peers.py "$radwalk" "$scratch" "${1:-20}" \
     configs/scenes/cube54.toml configs/scenes/cornell.toml "$scratch/interior.toml"

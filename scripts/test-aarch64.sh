@@ -25,4 +25,4 @@ export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc
 export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER=qemu-aarch64
 # Static: with shared libraries qemu 7.2 was seen to spin for ever in the test harness.
 export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUSTFLAGS="-C target-feature=+crt-static"
-cargo test --locked -p radiosity --target "$target" --target-dir target/aarch64 --test suite -- same_bits::every_machine
+cargo test --locked -p radwalk-radiosity --target "$target" --target-dir target/aarch64 --test suite -- same_bits::every_machine

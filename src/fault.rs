@@ -131,7 +131,7 @@ pub(crate) enum Fault {
     Table { path: PathBuf, source: std::io::Error },
     /// A command of the laboratory.
     #[error(
-        "`radwalk {command}` is a command of the laboratory now (it studies methods, not your scene); use `radwalk-lab {command}`: cargo run --release -p lab -- {command}"
+        "`radwalk {command}` is a command of the laboratory now (it studies methods, not your scene); use `radwalk-lab {command}`: cargo run --release -p radwalk-lab -- {command}"
     )]
     Moved { command: &'static str },
     /// Two jobs to compare in have the same name.

@@ -7,7 +7,7 @@ use job::OutputFile;
 use results::factors::{MatrixFile, SparseFile};
 
 use super::values::{
-    NamedLamp, count, factor, illuminance, lamp, output_file, part, rays, reflectance, row_walks,
+    NamedLamp, count, factor, illuminance, lamp, output_file, part, periods, rays, reflectance, row_walks,
     sky_patches, threads, tolerance, workers,
 };
 use crate::team::Team;
@@ -369,6 +369,9 @@ pub(crate) struct FactorsArgs {
     /// Divide `escape` by patches of the sky: 145 (Tregenza), 577 or 2305 (Reinhart)
     #[arg(long, value_name = "N", value_parser = sky_patches, requires = "sparse")]
     pub sky_patches: Option<u32>,
+    /// Repeat the scene without end at these steps along x and y [m], e.g. 30,30; 0 along an axis where it does not repeat
+    #[arg(long, value_name = "X,Y", value_parser = periods, requires = "sparse")]
+    pub periodic: Option<[f64; 2]>,
     /// Count this part of the rows, e.g. 1/4 on the first of four machines
     #[arg(long, value_name = "K/N", value_parser = part, requires = "sparse")]
     pub part: Option<[u32; 2]>,
@@ -478,6 +481,8 @@ pub(crate) enum MatrixWord {
     View3d,
     /// vfsparse.inp and svf.inp of uDALES (--sparse)
     Udales,
+    /// vf.nc.inp and svf.inp of uDALES, every pair in NetCDF (--sparse)
+    UdalesNetcdf,
     /// factors.idf: ZoneProperty:UserViewFactors:BySurfaceName of EnergyPlus (--sparse)
     Energyplus,
     /// F and globalFaceFaces of OpenFOAM (--sparse)
@@ -503,6 +508,7 @@ impl From<MatrixWord> for SparseFile {
             MatrixWord::Parquet => SparseFile::Parquet,
             MatrixWord::View3d => SparseFile::View3d,
             MatrixWord::Udales => SparseFile::Udales,
+            MatrixWord::UdalesNetcdf => SparseFile::UdalesNetcdf,
             MatrixWord::Energyplus => SparseFile::EnergyPlus,
             MatrixWord::Openfoam => SparseFile::OpenFoam,
         }

@@ -98,6 +98,16 @@ pub(super) fn sky_patches(typed: &str) -> Result<u32, String> {
     })
 }
 
+/// The steps at which a scene repeats along x and y [m].
+pub(super) fn periods(typed: &str) -> Result<[f64; 2], String> {
+    let numbers =
+        typed.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
+    let fits = |periods: &[f64; 2]| periods.iter().all(|period| *period >= 0.0 && period.is_finite());
+    numbers.filter(fits).ok_or_else(|| {
+        format!("{typed:?} are no two lengths; write 30,20 for steps of 30 m along x and 20 m along y, 0 for no step")
+    })
+}
+
 /// A number of walks of a row.
 pub(super) fn row_walks(typed: &str) -> Result<u32, String> {
     let rays = u32::try_from(count(typed)?).ok().filter(|&rays| rays > 0);

@@ -90,6 +90,7 @@ fn sparse(args: &FactorsArgs) -> Option<SparseAsked> {
         },
         least: args.drop.unwrap_or(0.0),
         sky: args.sky_patches,
+        periods: args.periodic,
         part: args.part.unwrap_or([1, 1]),
     })
 }

@@ -222,10 +222,16 @@ fn builds_without_git_are_told_apart() {
 
     let folder = tempdir().unwrap();
     let build = path(&folder, "build");
+    let stamp = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/stamp/src/lib.rs");
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/build.rs");
-    let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".into());
-    let built = Command::new(rustc).args(["--edition", "2024", script, "-o"]).arg(&build).status().unwrap();
-    assert!(built.success());
+    for (words, source) in [
+        (["--crate-type", "lib", "--crate-name", "stamp"].as_slice(), stamp),
+        (&["--extern", "stamp", "-o", "build"], script),
+    ] {
+        let mut rustc = Command::new(std::env::var("RUSTC").unwrap_or_else(|_| "rustc".into()));
+        rustc.args(["--edition", "2024", source, "-L", "."]).args(words).current_dir(folder.path());
+        assert!(rustc.status().unwrap().success());
+    }
     let archive = path(&folder, "archive");
     fs::create_dir_all(archive.join("src")).unwrap();
     let name = |source: &str| {

@@ -34,6 +34,7 @@ mod jacobi;
 mod jacobi_iterations;
 mod jacobi_run;
 mod lamp;
+mod lamp_tutorial;
 mod linear;
 mod normals;
 mod operators;

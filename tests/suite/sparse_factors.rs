@@ -88,11 +88,31 @@ fn rows_are_those_of_the_dense_table() {
     }
 }
 
+/// A floor and a wall that repeat along y, beside a floor that does not: what the wall's neighbours take does not escape. Rows of other steps
+/// are no rows to go on from, and steps shorter than the scene are refused.
+#[test]
+fn a_scene_repeats() {
+    let folder = folder(2);
+    let escaped = |out: &str| summary(&path(&folder, out))["escape"].as_f64().unwrap();
+    assert_eq!(count(&folder, "one", "--rays 4096").0, 0);
+    assert_eq!(count(&folder, "endless", "--rays 4096 --periodic 0,1").0, 0);
+    assert!(escaped("endless") < escaped("one") - 0.05, "{} {}", escaped("endless"), escaped("one"));
+    let (entries, size) = matrix(&path(&folder, "endless"));
+    assert!(sums(&entries, size[0]).iter().all(|sum| *sum == 1.0));
+    assert_eq!(summary(&path(&folder, "endless"))["periods"], serde_json::json!([0.0, 1.0]));
+    let (code, stderr) = count(&folder, "endless", "--rays 4096 --periodic 0,2 --resume");
+    assert!(code == 2 && stderr.contains("other surfaces"), "{stderr}");
+    let (code, stderr) = count(&folder, "short", "--rays 64 --periodic 0,0.25");
+    assert!(code == 2 && stderr.contains("long in y"), "{stderr}");
+    let (code, stderr) = count(&folder, "wrong", "--rays 64 --periodic 3");
+    assert!(code == 2 && stderr.contains("write 30,20"), "{stderr}");
+}
+
 /// The same bytes of all files by one thread and by five, in three parts that are joined, and after twenty kills at any moment.
 #[test]
 fn the_rows_are_a_function_of_the_job() {
     let folder = folder(40);
-    let job = "--rays 3000 --reflections --smooth --export mtx,npz,parquet,view3d,udales,energyplus,openfoam";
+    let job = "--rays 3000 --reflections --smooth --export mtx,npz,parquet,view3d,udales,udales-netcdf,energyplus,openfoam";
     assert_eq!(count(&folder, "one", &format!("{job} --workers 1")).0, 0);
     assert_eq!(count(&folder, "five", &format!("{job} --workers 5")).0, 0);
     for part in 1..=3 {
@@ -121,7 +141,8 @@ fn the_rows_are_a_function_of_the_job() {
         }
     }
     assert!(start(resume).wait().unwrap().success());
-    let files = ["factors.rows", "factors.mtx", "factors.npz", "factors.vf", "vfsparse.inp", "svf.inp"];
+    let files =
+        ["factors.rows", "factors.mtx", "factors.npz", "factors.vf", "vfsparse.inp", "vf.nc.inp", "svf.inp"];
     let others = ["factors.idf", "F", "globalFaceFaces", "groups.csv", "smoothed.npz", "factors.parquet"];
     for file in files.iter().chain(&others) {
         let read = |out: &str| fs::read(path(&folder, out).join(file)).unwrap();

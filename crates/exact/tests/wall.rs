@@ -2,7 +2,7 @@
 //! nothing with the tracer: own geometry, own random numbers.
 //!
 //! 10⁸ rays in the everyday suite; as many as `RADWALK_RAYS` says otherwise:
-//! `RADWALK_RAYS=10000000000 cargo test --release -p exact --test suite wall:: -- --nocapture`.
+//! `RADWALK_RAYS=10000000000 cargo test --release -p radwalk-exact --test suite wall:: -- --nocapture`.
 
 use std::thread;
 

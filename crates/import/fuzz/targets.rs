@@ -57,3 +57,7 @@ pub fn mitsuba(content: &[u8]) {
 pub fn vs3(content: &[u8]) {
     mesh(content, Format::View3d);
 }
+
+pub fn vtk(content: &[u8]) {
+    mesh(content, Format::Vtk);
+}

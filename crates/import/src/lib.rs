@@ -1,4 +1,4 @@
-//! Scenes from mesh files: OBJ with MTL, glTF 2.0 and GLB, STL, PLY, MGF, Mitsuba's XML.
+//! Scenes from mesh files: OBJ with MTL, glTF 2.0 and GLB, STL, PLY, MGF, Mitsuba's XML, View3D, VTK.
 //!
 //! [`read`] makes a [`Mesh`] of any of them, and [`from_arrays`] of arrays in memory; [`Mesh::into_scene`] turns it into the surfaces of a
 //! [`radiosity::SceneSpec`] as [`Options`] ask for. This crate opens no files: the caller passes content in, and
@@ -33,6 +33,7 @@ mod tally;
 mod text;
 mod texture;
 mod vs3;
+mod vtk;
 
 use std::path::Path;
 
@@ -64,6 +65,8 @@ pub enum Format {
     Mitsuba,
     /// The vertices and surfaces of View3D.
     View3d,
+    /// The formats of VTK: unstructured grids and polygons.
+    Vtk,
 }
 
 impl Format {
@@ -77,6 +80,7 @@ impl Format {
             "mgf" => Some(Format::Mgf),
             "xml" => Some(Format::Mitsuba),
             "vs3" => Some(Format::View3d),
+            "vtk" | "vtp" | "vtu" => Some(Format::Vtk),
             _ => None,
         }
     }
@@ -103,6 +107,7 @@ pub fn read(
         Format::Mgf => mgf::read(path, content, curve_error, files),
         Format::Mitsuba => mitsuba::read(path, content, files),
         Format::View3d => vs3::read(path, content),
+        Format::Vtk => vtk::read(path, content),
     }?;
     if matches!(format, Format::Obj | Format::Ply | Format::Stl) {
         mesh.unit = scale::said_unit(content);

@@ -81,6 +81,38 @@ fn view3d_has_surfaces_with_emissivities() {
     assert!(mesh.materials.iter().all(|material| material.sides == Some(radiosity::Sides::Front)));
 }
 
+/// Grids and polygons as VTK 9.7 and meshio 5.3 write them, in every encoding: a pentagon of the facet 12, a square of facet 3, a line, and
+/// a rectangle of facet 7 as two triangles or as a strip. Coordinates that were written as text or as f32 are those of the mesh.
+#[test]
+fn vtk_of_all_encodings_says_the_same() {
+    let facets = [(3, 2), (7, 2), (12, 3)];
+    let mut points = None;
+    for file in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/vtk")).unwrap() {
+        let path = file.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap();
+        let mesh = read(name, &std::fs::read(&path).unwrap()).unwrap();
+        let mut found = std::collections::BTreeMap::new();
+        mesh.triangles.iter().for_each(|face| *found.entry(face.face).or_insert(0) += 1);
+        assert_eq!(found.into_iter().collect::<Vec<_>>(), facets, "{name}");
+        assert_eq!(&mesh.positions, points.get_or_insert(mesh.positions.clone()), "{name}");
+        assert!(mesh.triangles.is_sorted_by_key(|face| face.face), "{name}");
+        let scene = mesh.into_scene(&path, Format::Vtk, &Options::default()).unwrap();
+        assert!((area(&scene) - (2.5 + 2.0 + 6.0)).abs() < 1e-12, "{name}");
+        assert!(scene.notes.iter().any(|note| note.contains("Facet_ID")), "{name}: {:?}", scene.notes);
+        assert!(scene.notes.iter().any(|note| note.contains("points or lines, left out: 1")), "{name}");
+        // The square faces up and the rectangle away from y, however the file lists their corners.
+        for surface in &scene.spec.surfaces {
+            let (_, u, v) = surface.shape.edges();
+            let facet = surface.name.as_deref().unwrap().split(':').next_back().unwrap();
+            let up = u.cross(v).normalize();
+            assert!(
+                (up - if facet == "7" { DVec3::NEG_Y } else { DVec3::Z }).length() < 1e-12,
+                "{name}: {facet}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_glb_is_its_gltf() {
     let [glb, gltf] = ["gltf/two.glb", "gltf/two.gltf"].map(|path| read("a.glb", &corpus(path)).unwrap());
@@ -594,6 +626,22 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("a.vs3", "V 1 0 0 0\nS 1 1 2 3 0 0 0 0.5 a\n", &["a.vs3:2: ", "no vertex 2"]),
     ("a.vs3", "V 1 0 0 0\nS 1 1 1 1 0 2 0 0.5 a\n", &["a.vs3:2: ", "are not read"]),
     ("a.vs3", "V 1 0 0 0\nS 1 1 1 1 0 0 0 1.5 a\n", &["a.vs3:2: ", "emissivity is 1.5"]),
+    ("a.vtk", "# vtk\n\nASCII\nDATASET STRUCTURED_GRID\n", &["a.vtk:4: ", "STRUCTURED_GRID", "POLYDATA"]),
+    ("a.vtk", "# vtk\n\nASCII\nPOINTS 1 float\n0 0\n", &["a.vtk:6: ", "ends here"]),
+    ("a.vtk", "# vtk\n\nASCII\nPOINTS 1 float\n0 0 x\n", &["a.vtk:5: ", "\"x\" is not"]),
+    ("a.vtk", "# vtk\n\nASCII\nPOLYGONS 1 4\n3 0 1 2\n", &["a.vtk:5: ", "no point 0", "there are 0"]),
+    ("a.vtk", "# vtk\n\nASCII\nPOLYGONS one 4\n", &["a.vtk:4: ", "POLYGONS one 4"]),
+    ("a.vtu", "<VTKFile type=\"ImageData\"/>", &["a.vtu: ", "ImageData", "PolyData"]),
+    (
+        "a.vtu",
+        "<VTKFile type=\"PolyData\" compressor=\"vtkLZ4DataCompressor\"/>",
+        &["a.vtu: ", "LZ4", "zlib"],
+    ),
+    (
+        "a.vtp",
+        "<VTKFile type=\"PolyData\"><Piece>\n<Points><DataArray type=\"Float32\">0 0 nan</DataArray></Points></Piece></VTKFile>",
+        &["a.vtp:2: ", "\"nan\" is not"],
+    ),
     ("a.ply", "ply\nformat ascii 1.0\nelement vertex x\nend_header\n", &["a.ply:3: "]),
     ("a.glb", "{]", &["a.glb:1: ", "not the JSON"]),
     (

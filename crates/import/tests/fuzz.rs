@@ -94,7 +94,7 @@ fn changed(corpus: &[Vec<u8>], number: u64) -> Vec<u8> {
 /// A reader's target by the name of its corpus.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 7] = [
+const TARGETS: [Target; 8] = [
     ("obj", crate::targets::obj),
     ("gltf", crate::targets::gltf),
     ("stl", crate::targets::stl),
@@ -102,6 +102,7 @@ const TARGETS: [Target; 7] = [
     ("mgf", crate::targets::mgf),
     ("mitsuba", crate::targets::mitsuba),
     ("vs3", crate::targets::vs3),
+    ("vtk", crate::targets::vtk),
 ];
 
 #[test]

@@ -179,7 +179,8 @@ pub enum Error {
 }
 
 /// The formats of meshes, for messages.
-pub(crate) const MESH_FORMATS: &str = ".obj, .gltf, .glb, .stl, .ply, .mgf, .xml (Mitsuba) or .vs3 (View3D)";
+pub(crate) const MESH_FORMATS: &str =
+    ".obj, .gltf, .glb, .stl, .ply, .mgf, .xml (Mitsuba), .vs3 (View3D), .vtu, .vtp or .vtk";
 
 impl Error {
     pub(crate) fn of_mesh(error: import::Error) -> Self {

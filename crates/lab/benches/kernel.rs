@@ -1,4 +1,4 @@
-//! The kernel's parts and whole walks: `cargo bench -p lab`, or `cargo bench -p lab -- walk` for a part.
+//! The kernel's parts and whole walks: `cargo bench -p radwalk-lab`, or `cargo bench -p radwalk-lab -- walk` for a part.
 //!
 //! One thread, one core. Items are draws, directions, rays and scores: read the rates (median column). Absolute
 //! figures drift with the machine; compare what was measured in one run.

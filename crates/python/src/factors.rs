@@ -23,6 +23,7 @@ pub(crate) struct FactorRequest {
     groups: Option<String>,
     tolerance: Option<f64>,
     smooth: bool,
+    periods: Option<[f64; 2]>,
 }
 
 /// Counts the rows of a job's scene on threads, and writes what `radwalk factors --sparse --export npz` does into a folder, which must
@@ -39,7 +40,8 @@ pub(crate) fn factors(
     watch: Option<Py<PyAny>>,
 ) -> PyResult<Vec<String>> {
     let walks = RowWalks::Each(wanted.rays);
-    let sparse = SparseAsked { walks, least: wanted.drop, sky: wanted.sky, part: [1, 1] };
+    let sparse =
+        SparseAsked { walks, least: wanted.drop, sky: wanted.sky, periods: wanted.periods, part: [1, 1] };
     let asked = Asked {
         groups: wanted.groups.as_deref(),
         reflections: wanted.reflections,

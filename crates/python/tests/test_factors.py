@@ -23,6 +23,17 @@ def test_the_matrix_is_that_of_the_program(tmp_path, binary):
         assert np.allclose(arrays["count"] / 2000, arrays["data"], rtol=0, atol=2.0**-51)
 
 
+def test_netcdf_is_read_as_udales_reads_it(tmp_path, binary):
+    io = pytest.importorskip("scipy.io")
+    words = ("--sparse", "--rays", 500, "--quiet", "--export", "npz,udales-netcdf")
+    binary("factors", CONFIGS / "cube54.toml", *words, "--out", tmp_path / "out")
+    factors = sparse.load_npz(tmp_path / "out" / "factors.npz").toarray()[:, :54].astype(np.float32)
+    with io.netcdf_file(tmp_path / "out" / "vf.nc.inp", mmap=False) as file:
+        # Fortran counts the last dimension first: its vf(i, j) is that of C at [j][i].
+        assert file.variables["view factor"].dimensions == ("columns", "rows")
+        assert (file.variables["view factor"][:].T == factors).all()
+
+
 def test_rows_add_up_and_are_reciprocal():
     factors, low, high = radwalk.factors((VERTICES, FACES), rays=4096, intervals=True, threads=2, progress=False)
     assert np.abs(factors.sum(axis=1) - 1.0).max() == 0.0

@@ -109,6 +109,8 @@ pub struct SparseSummary {
     pub escape: f64,
     /// The part that left for the sky, where that is told apart.
     pub sky: f64,
+    /// The steps at which the scene repeats along x and y [m]; `null` where there is one copy of it.
+    pub periods: Option<[f64; 2]>,
     /// What a threshold dropped; `null` without one.
     pub dropped: Option<DroppedSummary>,
     /// Rows that had all their walks and are not known as well as was asked; `null` where nothing was.

@@ -1,7 +1,7 @@
 //! Writes `configs/weather/made.epw`: two days of each month, a clear one and a dull one, at a place that is made up.
 //!
 //! ```sh
-//! cargo run -p sky --example made_weather > configs/weather/made.epw
+//! cargo run -p radwalk-sky --example made_weather > configs/weather/made.epw
 //! ```
 
 use sky::{Site, SunPosition};

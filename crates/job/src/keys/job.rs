@@ -13,7 +13,7 @@ use crate::vocabulary::{
 /// The keys of a job file.
 pub(crate) const JOB: [Key; 14] = [
     Key::new("name", text, "Names the output folder. Default: the file's name."),
-    Key::new("scene", || json!({"anyOf": [text(), table(&SCENE_TABLE)]}), "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply, .mgf, .xml or .vs3. Or a table of the file and how it is cut.").required(),
+    Key::new("scene", || json!({"anyOf": [text(), table(&SCENE_TABLE)]}), "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply, .mgf, .xml, .vs3, .vtu, .vtp or .vtk. Or a table of the file and how it is cut.").required(),
     Key::new("seed", || integer(0, i64::MAX as u64), "The seed of all random numbers. Default: 0."),
     Key::new("confidence", || json!({"type": "number", "minimum": 0.5, "exclusiveMaximum": 1}), "The level of every interval. Default: 0.95."),
     Key::new("simultaneous", boolean, "Whether all intervals hold together. Default: false."),

@@ -241,7 +241,7 @@ fn the_books_of_a_long_run_stay_small() {
     soak(200_000);
 }
 
-/// `cargo test --release -p protocol -- --ignored --nocapture hundred_million`
+/// `cargo test --release -p radwalk-protocol -- --ignored --nocapture hundred_million`
 #[test]
 #[ignore = "ten minutes"]
 #[expect(clippy::disallowed_methods, reason = "it says how long it took")]

@@ -139,6 +139,7 @@ def factors(
     rays: int = ...,
     sides: int = ...,
     sky: int | None = ...,
+    periodic: tuple[float, float] | None = ...,
     reflections: bool = ...,
     reflectance: ArrayLike = ...,
     drop: float = ...,

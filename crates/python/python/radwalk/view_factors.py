@@ -22,6 +22,7 @@ def factors(
     rays=10_000,
     sides=1,
     sky=None,
+    periodic=None,
     reflections=False,
     reflectance=0.0,
     drop=0.0,
@@ -39,6 +40,7 @@ def factors(
     :param mesh: a ``trimesh`` or ``meshio`` mesh, a pair ``(vertices, faces)``, a :class:`Scene`, or the path of a mesh, a scene or a job.
     :param sides: of meshes and pairs: 1 where only fronts count (counter-clockwise), 2 where both sides of a face have a row each.
     :param sky: 145, 577 or 2305: what leaves upwards is told apart by so many patches of the sky (+z is up, +y is north).
+    :param periodic: the steps ``(x, y)`` [m] at which the mesh repeats without end, 0 where it does not.
     :param reflections: count where walks are absorbed after reflections (Gebhart's factors); ``reflectance`` is that of meshes and pairs,
         a number or one for each face.
     :param drop: factors below this are left out; a last column holds their sum.
@@ -66,6 +68,7 @@ def factors(
         groups=None if groups is None else os.fspath(groups),
         tolerance=tolerance,
         smooth=bool(smooth),
+        periods=None if periodic is None else [float(step) for step in periodic],
     )
     shown = show(progress)
     began = time.monotonic()

@@ -6,6 +6,7 @@ mod groups;
 pub(crate) mod lamps;
 mod lit_parts;
 pub(crate) mod panes;
+pub(crate) mod repeat;
 pub(crate) mod retracing;
 pub(crate) mod scatter;
 pub(crate) mod sealed;
@@ -93,6 +94,8 @@ pub(crate) struct Parts {
     emitters: Births,
     pub(crate) lamps: PointLamps,
     pub(crate) panes: Panes,
+    /// How the scene repeats; `None` where there is one copy of it.
+    pub(crate) repeat: Option<repeat::Repeat>,
     /// Points of patches that are groups of cells, made when a walk first asks for them; `None` where every cell is a patch.
     scatter: OnceLock<Option<Scatter>>,
     max_reflectance: Spectrum,
@@ -222,6 +225,7 @@ impl Scene {
             emitters,
             lamps,
             panes,
+            repeat: None,
             max_reflectance: Spectrum::rgb(std::array::from_fn(most)),
             origin,
             stacks,

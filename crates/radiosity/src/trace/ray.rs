@@ -97,6 +97,12 @@ impl Hits {
     /// The surface of no hit.
     pub(crate) const NONE: u32 = u32::MAX;
 
+    /// Takes over what ray `j` of another batch has met, as that of ray `i`.
+    pub(crate) fn take(&mut self, i: usize, other: &Hits, j: usize) {
+        (self.t[i], self.surface[i], self.facing[i]) = (other.t[j], other.surface[j], other.facing[j]);
+        self.uv.iter_mut().zip(&other.uv).for_each(|(row, other)| row[i] = other[j]);
+    }
+
     #[inline(always)]
     pub(crate) fn get(&self, i: usize) -> Option<Hit> {
         (self.surface[i] != Self::NONE).then(|| Hit {

@@ -10,6 +10,7 @@ use crate::random::rng::{Generators, Numbers, Sequence};
 use crate::scene::Scene;
 use crate::scene::births::{BirthPoint, Born, Nursery};
 use crate::scene::panes::thin;
+use crate::scene::repeat::Copies;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::Isa;
 use crate::tally::Counts;
@@ -140,6 +141,7 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
         let (mut rays, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
         let mut scratch = Box::<Scratch>::default();
         let (mut arrivals, mut draws) = (Arrivals::default(), [[0; WIDTH]; 3]);
+        let mut copies = self.scene.parts.repeat.map(Copies::new);
         while self.len < WIDTH && self.begin(self.len, newborns) {
             self.len += 1;
         }
@@ -152,6 +154,9 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
             B::leave(self.scene, &mut rays);
             self.counts.rays += self.len as u64;
             parts.index.closest_hits(&parts.facets, &rays, &mut scratch, &mut hits);
+            if let Some(copies) = &mut copies {
+                copies.meet(self.scene, (&rays, self.len), &mut scratch, &mut hits);
+            }
             let met = &hits.surface[..self.len];
             parts.landings.expect(met);
             parts.frames.expect(met);

@@ -8,6 +8,7 @@ mod csr;
 mod glb;
 pub(crate) mod matrix_market;
 mod matrix_rows;
+mod netcdf;
 pub(crate) mod npz;
 mod parquet;
 mod table;
@@ -18,6 +19,7 @@ pub use csr::{CsrKind, CsrNumbers, write_csr};
 pub use glb::write_glb;
 pub use matrix_market::write as write_mtx;
 pub use matrix_rows::{MatrixRow, MatrixRows};
+pub use netcdf::write_udales_netcdf;
 pub use parquet::{FactorEntry, write_factors_parquet, write_parquet};
 pub use table::{Column, ColumnCells, columns, corners, read_table};
 pub use view_factors::{

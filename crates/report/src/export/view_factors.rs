@@ -9,7 +9,7 @@ use std::io::{self, Write};
 use super::matrix_rows::{MatrixRow, MatrixRows};
 
 /// A row's entries in the columns that are rows, too.
-fn square<'a>(matrix: &dyn MatrixRows, row: &MatrixRow<'a>) -> &'a [(u32, f64)] {
+pub(super) fn square<'a>(matrix: &dyn MatrixRows, row: &MatrixRow<'a>) -> &'a [(u32, f64)] {
     let rows = matrix.rows() as u32;
     &row.entries[..row.entries.partition_point(|&(column, _)| column < rows)]
 }

@@ -108,8 +108,13 @@ pub enum FactorsFault {
         /// The path of the file.
         path: PathBuf,
     },
+    /// The scene cannot repeat at these steps.
+    #[error(transparent)]
+    Copies(radiosity::SceneError),
     /// Programs that read sparse factors are given these.
-    #[error("view3d, udales, energyplus and openfoam are files of sparse factors; give --sparse, too")]
+    #[error(
+        "view3d, udales, udales-netcdf, energyplus and openfoam are files of sparse factors; give --sparse, too"
+    )]
     SparseExports,
     /// Merged factors have no files to choose.
     #[error(

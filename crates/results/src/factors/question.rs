@@ -101,6 +101,9 @@ impl FactorsQuestion {
             job.scene = job.scene.for_exchange(0, |surface| reflectances[surface]);
             scene = job.build_scene()?;
         }
+        if let Some(periods) = asked.sparse.and_then(|sparse| sparse.periods) {
+            scene = scene.repeated(periods).map_err(FactorsFault::Copies)?;
+        }
         let factors = groups.count() as f64 * (groups.count() + 2) as f64;
         let level = match job.simultaneous {
             true => (1.0 - (1.0 - job.confidence) / factors).min(1.0_f64.next_down()),

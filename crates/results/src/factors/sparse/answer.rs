@@ -33,6 +33,8 @@ pub enum SparseFile {
     View3d,
     /// `vfsparse.inp` and `svf.inp`: uDALES.
     Udales,
+    /// `vf.nc.inp` and `svf.inp`: uDALES, every pair in NetCDF.
+    UdalesNetcdf,
     /// `factors.idf`: EnergyPlus.
     EnergyPlus,
     /// `F` and `globalFaceFaces`: OpenFOAM.
@@ -41,12 +43,13 @@ pub enum SparseFile {
 
 impl SparseFile {
     /// All of them.
-    pub const ALL: [SparseFile; 7] = [
+    pub const ALL: [SparseFile; 8] = [
         SparseFile::Mtx,
         SparseFile::Npz,
         SparseFile::Parquet,
         SparseFile::View3d,
         SparseFile::Udales,
+        SparseFile::UdalesNetcdf,
         SparseFile::EnergyPlus,
         SparseFile::OpenFoam,
     ];
@@ -59,6 +62,7 @@ impl SparseFile {
             SparseFile::Parquet => &["factors.parquet"],
             SparseFile::View3d => &["factors.vf"],
             SparseFile::Udales => &["vfsparse.inp", "svf.inp"],
+            SparseFile::UdalesNetcdf => &["vf.nc.inp", "svf.inp"],
             SparseFile::EnergyPlus => &["factors.idf"],
             SparseFile::OpenFoam => &["F", "globalFaceFaces"],
         }
@@ -97,6 +101,7 @@ pub struct SparseAnswer {
     counted: SparseCounted,
     file: RowsFile,
     sums: RowTotals,
+    periods: Option<[f64; 2]>,
     smoothed: Option<(SmoothedRows, SmoothingSummary)>,
     thermal: Option<Thermal>,
 }
@@ -130,6 +135,7 @@ impl SparseAnswer {
             counted,
             file,
             sums,
+            periods: asked.periods,
             smoothed,
             thermal,
         })
@@ -191,6 +197,10 @@ impl SparseAnswer {
             }
             SparseFile::Udales => {
                 folder.write(names[0], |file| report::write_udales(file, factors))?;
+                folder.write(names[1], |file| report::write_udales_sky(file, factors))?;
+            }
+            SparseFile::UdalesNetcdf => {
+                folder.write(names[0], |file| report::write_udales_netcdf(file, factors))?;
                 folder.write(names[1], |file| report::write_udales_sky(file, factors))?;
             }
             SparseFile::EnergyPlus => {
@@ -273,6 +283,7 @@ impl SparseAnswer {
             back: part(sums.lost[0]),
             escape: part(sums.lost[1]),
             sky: part(sums.lost[2]),
+            periods: self.periods,
             dropped: (file.least > 0.0).then(|| DroppedSummary {
                 least: file.least,
                 entries: sums.dropped,

@@ -45,6 +45,8 @@ pub struct SparseAsked {
     pub least: f64,
     /// The patches of the sky that rays which leave the scene are told apart by.
     pub sky: Option<u32>,
+    /// The steps at which the scene repeats along x and y [m], 0 along an axis where it does not; `None` where there is one copy of it.
+    pub periods: Option<[f64; 2]>,
     /// Of how many parts of the rows this is which, counted from 1.
     pub part: [u32; 2],
 }

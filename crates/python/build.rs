@@ -1,0 +1,5 @@
+//! Puts the commit into the Python package.
+
+fn main() {
+    stamp::stamp();
+}
