@@ -34,6 +34,19 @@ def test_netcdf_is_read_as_udales_reads_it(tmp_path, binary):
         assert (file.variables["view factor"][:].T == factors).all()
 
 
+def test_streets_repeat():
+    # An endless canyon, 2 m wide and 3 m high, with a roof of 1 m: the ground sees the sky by crossed strings.
+    corners = [(0, 0, 0), (2, 0, 0), (2, 1.5, 0), (0, 1.5, 0), (0, 0, 3), (0, 1.5, 3), (2, 0, 3), (2, 1.5, 3), (3, 0, 3), (3, 1.5, 3)]
+    quads = [(0, 1, 2, 3), (0, 3, 5, 4), (1, 6, 7, 2), (6, 8, 9, 7)]
+    faces = [(q[0], q[i], q[i + 1]) for q in quads for i in (1, 2)]
+    factors = radwalk.factors((np.array(corners, float), np.array(faces)), rays=20_000, periodic=(3.0, 1.5), progress=False).toarray()
+    assert np.abs(factors.sum(axis=1) - 1.0).max() < 1e-15
+    sky = np.sqrt(1.0 + 1.5**2) - 1.5
+    # Both triangles together, within six standard errors.
+    assert abs(factors[:2, 9].mean() - sky) < 6.0 * np.sqrt(sky * (1.0 - sky) / 40_000)
+    assert (factors[6:, 9] == 1.0).all() and factors[:, 8].sum() == 0.0
+
+
 def test_rows_add_up_and_are_reciprocal():
     factors, low, high = radwalk.factors((VERTICES, FACES), rays=4096, intervals=True, threads=2, progress=False)
     assert np.abs(factors.sum(axis=1) - 1.0).max() == 0.0

@@ -106,7 +106,7 @@ impl CellMesh {
     fn corner(&self, point: f64, first: usize) -> Result<u32, UnplacedError> {
         let known = self.points() - first;
         let fits = point.fract() == 0.0 && (0.0..known as f64).contains(&point);
-        fits.then(|| (first as f64 + point) as u32).ok_or_else(|| {
+        fits.then_some((first as f64 + point) as u32).ok_or_else(|| {
             UnplacedError::new(
                 format!("there is no point {point}"),
                 format!("there are {known}, counted from 0"),

@@ -101,9 +101,7 @@ impl FactorsQuestion {
             job.scene = job.scene.for_exchange(0, |surface| reflectances[surface]);
             scene = job.build_scene()?;
         }
-        if let Some(periods) = asked.sparse.and_then(|sparse| sparse.periods) {
-            scene = scene.repeated(periods).map_err(FactorsFault::Copies)?;
-        }
+        let scene = repeated(scene, asked)?;
         let factors = groups.count() as f64 * (groups.count() + 2) as f64;
         let level = match job.simultaneous {
             true => (1.0 - (1.0 - job.confidence) / factors).min(1.0_f64.next_down()),
@@ -164,6 +162,14 @@ impl FactorsQuestion {
             smooth: *smooth,
             enclosure: enclosure.clone(),
         }
+    }
+}
+
+/// The scene, which repeats where that is asked for.
+fn repeated(scene: Scene, asked: &Asked<'_>) -> Result<Scene, FactorsFault> {
+    match asked.sparse.and_then(|sparse| sparse.periods) {
+        Some(periods) => scene.repeated(periods).map_err(FactorsFault::Copies),
+        None => Ok(scene),
     }
 }
 
