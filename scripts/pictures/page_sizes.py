@@ -53,7 +53,10 @@ class Browser:
 
     def answer(self):
         while b"\0" not in self.rest:
-            self.rest += os.read(self.read, 1 << 20)
+            got = os.read(self.read, 1 << 20)
+            if not got:
+                raise SystemExit("Chromium has ended")
+            self.rest += got
         message, self.rest = self.rest.split(b"\0", 1)
         return json.loads(message)
 

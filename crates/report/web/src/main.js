@@ -235,13 +235,18 @@ class Page {
   listWorst() {
     const { result } = this;
     const widths = result.relativeHalfWidth();
-    const total = result.area.reduce((sum, area) => sum + area, 0);
     const hits = result.has('hits') ? result.number('hits') : null;
-    const listed = Array.from(widths.keys()).filter((i) => Number.isFinite(widths[i]) && result.area[i] > TINY * total && (hits === null || hits[i] > 0));
-    listed.sort((a, b) => widths[b] - widths[a] || a - b);
+    const least = TINY * result.area.reduce((sum, area) => sum + area, 0);
+    const [worse, listed] = [(a, b) => widths[b] - widths[a] || a - b, []];
+    for (let i = 0; i < result.size; i += 1) {
+      if (!Number.isFinite(widths[i]) || result.area[i] <= least || (hits !== null && hits[i] <= 0)) continue;
+      if (listed.length === LISTED && worse(listed.at(-1), i) <= 0) continue;
+      listed.push(i);
+      listed.sort(worse).splice(LISTED);
+    }
     const body = element('worst');
     body.replaceChildren();
-    for (const face of listed.slice(0, LISTED)) {
+    for (const face of listed) {
       const row = make('tr');
       const side = result.columns.side ? `, ${result.cell('side', face)}` : '';
       const button = make('button', result.cell('patch', face) + side, { type: 'button' });

@@ -54,8 +54,12 @@ export class View {
   buildFaces() {
     const { result } = this;
     const dark = this.darkFaces();
-    const triangles = Uint8Array.from({ length: result.size }, (_, face) => (result.isTriangle(face) ? 1 : 2));
-    const count = triangles.reduce((sum, some) => sum + some, 0);
+    const triangles = new Uint8Array(result.size);
+    let count = 0;
+    for (let face = 0; face < result.size; face += 1) {
+      triangles[face] = result.isTriangle(face) ? 1 : 2;
+      count += triangles[face];
+    }
     this.faceOf = new Uint32Array(count);
     // The corners of a triangle after its first: 1, 2 or 2, 3.
     this.secondOf = new Uint8Array(count);
@@ -67,7 +71,8 @@ export class View {
         for (let second = 1; second <= triangles[face]; second += 1) {
           this.faceOf[at] = face;
           this.secondOf[at] = second;
-          for (const [corner, which] of [0, second, second + 1].entries()) {
+          for (let corner = 0; corner < 3; corner += 1) {
+            const which = corner === 0 ? 0 : second + corner - 1;
             for (let axis = 0; axis < 3; axis += 1) places[9 * at + 3 * corner + axis] = result.corners[12 * face + 3 * which + axis];
           }
           at += 1;
@@ -150,15 +155,16 @@ export class View {
   /** Faces of sides that nothing lights: the outsides of walls. They are hidden from an eye outside of the scene, so that it looks in. */
   darkFaces() {
     const { result } = this;
-    const count = result.channels.length;
-    const lights = result.channels.map((c) => result.number('radiosity' + c));
-    const emitted = result.channels.map((c) => result.number('emittance' + c));
-    const brightest = Float64Array.from(result.area, (_, face) => {
-      let most = 0;
-      for (let c = 0; c < count; c += 1) most = Math.max(most, lights[c][face] || 0, emitted[c][face] || 0);
-      return most;
-    });
-    const [power, area] = brightest.reduce(([b, a], most, face) => [b + most * result.area[face], a + result.area[face]], [0, 0]);
+    const brightest = new Float64Array(result.size);
+    for (const channel of result.channels) {
+      const [light, emitted] = ['radiosity', 'emittance'].map((name) => result.number(name + channel));
+      for (let face = 0; face < result.size; face += 1) brightest[face] = Math.max(brightest[face], light[face] || 0, emitted[face] || 0);
+    }
+    let [power, area] = [0, 0];
+    for (let face = 0; face < result.size; face += 1) {
+      power += brightest[face] * result.area[face];
+      area += result.area[face];
+    }
     return Array.from(brightest, (most) => most <= (DARK * power) / area);
   }
 
