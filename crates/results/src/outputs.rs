@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use job::{Beside, Forecast, Light, OutputFile, WalkKind, Word};
 use judge::{Control, bounces, checks_of_result, is_discretised, target};
+use parallel::on_all_cores;
 use protocol::{Book, Checkpoint, Contributor, Look, Session, WalkRange};
 use radiosity::{Estimates, Experiment, Precision, Quantity, Readings, Scene, sensitivity::Influences};
 use report::words::{counted, percent, quantity};
@@ -215,8 +216,10 @@ impl RunOutput {
         now("writing the results");
         let mut drafts = self.beside(settings, (&estimates, readings.as_ref()), &summary)?;
         drafts.extend(self.partition(settings, experiment)?);
-        for &file in &files {
-            let draft = self.folder.draft(file.name(), |writer| match (file, &view) {
+        // Each file on a thread of its own: tables, pages and waiting for the disk overlap.
+        let written = on_all_cores(files.len(), |number| {
+            let file = files[number];
+            self.folder.draft(file.name(), |writer| match (file, &view) {
                 (OutputFile::Csv, _) => report::write_patches(writer, &estimates, digits),
                 (OutputFile::Summary, _) => summary.write(writer),
                 (OutputFile::Vtu, _) => report::write_vtu(writer, &estimates),
@@ -237,7 +240,9 @@ impl RunOutput {
                 (OutputFile::Picture | OutputFile::Exr | OutputFile::Glb | OutputFile::Report, _) => {
                     unreachable!("what needs a view has one")
                 }
-            });
+            })
+        });
+        for (file, draft) in files.iter().zip(written) {
             drafts.push((file.name(), draft?));
         }
         Ok((summary, drafts))
@@ -339,7 +344,7 @@ fn summarise(settings: &Settings, estimates: &Estimates, book: &Book, git: &str,
 /// How far the discretised system's answer is from the integral equation's; `None` where too little was walked to tell.
 fn distance(settings: &Settings, estimates: &Estimates) -> Option<DiscretisedSummary> {
     let control = Control::new(estimates, settings.seed)?;
-    let groups = parallel::on_all_cores(Control::GROUPS, |group| control.group(group));
+    let groups = on_all_cores(Control::GROUPS, |group| control.group(group));
     control.distance(estimates, &groups, settings.confidence)
 }
 
