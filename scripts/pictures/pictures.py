@@ -70,7 +70,7 @@ PAGES = """
 ## Pages
 
 `report.html` of scenes made by rule in headless Chromium, with its script, on a machine that others used at the same time. *Open* is from the address to where the
-scene can be turned, once by the clock and once in seconds of all of the browser's processors; memory is that of the process that shows the page. A click in the middle of
+scene can be turned, once by the page's clock and once in seconds of all of the browser's processors; memory is that of the process that shows the page. A click in the middle of
 each told value and interval of a patch.
 
 | patches | size | open | processors | memory |

@@ -109,6 +109,11 @@ export class CompactResult extends Result {
     return areas;
   }
 
+  /** Such a page does not know the surfaces: each face is one. */
+  sides() {
+    return Uint32Array.from({ length: this.size }, (_, face) => face);
+  }
+
   has(name) {
     return this.numbers.has(name + this.channels[0]);
   }

@@ -49,6 +49,11 @@ class Page {
     element('marks').addEventListener('change', () => this.view.showSensors(element('marks').checked));
     for (const id of ['axis', 'part', 'flip']) element(id).addEventListener('input', () => this.cut());
     element('home').addEventListener('click', () => this.view.home());
+    for (const { name, ...view } of this.result.facts.summary.views ?? []) {
+      const button = make('button', name, { type: 'button' });
+      button.addEventListener('click', () => this.view.stand(view));
+      element('views').append(button);
+    }
     for (const [id, across, ahead] of [['step-ahead', 0, 1], ['step-back', 0, -1], ['step-left', -1, 0], ['step-right', 1, 0]]) {
       element(id).addEventListener('click', () => this.view.walk(across, ahead));
     }
@@ -264,7 +269,7 @@ class Page {
   /** Shows what a later page of the same run has, from where one looks now. */
   renew(page, result) {
     this.result = result;
-    this.view.result = result;
+    this.view.renew(result);
     this.choices = quantities(result);
     for (const id of PARTS) {
       const part = element(id);

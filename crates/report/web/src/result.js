@@ -108,6 +108,17 @@ export class Result {
     return this.halfWidths;
   }
 
+  /** By face, a number that the faces on one side of a surface share. */
+  sides() {
+    const { surface, side } = this.columns;
+    const numbers = new Map();
+    return Uint32Array.from({ length: this.size }, (_, face) => {
+      const key = `${side?.[face] ?? ''}:${surface[face]}`;
+      if (!numbers.has(key)) numbers.set(key, numbers.size);
+      return numbers.get(key);
+    });
+  }
+
   /** Whether a face is a triangle: its fourth corner repeats the third. */
   isTriangle(face) {
     const { corners } = this;
