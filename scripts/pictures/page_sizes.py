@@ -2,7 +2,7 @@
 
     page_sizes.py RADWALK RADWALK_LAB FOLDER      writes FOLDER/pages.json, and a screenshot of each page beside it
 
-A page is open when its scene can be turned. Scenes are made by rule; each patch is a face of its own.
+A page is open when its scene can be turned, by the page's own clock, which starts with the navigation. Scenes are made by rule; each patch is a face of its own.
 """
 
 import base64
@@ -21,6 +21,12 @@ FLAGS = [
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--remote-debugging-pipe", "--window-size=1280,900",
 ]
 PATIENCE = 120.0
+# Of the browser, which is busy with itself when it has started [s].
+SETTLING = 3.0
+# Notes when the page is ready.
+WATCHER = """new MutationObserver(() => {
+  if (document.documentElement?.dataset.ready) window.readyAt ??= performance.now();
+}).observe(document, { attributes: true, subtree: true, childList: true });"""
 
 
 class Browser:
@@ -53,7 +59,10 @@ class Browser:
 
     def answer(self):
         while b"\0" not in self.rest:
-            self.rest += os.read(self.read, 1 << 20)
+            got = os.read(self.read, 1 << 20)
+            if not got:
+                raise SystemExit("Chromium has ended")
+            self.rest += got
         message, self.rest = self.rest.split(b"\0", 1)
         return json.loads(message)
 
@@ -93,11 +102,15 @@ def opened(page, screenshot):
     """The figures of a page."""
     with tempfile.TemporaryDirectory() as profile:
         browser = Browser(profile)
+        browser.ask("Page.enable")
+        browser.ask("Page.addScriptToEvaluateOnNewDocument", source=WATCHER)
+        time.sleep(SETTLING)
         before, used = time.monotonic(), browser.processor_seconds()
         browser.ask("Page.navigate", url=page.absolute().as_uri())
         while (ready := browser.value("document.documentElement.dataset.ready")) is None and time.monotonic() - before < PATIENCE:
             time.sleep(0.02)
-        seconds, used = time.monotonic() - before, browser.processor_seconds() - used
+        used = browser.processor_seconds() - used
+        seconds = (browser.value("window.readyAt") or 1000 * PATIENCE) / 1000
         spot = json.loads(browser.value("JSON.stringify(document.getElementById('view').getBoundingClientRect())"))
         at = {"x": spot["x"] + spot["width"] / 2, "y": spot["y"] + spot["height"] / 2, "button": "left", "clickCount": 1}
         for kind in ("mousePressed", "mouseReleased"):

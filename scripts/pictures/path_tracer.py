@@ -15,12 +15,12 @@ TYPES = {"Float64": np.float64, "Int64": np.int64}
 
 
 class PathTracer:
-    """A scene ready to be drawn."""
+    """A scene ready to be drawn: the middle of a camera's picture, of so many pixels."""
 
-    def __init__(self, grid, camera, folder):
+    def __init__(self, grid, camera, window, folder):
         arrays = read_grid(grid)
         shapes, least, most = shapes_of(arrays, folder)
-        self.scene = mi.load_dict({"type": "scene", "sensor": sensor(camera, least, most), **shapes})
+        self.scene = mi.load_dict({"type": "scene", "sensor": sensor(camera, window, least, most), **shapes})
         self.draw(1, 0)
 
     def draw(self, samples, seed, depth=-1):
@@ -106,7 +106,7 @@ def spectrum(values):
     return {"type": "rgb", "value": [float(value) for value in values]}
 
 
-def sensor(camera, least, most):
+def sensor(camera, window, least, most):
     """The camera of a summary. From outside it looks through the nearest wall, as radwalk does through backs of one-sided surfaces."""
     eye, target = np.array(camera["eye"]), np.array(camera["look_at"])
     ahead = (target - eye) / np.linalg.norm(target - eye)
@@ -124,6 +124,10 @@ def sensor(camera, least, most):
             "type": "hdrfilm",
             "width": camera["size"][0],
             "height": camera["size"][1],
+            "crop_width": window[0],
+            "crop_height": window[1],
+            "crop_offset_x": (camera["size"][0] - window[0]) // 2,
+            "crop_offset_y": (camera["size"][1] - window[1]) // 2,
             "pixel_format": "rgb",
             "rfilter": {"type": "box"},
         },

@@ -18,7 +18,7 @@ BLOCK = 5
 SAMPLES_OF_TRIAL = 8
 SAMPLES_AT_ONCE = 16
 DARK = 0.01
-DETAIL = (400, 250)
+WINDOW = (400, 250)
 
 HEAD = """# Pictures against a path tracer
 
@@ -26,7 +26,7 @@ HEAD = """# Pictures against a path tracer
 `picture`: the same surfaces, materials and camera. Rooms from archives are fetched by whoever measures, and none is part of this project.
 
 Relative squared errors are of means over 5 × 5 pixels, of those without a lamp or a black surface in them: products of the differences from two independent halves of
-the reference, whose noise so adds nothing on average. Each is divided by the square of the denoised reference, or of 1 % of the mean where that is less; a divisor with noise
+the reference, whose noise so adds nothing on average. They are those of the {window[0]} × {window[1]} pixels in the middle of a picture of 800 × 500, all else of the whole. Each is divided by the square of the denoised reference, or of 1 % of the mean where that is less; a divisor with noise
 of its own would weigh blocks the more the darker chance made them. Seconds are of processors, on a machine that others used at the same
 time; radwalk's are those of the whole run, with its picture. *Equal time* is the path tracer with as many samples as it takes in that time; since its error falls
 as 1/time, the ratio of errors is that of the times to equal error. *Denoised* is that picture after the denoiser with reflectances and normals, whose time is not counted.
@@ -61,7 +61,7 @@ def main():
             samples = found["equal_samples"]
             details += f"\n## {name}\n\n![The same detail three times](pictures-{name}.png)\n\nradwalk; the path tracer at equal time ({samples} samples a pixel); the same, denoised.\n"
     vectors = "AVX-512" if "avx512f" in Path("/proc/cpuinfo").read_text() else "AVX2"
-    args.page.write_text(HEAD.format(version=version, vectors=vectors) + rows + details + pages(args.folder / "pages" / "pages.json") + by_hand(args.page))
+    args.page.write_text(HEAD.format(version=version, vectors=vectors, window=WINDOW) + rows + details + pages(args.folder / "pages" / "pages.json") + by_hand(args.page))
 
 
 BY_HAND = "\n## Light that filters took\n"
@@ -70,7 +70,7 @@ PAGES = """
 ## Pages
 
 `report.html` of scenes made by rule in headless Chromium, with its script, on a machine that others used at the same time. *Open* is from the address to where the
-scene can be turned, once by the clock and once in seconds of all of the browser's processors; memory is that of the process that shows the page. A click in the middle of
+scene can be turned, once by the page's clock and once in seconds of all of the browser's processors; memory is that of the process that shows the page. A click in the middle of
 each told value and interval of a patch.
 
 | patches | size | open | processors | memory |
@@ -112,12 +112,14 @@ def compare(args, scene, folder):
     drawing = children_seconds() - before - run
     radwalk(args, "run", scene, "--out", geometry, "--force", "--paths", 1, "--set", "scene.patches=given", "--set", 'output.files=["vtu"]')
     camera = json.loads((out / "summary.json").read_text())["picture"]
-    tracer = PathTracer(geometry / "patches.vtu", camera, folder)
+    window = [min(side, part) for side, part in zip(camera["size"], WINDOW)]
+    tracer = PathTracer(geometry / "patches.vtu", camera, window, folder)
     lamps = tracer.draw(16, 1, depth=1)[0].max(axis=2) > 0.0
-    a_sample = tracer.draw(SAMPLES_OF_TRIAL, 99)[1] / SAMPLES_OF_TRIAL
+    part = window[0] * window[1] / (camera["size"][0] * camera["size"][1])
+    a_sample = tracer.draw(SAMPLES_OF_TRIAL, 99)[1] / SAMPLES_OF_TRIAL / part
     reference, samples = reference_of(tracer, args.samples, folder / "reference.npz")
     judge = Judge(reference, denoised(tracer, reference.mean(axis=0).astype(np.float32)), lamps)
-    ours = np.array(mi.Bitmap(str(out / "radiosity.exr")).convert(mi.Bitmap.PixelFormat.RGB))
+    ours = middle(np.array(mi.Bitmap(str(out / "radiosity.exr")).convert(mi.Bitmap.PixelFormat.RGB)), window)
     equal_samples = max(1, round(run / a_sample))
     equal, _ = tracer.draw(equal_samples, 98)
     clean = denoised(tracer, equal)
@@ -186,13 +188,16 @@ def denoised(tracer, image):
     return pyoidn.denoise(np.ascontiguousarray(image), albedo=albedo, normal=normal, hdr=True)
 
 
+def middle(image, window):
+    top, left = ((side - part) // 2 for side, part in zip(image.shape, window[::-1]))
+    return image[top : top + window[1], left : left + window[0]]
+
+
 def show(images, exposure, path):
-    """The middle of some pictures, side by side, with the exposure of radwalk's."""
+    """Some pictures, side by side, with the exposure of radwalk's."""
     from PIL import Image
 
-    top, left = ((side - detail) // 2 for side, detail in zip(images[0].shape, DETAIL[::-1]))
-    parts = [image[top : top + DETAIL[1], left : left + DETAIL[0]] for image in images]
-    light = np.concatenate(parts, axis=1) * np.pi * np.array(exposure)
+    light = np.concatenate(images, axis=1) * np.pi * np.array(exposure)
     above = np.maximum(light - 0.5, 0.0)
     light = np.minimum(light, 0.5) + 0.5 * above / (above + 0.5)
     shades = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1 / 2.4) - 0.055)

@@ -130,7 +130,9 @@ impl Prepared {
             .iter()
             .for_each(|idle| warn!("{idle}"));
         let settings = Settings::of(&job);
-        view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
+        view_troubles(experiment.scene(), &settings.view, &settings.views)
+            .iter()
+            .for_each(|trouble| warn!("{trouble}"));
         let identity = Identity::new(&job, &settings, &experiment, BUILD)?;
         let output = output.map_or_else(|| host.claim(), Ok)?;
         let past = Past::none(experiment.tally());

@@ -136,6 +136,44 @@ fn a_view_is_what_the_job_says() {
     assert_eq!(summary(&free)["tally_hash"], summary(&out)["tally_hash"]);
 }
 
+/// Each view with a name has a picture and a place in the summary and on the page; those of an earlier result go with it.
+#[test]
+fn views_with_names_have_pictures_of_their_own() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let views = [
+        "view.size=[64, 48]",
+        "views.door={ eye = [0.5, 0.1, 0.5], look_at = [0.5, 0.9, 0.6], fov = 70 }",
+        "views.lamp-1={ eye = [0.5, 0.9, 0.5], look_at = [0.5, 0.1, 0.6] }",
+    ];
+    let set: Vec<&str> = views.iter().flat_map(|view| ["--set", view]).collect();
+    let told = run_job(JOB, &out, &[&["--paths", "20000", "--export", "exr"][..], &set].concat());
+    let named: Vec<&str> =
+        told["views"].as_array().unwrap().iter().map(|view| view["name"].as_str().unwrap()).collect();
+    assert_eq!(named, ["door", "lamp-1"]);
+    let door = &told["views"][0];
+    assert_eq!((&door["eye"], &door["size"]), (&[0.5, 0.1, 0.5].into(), &[64, 48].into()));
+    assert!((door["fov"].as_f64().unwrap() - 70.0).abs() < 1e-9, "{door}");
+    let pictures =
+        ["radiosity-door.png", "radiosity-lamp-1.png", "radiosity-door.exr", "radiosity-lamp-1.exr"];
+    assert!(set_of(&pictures).is_subset(&files(&out)), "{:?}", files(&out));
+    let png = std::fs::read(out.join("radiosity-door.png")).unwrap();
+    assert!(png != std::fs::read(out.join("radiosity-lamp-1.png")).unwrap());
+    assert!(std::fs::read_to_string(out.join("report.html")).unwrap().contains("\"name\":\"lamp-1\""));
+    // They are kept with the tally.
+    std::fs::remove_file(out.join("radiosity-door.png")).unwrap();
+    assert_eq!(run(&["report", text(&out), "--quiet"]).0, 0);
+    assert!(std::fs::read(out.join("radiosity-door.png")).unwrap() == png);
+    let again = run_job(JOB, &out, &["--paths", "20000", "--set", "view.size=[64, 48]", "--force"]);
+    assert_eq!(again["tally_hash"], told["tally_hash"]);
+    assert!(again.get("views").is_none() && set_of(&pictures).is_disjoint(&files(&out)));
+    let refused = |view: &str| run(&["check", JOB, "--set", view]).2;
+    let told = refused("views.\"a/b\"={ eye = [0.5, 0.1, 0.5], look_at = [0.5, 0.9, 0.6] }");
+    assert!(told.contains("cannot name a view"), "{told}");
+    let told = refused("views.door={ }");
+    assert!(told.contains("views.door.eye"), "{told}");
+}
+
 #[test]
 fn a_view_that_shows_nothing_is_told_before_the_run() {
     let folder = tempdir().unwrap();

@@ -12,7 +12,7 @@ use crate::goals::{AskedGoals, DEFAULT_MIN_PATHS, Goals};
 use crate::imports::{read_grouping, read_options};
 use crate::keys::{BUDGET_KEYS, IMPORT_KEYS, JOB_KEYS, METHOD_KEYS, OUTPUT_KEYS, TARGET_KEYS, VIEW_KEYS};
 use crate::method::{BasisKey, MethodTable, PatchPurpose, WalkKind, read_method};
-use crate::output::{View, read_output, read_view};
+use crate::output::{NamedView, View, read_output, read_view, read_views};
 use crate::partition::{Auto, Forecast, Partition, Patches, misfit, read_scene_key};
 use crate::scene::{SceneFile, is_toml, load_scene_with};
 use crate::sensors::SensorTarget;
@@ -68,6 +68,8 @@ pub struct Job {
     pub files: Option<Vec<OutputFile>>,
     /// How the picture is taken.
     pub view: View,
+    /// More views of the same size and exposure.
+    pub views: Vec<NamedView>,
     /// Groups of emitters that are told apart.
     pub sources: Vec<PatchGroup>,
     /// Materials whose influence is measured, each as the group of its patches.
@@ -228,6 +230,7 @@ fn read(
     let by_number = target.as_ref().is_some_and(|target| target.has_any(&["patches"]));
     let files = read_output(table.table("output", OUTPUT_KEYS)?)?;
     let view = read_view(table.table("view", VIEW_KEYS)?)?;
+    let views = table.take("views").map(read_views).transpose()?.unwrap_or_default();
     let budget =
         read_budget(budget, (origin != JobOrigin::Job || unsaid == Unsaid::Light).then_some(DEFAULT_PATHS))?;
     let target = target.map(Goals::read).transpose()?.unwrap_or_default();
@@ -293,6 +296,7 @@ fn read(
         light,
         files,
         view,
+        views,
         sources,
         sensitivity,
         is_default_target,

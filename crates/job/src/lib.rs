@@ -62,7 +62,7 @@ pub use job::{
 pub use kind::{FileKind, file_kind};
 pub use lamp::load_lamp;
 pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};
-pub use output::{Stand, View};
+pub use output::{NamedView, Stand, View};
 pub use partition::{Auto, Forecast, Partition};
 pub use planes::Demand;
 pub use radiosity::Sampler;

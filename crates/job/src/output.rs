@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{KeyTable, Value};
 use crate::error::Error;
-use crate::keys::VIEW_KEYS;
+use crate::keys::{NAMED_VIEW_KEYS, VIEW_KEYS};
 use crate::shape::read_point;
 use crate::vocabulary::{FOV, MAX_PIXELS, OutputFile, Vantage};
 use crate::word::Word;
@@ -37,6 +37,22 @@ pub struct Stand {
     pub up: Option<DVec3>,
     /// The angle between the lower and the upper edge [degrees].
     pub fov: f64,
+}
+
+/// A view beside the first, by its name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NamedView {
+    /// Letters, digits, `-` and `_`.
+    pub name: String,
+    /// Where the camera stands.
+    pub stand: Stand,
+}
+
+impl View {
+    /// A view from another stand, in the size and exposure of this one.
+    pub fn from_stand(&self, stand: Stand) -> View {
+        View { stand: Some(stand), from: None, ..*self }
+    }
 }
 
 /// The field of view of a stand that names none [degrees].
@@ -78,6 +94,32 @@ pub(crate) fn read_view(mut table: KeyTable<'_>) -> Result<View, Error> {
         }),
         from => Ok(View { stand, from: from.map(|(from, _)| from), size, exposure }),
     }
+}
+
+/// Reads the tables `[views.NAME]` of a job, in the order of their names.
+pub(crate) fn read_views(value: Value<'_>) -> Result<Vec<NamedView>, Error> {
+    let is_plain = |name: &str| {
+        !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_'))
+    };
+    let mut views = Vec::new();
+    for (name, value) in value.any_table()?.into_values() {
+        if !is_plain(&name) {
+            return Err(value.refuse(
+                format!("{name:?} cannot name a view"),
+                "the file of its picture takes its name",
+                "write a name of letters, digits, - and _, as in [views.door]",
+            ));
+        }
+        let table = value.table(NAMED_VIEW_KEYS)?;
+        let place = table.place("eye");
+        let stand = read_stand(table)?.ok_or_else(|| Error::MissingKey {
+            place,
+            why: "a view with a name is one from a place",
+            remedy: "eye = [x, y, z] and look_at = [x, y, z] in metres".into(),
+        })?;
+        views.push(NamedView { name, stand });
+    }
+    Ok(views)
 }
 
 fn read_stand(mut table: KeyTable<'_>) -> Result<Option<Stand>, Error> {

@@ -71,7 +71,7 @@ pub fn job_lines(job: &Job, experiment: &Experiment) -> Vec<String> {
         let names = ["tally.bin"].into_iter().chain(files.iter().map(|file| file.name()));
         format!("output: {}", names.collect::<Vec<_>>().join(", "))
     }));
-    let notes = view_troubles(scene, &job.view).into_iter().chain(job.note.clone());
+    let notes = view_troubles(scene, &job.view, &job.views).into_iter().chain(job.note.clone());
     lines.extend(notes.map(|note| format!("note: {note}")));
     let model = Model::new(scene, experiment.method(), bounces(experiment));
     lines.extend(model.lines().into_iter().chain(model.why).map(|line| format!("model: {line}")));

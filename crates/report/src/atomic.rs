@@ -230,6 +230,18 @@ impl OutputFolder {
         Ok(())
     }
 
+    /// Removes the pictures of views with names, but for those of some names.
+    ///
+    /// # Errors
+    /// Those of the operating system.
+    pub fn remove_other_views(&self, kept: &[&str]) -> Result<(), Error> {
+        let entries = entries(&self.path).map_err(Error::io("read", &self.path))?;
+        let is_other = |path: &PathBuf| is_of_view(path) && !kept.iter().any(|name| path.ends_with(name));
+        let names =
+            entries.iter().filter(|path| is_other(path)).filter_map(|path| path.file_name()?.to_str());
+        self.remove(&names.collect::<Vec<_>>())
+    }
+
     /// Where the folder is.
     pub fn path(&self) -> &Path {
         &self.path
@@ -289,7 +301,14 @@ fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
 fn is_own(path: &Path) -> bool {
     let chosen = OutputFile::ALL.iter().map(|file| file.name());
     let is_result = OWN_FILES.into_iter().chain(chosen).any(|name| path.ends_with(name));
-    (is_result || is_temporary(path)) && !path.is_dir()
+    (is_result || is_temporary(path) || is_of_view(path)) && !path.is_dir()
+}
+
+/// Whether this is a picture of a view with a name.
+fn is_of_view(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let rest = name.strip_prefix("radiosity-");
+    rest.is_some_and(|rest| rest.ends_with(".png") || rest.ends_with(".exr"))
 }
 
 /// Whether this is what a crash left of a file that was being written.

@@ -67,7 +67,7 @@ pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
 pub use partition::{ChoiceSummary, PartitionSummary};
 pub use patches::{Digits, face_words, flags, side_name, write_patches};
-pub use picture::{Photo, Picture, Shot};
+pub use picture::{NamedShot, Photo, Picture, Shot};
 pub use planes::{
     DemandSummary, FigureInterval, GlareSummary, ModellingSummary, PerChannel, PlaneSource, PlaneSummary,
     plane_summaries, write_planes,

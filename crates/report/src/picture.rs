@@ -51,6 +51,16 @@ impl Picture {
     }
 }
 
+/// How the picture of a view with a name was taken.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NamedShot {
+    /// The name of the view.
+    pub name: String,
+    /// How it was taken.
+    #[serde(flatten)]
+    pub shot: Shot,
+}
+
 /// How a picture was taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Shot {

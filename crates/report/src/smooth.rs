@@ -9,10 +9,11 @@
 //! A face whose gradients are known brings its linear fit to each of its corners, as far as the fit stands out from its noise. A
 //! fit may fall below 0 at the edge of a shadow, a picture does not.
 
-use std::collections::HashMap;
+use std::ops::Range;
 
 use glam::DVec3;
-use radiosity::{Estimate, Estimates, Scene, Side};
+use parallel::on_all_cores;
+use radiosity::{Estimate, Estimates, Scene, Side, Spectrum};
 
 use crate::bounds::Bounds;
 
@@ -28,6 +29,9 @@ const STEP: f64 = 0.35;
 /// Corners nearer to each other than this part of the scene's size are one.
 const SAME_PLACE: f64 = 1e-7;
 
+/// Faces, pieces or corners that a thread takes at once.
+const AT_ONCE: usize = 1 << 14;
+
 /// B [W/m²] at the corners of every piece of a face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smooth {
@@ -40,10 +44,18 @@ pub struct Smooth {
 #[derive(Clone, Copy, Default)]
 struct Shown {
     face: u32,
-    /// Equal where reflectance and emittance are.
-    material: u32,
+    /// Reflectance and emittance.
+    material: [[f64; 3]; 2],
     area: f64,
     normal: DVec3,
+}
+
+/// What is known of some faces: their pieces by number, the fit of B at the four corners of each, and their light as [`Neighbours`] has it.
+#[derive(Default)]
+struct SomeFaces {
+    pieces: Vec<(u32, Shown)>,
+    fitted: Vec<f64>,
+    light: Vec<[f64; 2]>,
 }
 
 /// All pieces as their neighbours see them.
@@ -65,17 +77,13 @@ impl Smooth {
         let (neighbours, fitted) = Neighbours::of(estimates);
         let mut values = fitted.clone();
         let corners = touches(scene);
-        for touching in corners.chunk_by(|(a, _), (b, _)| a == b) {
-            for &(_, own) in touching {
-                let with = touching.iter().filter(|(_, other)| neighbours.goes_on(own / 4, other / 4));
-                let with: Vec<(f64, usize)> =
-                    with.map(|&(_, other)| (neighbours.area(other / 4), other as usize * channels)).collect();
-                let area: f64 = with.iter().map(|(area, _)| area).sum();
-                for channel in 0..channels {
-                    let light: f64 = with.iter().map(|(area, at)| area * fitted[at + channel]).sum();
-                    values[own as usize * channels + channel] = light / area;
-                }
-            }
+        let parts = parts_of_places(&corners);
+        let means =
+            on_all_cores(parts.len(), |part| neighbours.means(&corners[parts[part].clone()], &fitted));
+        for ((_, corner), mean) in
+            corners.iter().zip(means.iter().flat_map(|some| some.chunks_exact(channels)))
+        {
+            values[*corner as usize * channels..][..channels].copy_from_slice(mean);
         }
         let mut smooth = Smooth { channels, values };
         (0..faces.piece_count())
@@ -117,10 +125,31 @@ fn touches(scene: &Scene) -> Vec<Touch> {
     let grid = 1.0 / (SAME_PLACE * Bounds::of(scene).size().max_element());
     let on_grid = |place: DVec3| ((place - scene.origin()) * grid).round().to_array().map(|x| x as i32);
     let of_piece = |piece: u32| (4 * piece..).zip(faces.piece_corners(piece).into_iter().map(on_grid));
-    let mut touches: Vec<Touch> = Vec::with_capacity(4 * faces.piece_count());
-    touches.extend((0..faces.piece_count() as u32).flat_map(of_piece).map(|(corner, place)| (place, corner)));
+    let some = on_all_cores(faces.piece_count().div_ceil(AT_ONCE), |part| {
+        let pieces = part_of(faces.piece_count(), part).map(|piece| piece as u32);
+        pieces.flat_map(of_piece).map(|(corner, place)| (place, corner)).collect::<Vec<Touch>>()
+    });
+    let mut touches = some.concat();
     touches.sort_unstable();
     touches
+}
+
+/// One of the parts that threads take of some numbers.
+fn part_of(count: usize, part: usize) -> Range<usize> {
+    part * AT_ONCE..((part + 1) * AT_ONCE).min(count)
+}
+
+/// Parts of corners, none of which ends amid a place.
+fn parts_of_places(corners: &[Touch]) -> Vec<Range<usize>> {
+    let (mut parts, mut first) = (Vec::new(), 0);
+    while first < corners.len() {
+        let least = (first + AT_ONCE).min(corners.len());
+        let place = corners[least - 1].0;
+        let end = least + corners[least..].iter().take_while(|corner| corner.0 == place).count();
+        parts.push(first..end);
+        first = end;
+    }
+    parts
 }
 
 /// The standard error of B; where nothing was scored, a quarter of the interval's width [W/m²].
@@ -132,50 +161,44 @@ fn error(estimate: &Estimate) -> f64 {
 impl Neighbours {
     /// All pieces, and the fit of B at their corners as [`Smooth`] has its values.
     fn of(estimates: &Estimates) -> (Self, Vec<f64>) {
-        let scene = estimates.scene();
-        let (faces, channels) = (scene.faces(), scene.channels());
+        let (faces, channels) = (estimates.scene().faces(), estimates.scene().channels());
+        let parts = on_all_cores(faces.len().div_ceil(AT_ONCE), |part| {
+            let mut some = SomeFaces::default();
+            part_of(faces.len(), part).for_each(|number| some.take(estimates, number));
+            some
+        });
         let mut fitted = vec![0.0; 4 * channels * faces.piece_count()];
         let mut pieces = vec![Shown::default(); faces.piece_count()];
         let mut light = Vec::with_capacity(channels * faces.len());
-        let mut materials = HashMap::new();
-        for (number, _, known) in estimates.iter() {
-            let slopes = estimates.slopes(number).unwrap_or_default();
-            for piece in faces.pieces(number) {
-                let own = faces.piece(piece);
-                let corners = faces.piece_corners(piece);
-                let key = [own.reflectance, own.emittance].map(|of| of.channels().map(f64::to_bits));
-                let next = materials.len() as u32;
-                pieces[piece as usize] = Shown {
-                    face: number as u32,
-                    material: *materials.entry(key).or_insert(next),
-                    area: own.area,
-                    normal: (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize(),
-                };
-                let places = if slopes.is_empty() { Vec::new() } else { scene.corners_on_fit(piece) };
-                for channel in 0..channels {
-                    let mean =
-                        known.as_deref().map_or(own.emittance[channel], |known| known[channel].radiosity);
-                    let mut tilt = slopes.get(channel).map(|slopes| slopes.at(&places)).unwrap_or_default();
-                    if own.side == Side::Back {
-                        // Its corners run the other way round.
-                        tilt.reverse();
-                    }
-                    for corner in 0..corners.len() {
-                        fitted[(4 * piece as usize + corner) * channels + channel] =
-                            tilt.get(corner).map_or(mean, |tilt| (mean + tilt).max(0.0));
-                    }
-                }
+        for some in parts {
+            for ((piece, shown), fit) in some.pieces.into_iter().zip(some.fitted.chunks_exact(4 * channels)) {
+                pieces[piece as usize] = shown;
+                fitted[4 * channels * piece as usize..][..4 * channels].copy_from_slice(fit);
             }
-            light.extend((0..channels).map(|c| match known.as_deref() {
-                Some(known) => [known[c].radiosity, error(&known[c])],
-                None => [0.0, f64::INFINITY],
-            }));
+            light.extend(some.light);
         }
         (Neighbours { channels, pieces, light }, fitted)
     }
 
-    fn area(&self, piece: u32) -> f64 {
-        self.pieces[piece as usize].area
+    /// B at some corners, those of one place together: the means over what goes on from there.
+    fn means(&self, corners: &[Touch], fitted: &[f64]) -> Vec<f64> {
+        let channels = self.channels;
+        let mut means = Vec::with_capacity(channels * corners.len());
+        for touching in corners.chunk_by(|(a, _), (b, _)| a == b) {
+            for &(_, own) in touching {
+                let first = means.len();
+                means.resize(first + channels, 0.0);
+                let mut area = 0.0;
+                for &(_, other) in touching.iter().filter(|(_, other)| self.goes_on(own / 4, other / 4)) {
+                    let weight = self.pieces[other as usize / 4].area;
+                    area += weight;
+                    let light = &fitted[other as usize * channels..][..channels];
+                    means[first..].iter_mut().zip(light).for_each(|(sum, light)| *sum += weight * light);
+                }
+                means[first..].iter_mut().for_each(|sum| *sum /= area);
+            }
+        }
+        means
     }
 
     /// Whether another piece is the same surface to the eye, in the same light.
@@ -193,6 +216,45 @@ impl Neighbours {
             let difference = (a - b).abs();
             difference > CERTAIN * a_error.hypot(b_error) && difference > STEP * a.max(b)
         })
+    }
+}
+
+impl SomeFaces {
+    /// Takes what is known of a face.
+    fn take(&mut self, estimates: &Estimates, number: usize) {
+        let scene = estimates.scene();
+        let (faces, channels) = (scene.faces(), scene.channels());
+        let (known, slopes) = (estimates.face(number), estimates.slopes(number).unwrap_or_default());
+        for piece in faces.pieces(number) {
+            let own = faces.piece(piece);
+            let corners = faces.piece_corners(piece);
+            let shown = Shown {
+                face: number as u32,
+                material: [own.reflectance, own.emittance].map(Spectrum::channels),
+                area: own.area,
+                normal: (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize(),
+            };
+            self.pieces.push((piece, shown));
+            let places = if slopes.is_empty() { Vec::new() } else { scene.corners_on_fit(piece) };
+            let first = self.fitted.len();
+            self.fitted.resize(first + 4 * channels, 0.0);
+            for channel in 0..channels {
+                let mean = known.as_deref().map_or(own.emittance[channel], |known| known[channel].radiosity);
+                let mut tilt = slopes.get(channel).map(|slopes| slopes.at(&places)).unwrap_or_default();
+                if own.side == Side::Back {
+                    // Its corners run the other way round.
+                    tilt.reverse();
+                }
+                for corner in 0..corners.len() {
+                    self.fitted[first + corner * channels + channel] =
+                        tilt.get(corner).map_or(mean, |tilt| (mean + tilt).max(0.0));
+                }
+            }
+        }
+        self.light.extend((0..channels).map(|c| match known.as_deref() {
+            Some(known) => [known[c].radiosity, error(&known[c])],
+            None => [0.0, f64::INFINITY],
+        }));
     }
 }
 

@@ -10,7 +10,7 @@ use crate::accuracy::AccuracySummary;
 use crate::method::MethodWords;
 use crate::model::Model;
 use crate::partition::{ChoiceSummary, PartitionSummary};
-use crate::picture::Shot;
+use crate::picture::{NamedShot, Shot};
 use crate::planes::PlaneSummary;
 use crate::precision::{DiscretisedSummary, PrecisionSummary, quantity_word};
 use crate::sensitivities::SensitivitySummary;
@@ -116,6 +116,9 @@ pub struct Summary {
     /// How the picture was taken; absent where none was.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub picture: Option<Shot>,
+    /// The same of views with names; absent where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub views: Vec<NamedShot>,
     /// Whose walks these are and where they came from.
     pub provenance: Provenance,
 }
@@ -449,6 +452,7 @@ impl Summary {
             import: facts.import,
             checks: facts.checks,
             picture: None,
+            views: Vec::new(),
             provenance: facts.provenance,
         }
     }

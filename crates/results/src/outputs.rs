@@ -1,18 +1,20 @@
 //! What a run leaves behind: its output folder.
 
+use std::borrow::Cow;
 use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 
-use job::{Beside, Forecast, Light, OutputFile, WalkKind, Word};
+use job::{Beside, Forecast, Light, NamedView, OutputFile, WalkKind, Word};
 use judge::{Control, bounces, checks_of_result, is_discretised, target};
+use parallel::on_all_cores;
 use protocol::{Book, Checkpoint, Contributor, Look, Session, WalkRange};
 use radiosity::{Estimates, Experiment, Precision, Quantity, Readings, Scene, sensitivity::Influences};
 use report::words::{counted, percent, quantity};
 use report::{
-    AccuracySummary, ChoiceSummary, Digits, DiscretisedSummary, Draft, Live, Milestone, Model, OutputFolder,
-    Page, PartSummary, PartitionSummary, Photo, Provenance, RunFacts, SessionSummary, Shot, Smooth, Summary,
-    TotalSummary, Units, WorkerSummary,
+    AccuracySummary, ChoiceSummary, Digits, DiscretisedSummary, Draft, Live, Milestone, Model, NamedShot,
+    OutputFolder, Page, PartSummary, PartitionSummary, Photo, Provenance, RunFacts, SessionSummary, Shot,
+    Smooth, Summary, TotalSummary, Units, WorkerSummary,
 };
 
 use crate::checkpoints::{
@@ -25,7 +27,7 @@ use crate::pilot::PILOT;
 use crate::settings::Settings;
 
 /// Files by name, written but not in their places.
-type Drafts = Vec<(&'static str, Draft)>;
+type Drafts = Vec<(Cow<'static, str>, Draft)>;
 
 /// The files that are written where a job names none.
 const DEFAULT: [OutputFile; 4] =
@@ -111,10 +113,12 @@ impl RunOutput {
 
     /// Puts files in their places, and takes away those of an earlier result that this one does not have.
     fn place(&self, drafts: Drafts) -> Result<(), Error> {
-        let written: Vec<&str> = drafts.iter().map(|(name, _)| *name).collect();
-        drafts.into_iter().try_for_each(|(_, draft)| draft.place())?;
+        let (written, drafts): (Vec<Cow<'static, str>>, Vec<Draft>) = drafts.into_iter().unzip();
+        let written: Vec<&str> = written.iter().map(|name| &**name).collect();
+        drafts.into_iter().try_for_each(Draft::place)?;
         let others: Vec<&str> = derived().into_iter().filter(|name| !written.contains(name)).collect();
         self.folder.remove(&others)?;
+        self.folder.remove_other_views(&written)?;
         Ok(self.folder.sync()?)
     }
 
@@ -146,7 +150,25 @@ impl RunOutput {
         let faces = experiment.scene().faces();
         let text = settings.partition_of(faces.shapes(), faces.patch_of_cell()).to_toml();
         let draft = self.folder.draft(PARTITION, |writer| writer.write_all(text.as_bytes()))?;
-        Ok(vec![(PARTITION, draft)])
+        Ok(vec![(PARTITION.into(), draft)])
+    }
+
+    /// The pictures of views with names.
+    fn views(&self, named: &[(NamedShot, Option<Photo>)], summary: &Summary) -> Result<Drafts, Error> {
+        let mut drafts = Drafts::new();
+        for (shot, photo) in named {
+            let Some(photo) = photo else { continue };
+            let name = format!("radiosity-{}.png", shot.name);
+            let draft = self.folder.draft(&name, |writer| photo.picture.write_png(writer))?;
+            drafts.push((name.into(), draft));
+            if let Some(values) = &photo.values {
+                let name = format!("radiosity-{}.exr", shot.name);
+                let draft =
+                    self.folder.draft(&name, |writer| values.write_exr(writer, summary.units.radiance))?;
+                drafts.push((name.into(), draft));
+            }
+        }
+        Ok(drafts)
     }
 
     /// The tables of sensors, sources and sensitivities, where a job asks for them.
@@ -159,8 +181,8 @@ impl RunOutput {
         let (experiment, tally) = (estimates.experiment(), estimates.tally());
         let mut drafts = Drafts::new();
         if let Some(readings) = readings {
-            let mut table = |name, write: &dyn Fn(&mut dyn io::Write) -> io::Result<()>| {
-                drafts.push((name, self.folder.draft(name, |writer| write(writer))?));
+            let mut table = |name: &'static str, write: &dyn Fn(&mut dyn io::Write) -> io::Result<()>| {
+                drafts.push((name.into(), self.folder.draft(name, |writer| write(writer))?));
                 Ok::<(), Error>(())
             };
             if has_cells(readings) {
@@ -181,13 +203,13 @@ impl RunOutput {
             let draft = self
                 .folder
                 .draft(SOURCES, |writer| report::write_sources(writer, experiment, tally, level))?;
-            drafts.push((SOURCES, draft));
+            drafts.push((SOURCES.into(), draft));
         }
         if let Some(influences) = influences(settings, estimates) {
             let draft = self
                 .folder
                 .draft(SENSITIVITIES, |writer| report::write_sensitivities(writer, &influences))?;
-            drafts.push((SENSITIVITIES, draft));
+            drafts.push((SENSITIVITIES.into(), draft));
         }
         Ok(drafts)
     }
@@ -211,12 +233,16 @@ impl RunOutput {
         let readings = readings(settings, &estimates);
         let view = Seen::of(&estimates, settings, &files);
         summary.picture = view.as_ref().map(Seen::shot);
+        let named = view.as_ref().map_or_else(Vec::new, |view| view.named(&estimates, settings));
+        summary.views = named.iter().map(|(shot, _)| shot.clone()).collect();
         self.folder.keep_hold()?;
         now("writing the results");
         let mut drafts = self.beside(settings, (&estimates, readings.as_ref()), &summary)?;
         drafts.extend(self.partition(settings, experiment)?);
-        for &file in &files {
-            let draft = self.folder.draft(file.name(), |writer| match (file, &view) {
+        // Each file on a thread of its own: tables, pages and waiting for the disk overlap.
+        let written = on_all_cores(files.len(), |number| {
+            let file = files[number];
+            self.folder.draft(file.name(), |writer| match (file, &view) {
                 (OutputFile::Csv, _) => report::write_patches(writer, &estimates, digits),
                 (OutputFile::Summary, _) => summary.write(writer),
                 (OutputFile::Vtu, _) => report::write_vtu(writer, &estimates),
@@ -237,9 +263,12 @@ impl RunOutput {
                 (OutputFile::Picture | OutputFile::Exr | OutputFile::Glb | OutputFile::Report, _) => {
                     unreachable!("what needs a view has one")
                 }
-            });
-            drafts.push((file.name(), draft?));
+            })
+        });
+        for (file, draft) in files.iter().zip(written) {
+            drafts.push((file.name().into(), draft?));
         }
+        drafts.extend(self.views(&named, &summary)?);
         Ok((summary, drafts))
     }
 }
@@ -267,6 +296,22 @@ impl Seen {
     fn aimed(estimates: &Estimates, settings: &Settings) -> Self {
         let shot = Shot::aim(estimates, &settings.view);
         Seen::Aimed(Smooth::new(estimates), shot)
+    }
+
+    /// The views with names, drawn where the first one is.
+    fn named(&self, estimates: &Estimates, settings: &Settings) -> Vec<(NamedShot, Option<Photo>)> {
+        let of = |named: &NamedView| {
+            let view = settings.view.from_stand(named.stand);
+            let photo = match self {
+                Seen::Drawn(smooth, first) => {
+                    Some(Photo::shoot(estimates, smooth, &view, first.values.is_some()))
+                }
+                Seen::Aimed(..) => None,
+            };
+            let shot = photo.as_ref().map_or_else(|| Shot::aim(estimates, &view), |photo| photo.shot);
+            (NamedShot { name: named.name.clone(), shot }, photo)
+        };
+        settings.views.iter().map(of).collect()
     }
 
     fn smooth(&self) -> &Smooth {
@@ -309,6 +354,7 @@ impl LivePage {
         let mut summary = summarise(settings, &estimates, &checkpoint.book, git, false);
         let view = Seen::aimed(&estimates, settings);
         summary.picture = Some(view.shot());
+        summary.views = view.named(&estimates, settings).into_iter().map(|(shot, _)| shot).collect();
         let readings = readings(settings, &estimates);
         let page = page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, &view);
         let live = Live { paths_total: settings.paths };
@@ -339,7 +385,7 @@ fn summarise(settings: &Settings, estimates: &Estimates, book: &Book, git: &str,
 /// How far the discretised system's answer is from the integral equation's; `None` where too little was walked to tell.
 fn distance(settings: &Settings, estimates: &Estimates) -> Option<DiscretisedSummary> {
     let control = Control::new(estimates, settings.seed)?;
-    let groups = parallel::on_all_cores(Control::GROUPS, |group| control.group(group));
+    let groups = on_all_cores(Control::GROUPS, |group| control.group(group));
     control.distance(estimates, &groups, settings.confidence)
 }
 

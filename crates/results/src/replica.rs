@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use job::{Demand, Partition, Vantage};
+use job::{Demand, NamedView, Partition, Vantage};
 use photometry::LuminousOpening;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
@@ -36,14 +36,16 @@ struct Packed {
     demands: Vec<Demand>,
     /// [`LampsSpec::openings`].
     openings: Vec<LuminousOpening>,
+    /// [`Settings::views`].
+    views: Vec<NamedView>,
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
 /// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, the
 /// quantity that a target is about, whether the program chose the method, from where the picture looks, the two lists of lamps, panes, what is demanded
-/// of planes, and the openings of luminaires.
-const LATER_SETTINGS: usize = 25;
+/// of planes, the openings of luminaires, and views with names.
+const LATER_SETTINGS: usize = 26;
 
 /// The bytes of a job.
 ///
@@ -62,6 +64,7 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
         panes: spec.panes.clone(),
         demands: settings.demands.clone(),
         openings: spec.lamps.openings.clone(),
+        views: settings.views.clone(),
     })
 }
 
@@ -74,6 +77,7 @@ pub(crate) fn repack(bytes: &[u8], change: impl FnOnce(&mut Settings)) -> Result
     change(&mut packed.settings);
     packed.quantity = quantity_of(&packed.settings);
     packed.vantage = packed.settings.view.from;
+    packed.views.clone_from(&packed.settings.views);
     encode_serde(&packed).map_err(|error| error.to_string())
 }
 
@@ -99,6 +103,7 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
     packed.settings.chooses_method = packed.chooses_method;
     packed.settings.view.from = packed.vantage;
     packed.settings.demands.clone_from(&packed.demands);
+    packed.settings.views.clone_from(&packed.views);
     Ok(packed)
 }
 

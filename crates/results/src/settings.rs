@@ -2,8 +2,8 @@
 //! `tally.bin`.
 
 use job::{
-    Beside, Cut, Demand, Finishes, Forecast, Job, Light, MethodTable, OutputFile, Partition, SensorTarget,
-    Target, TotalTarget, View,
+    Beside, Cut, Demand, Finishes, Forecast, Job, Light, MethodTable, NamedView, OutputFile, Partition,
+    SensorTarget, Target, TotalTarget, View,
 };
 use judge::target::{Observer, SensorGoal, judge, total_is_met};
 use radiosity::{
@@ -64,6 +64,9 @@ pub struct Settings {
     /// What is demanded of planes. It travels behind panes.
     #[serde(skip)]
     pub demands: Vec<Demand>,
+    /// Views beside [`Settings::view`]. They travel behind the openings of luminaires.
+    #[serde(skip)]
+    pub views: Vec<NamedView>,
 }
 
 impl Settings {
@@ -94,6 +97,7 @@ impl Settings {
             forecast: job.forecast,
             chooses_method: job.chooses_method,
             demands: job.scene.demands().to_vec(),
+            views: job.views.clone(),
         }
     }
 

@@ -11,7 +11,7 @@ use crate::vocabulary::{
 };
 
 /// The keys of a job file.
-pub(crate) const JOB: [Key; 14] = [
+pub(crate) const JOB: [Key; 15] = [
     Key::new("name", text, "Names the output folder. Default: the file's name."),
     Key::new("scene", || json!({"anyOf": [text(), table(&SCENE_TABLE)]}), "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply, .mgf, .xml, .vs3, .vtu, .vtp or .vtk. Or a table of the file and how it is cut.").required(),
     Key::new("seed", || integer(0, i64::MAX as u64), "The seed of all random numbers. Default: 0."),
@@ -24,6 +24,11 @@ pub(crate) const JOB: [Key; 14] = [
     Key::new("target", target_table, "The accuracy at which the run ends. Default: the budget is spent."),
     Key::new("output", || table(&OUTPUT), "What is written beside tally.bin, which is always there."),
     Key::new("view", view, "How the picture is taken. What is absent is chosen from the scene."),
+    Key::new(
+        "views",
+        || json!({"type": "object", "additionalProperties": table(&NAMED_VIEW)}),
+        "More views by name, of letters, digits, - and _: each has a picture of its own, in the size and exposure of [view], and a button on the page.",
+    ),
     Key::new("source", || list_of(source_table(), 0), "Groups of emitters. Those that no group holds are the source \"rest\"."),
     Key::new("sensitivity", || table(&SENSITIVITY), "How light depends on reflectances and emittances."),
 ];
@@ -118,6 +123,14 @@ pub(crate) const VIEW: [Key; 7] = [
 ];
 
 pub(crate) const VIEW_KEYS: &[&str] = &names(&VIEW);
+
+/// The keys of `[views.NAME]`.
+pub(crate) const NAMED_VIEW: [Key; 4] = {
+    let [_, eye, look_at, up, fov, _, _] = VIEW;
+    [eye.required(), look_at.required(), up, fov]
+};
+
+pub(crate) const NAMED_VIEW_KEYS: &[&str] = &names(&NAMED_VIEW);
 
 /// The keys of `[budget]`.
 pub(crate) const BUDGET: [Key; 5] = [

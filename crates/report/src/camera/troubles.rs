@@ -1,6 +1,6 @@
 //! What is wrong with where a camera stands.
 
-use job::View;
+use job::{NamedView, View};
 use radiosity::{Hit, Ray, Scene};
 
 use super::Camera;
@@ -10,8 +10,15 @@ use crate::bounds::Bounds;
 /// An eye nearer to what it sees than this part of the scene's size stands on it.
 const ON_A_WALL: f64 = 1e-3;
 
-/// What is wrong with where a job lets the camera stand: a sentence each.
-pub fn view_troubles(scene: &Scene, view: &View) -> Vec<String> {
+/// What is wrong with where the views of a job let the camera stand: a sentence each.
+pub fn view_troubles(scene: &Scene, view: &View, named: &[NamedView]) -> Vec<String> {
+    let named = named.iter().map(|of| (format!("[views.{}]", of.name), view.from_stand(of.stand)));
+    let all = std::iter::once(("[view]".to_owned(), *view)).chain(named);
+    all.flat_map(|(table, view)| troubles_of(scene, &view, &table)).collect()
+}
+
+/// What is wrong with the view of a table.
+fn troubles_of(scene: &Scene, view: &View, table: &str) -> Vec<String> {
     let Some(stand) = &view.stand else { return Vec::new() };
     let camera = Camera::at(scene, stand, view.size.unwrap_or(STAND_SIZE).map(|side| side.min(TRIAL_SIZE)));
     let [width, height] = camera.size;
@@ -33,7 +40,7 @@ pub fn view_troubles(scene: &Scene, view: &View) -> Vec<String> {
         } else {
             "surfaces show it only their backs"
         };
-        return vec![format!("[view] sees nothing: {why}; move eye or look_at, or remove [view]")];
+        return vec![format!("{table} sees nothing: {why}; move eye or look_at, or remove {table}")];
     }
     let bounds = Bounds::of(scene);
     let share = |part: usize, whole: usize| format!("{:.0} %", 100.0 * part as f64 / whole as f64);
@@ -44,7 +51,7 @@ pub fn view_troubles(scene: &Scene, view: &View) -> Vec<String> {
         let wall =
             scene.surface_name(first.iter().min_by(|a, b| a.t.total_cmp(&b.t)).map_or(0, |hit| hit.surface));
         return vec![format!(
-            "the eye of [view] stands on a wall: {} of what it sees is nearer than {near:.1e} m, \"{wall}\" first; move it away",
+            "the eye of {table} stands on a wall: {} of what it sees is nearer than {near:.1e} m, \"{wall}\" first; move it away",
             share(close, first.len())
         )];
     }
@@ -52,7 +59,7 @@ pub fn view_troubles(scene: &Scene, view: &View) -> Vec<String> {
     let backs = first.iter().filter(is_back).count();
     if bounds.contains(camera.eye) && most(backs) {
         return vec![format!(
-            "the eye of [view] stands inside a wall or a block: {} of what it meets first are backs of one-sided surfaces, \
+            "the eye of {table} stands inside a wall or a block: {} of what it meets first are backs of one-sided surfaces, \
              which are left out of the picture; move it to where fronts face it",
             share(backs, first.len())
         )];

@@ -19,11 +19,17 @@ use crate::camera::Camera;
 use crate::smooth::Smooth;
 
 /// Samples that a pixel may have: about √2 times as many from one to the next. A sample is a ray that gathers, and [`SHADOWS`] to
-/// lamps, whose light is noisier. With fewer than two the picture shows the patches.
+/// lamps, whose light is noisier.
 const SAMPLES: [u8; 9] = [2, 3, 4, 6, 8, 12, 16, 24, 32];
 
 /// The rays of a run for each that its picture takes.
 const RUN_PER_PICTURE: u64 = 5;
+
+/// Samples of a pixel in the mean at least: with fewer one sees blotches.
+const LEAST_SAMPLES: u64 = 8;
+
+/// A run of fewer rays than pixels over this is a trial: its picture shows the patches, and costs nothing.
+const PIXELS_PER_RAY: u64 = 2;
 
 /// The sides of a square of pixels whose rays are traced together.
 const TILE: usize = 8;
@@ -100,9 +106,10 @@ pub(super) struct Noisy {
     pub(super) variance: f32,
 }
 
-/// Samples of all pixels together after a run of this number of rays; `None` where it had fewer than there are pixels.
+/// Samples of all pixels together after a run of this number of rays; `None` where that was a trial.
 pub(super) fn samples(rays_of_run: u64, pixels: usize) -> Option<u64> {
-    (rays_of_run >= pixels as u64).then_some(rays_of_run / RUN_PER_PICTURE / u64::from(1 + SHADOWS))
+    let (pixels, of_run) = (pixels as u64, rays_of_run / RUN_PER_PICTURE / u64::from(1 + SHADOWS));
+    (PIXELS_PER_RAY * rays_of_run >= pixels).then_some(of_run.max(LEAST_SAMPLES * pixels))
 }
 
 impl Field {
@@ -301,6 +308,15 @@ mod tests {
         });
         // Far from all walls 0.5; beside one, which then is half of all that is seen, up to E + ϱ · 0.5 = 0.75 of that half.
         assert!((0.499..0.56).contains(&least) && (0.6..0.7501).contains(&most), "{least} {most}");
+    }
+
+    /// A short run has the samples that a picture needs, a long one a fifth of its rays, and a trial none.
+    #[test]
+    fn a_picture_has_a_part_of_the_run_or_what_it_needs() {
+        let pixels = 400_000;
+        assert_eq!(samples(199_999, pixels), None);
+        assert_eq!(samples(200_000, pixels), Some(LEAST_SAMPLES * 400_000));
+        assert_eq!(samples(150_000_000, pixels), Some(10_000_000));
     }
 
     /// Pixels at edges have more samples than those amid a wall, and all together no more than there are.

@@ -33,10 +33,16 @@ export function tone(light) {
   for (let c = 0; c < 3; c += 1) light[c] = (light[c] / peak) * bent * (1 - part) + bent * part;
 }
 
+/** Steps of light in the table of `encode`: so many that none of them is a twentieth of a shade. */
+const STEPS = 65536;
+const SRGB = Uint8Array.from({ length: STEPS + 1 }, (_, step) => {
+  const light = step / STEPS;
+  return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * light ** (1 / 2.4) - 0.055) + 0.5;
+});
+
 /** Light 0 … 1 as sRGB 0 … 255. */
 export function encode(light) {
-  const held = Math.min(Math.max(light, 0), 1);
-  return 255 * (held <= 0.0031308 ? 12.92 * held : 1.055 * held ** (1 / 2.4) - 0.055);
+  return SRGB[Math.min(Math.max(light, 0), 1) * STEPS + 0.5 | 0];
 }
 
 /** The value that a part of the area does not exceed, of faces with a finite value. */

@@ -35,12 +35,19 @@ class Planes {
   }
 }
 
+/** The entry of a table for each code. */
+function looked(codes, table) {
+  const found = new Float32Array(codes.length);
+  for (let at = 0; at < codes.length; at += 1) found[at] = table[codes[at]];
+  return found;
+}
+
 /** What reads codes as logarithms: 0 is unknown, 1 is 0. */
 function decoder(least, steps) {
   const values = new Float32Array(65536);
   for (let code = 2; code < 65536; code += 1) values[code] = 2 ** (least + (code - 2) / steps);
   values[0] = NaN;
-  return (codes) => Float32Array.from(codes, (code) => values[code]);
+  return (codes) => looked(codes, values);
 }
 
 export class CompactResult extends Result {
@@ -72,15 +79,17 @@ export class CompactResult extends Result {
     }
     if (!ends) {
       const width = Float32Array.from({ length: 256 }, (_, code) => (code === 0 ? NaN : 2 ** ((code - 1) / widthSteps - 15)));
-      this.halfWidths = Float32Array.from(planes.eight(rows), (code) => width[code]);
+      this.halfWidths = looked(planes.eight(rows), width);
     }
     this.channels.forEach((channel, c) => {
-      const of = (first) => Float32Array.from(material, (number) => materials[number][first + c]);
-      const [reflectance, emittance, radiosity] = [of(0), of(count), this.numbers.get('radiosity' + channel)];
-      this.numbers.set('reflectance' + channel, reflectance);
-      this.numbers.set('emittance' + channel, emittance);
+      const of = (first) => looked(material, materials.map((numbers) => numbers[first + c]));
+      this.numbers.set('reflectance' + channel, of(0));
+      this.numbers.set('emittance' + channel, of(count));
+      const [reflectance, emittance, radiosity] = ['reflectance', 'emittance', 'radiosity'].map((name) => this.numbers.get(name + channel));
+      const irradiance = new Float32Array(rows);
       // H = (B − E)/ϱ, where the difference is no rounding.
-      this.numbers.set('irradiance' + channel, radiosity.map((b, i) => (emittance[i] === 0 && reflectance[i] > 0 ? b / reflectance[i] : NaN)));
+      for (let i = 0; i < rows; i += 1) irradiance[i] = emittance[i] === 0 && reflectance[i] > 0 ? radiosity[i] / reflectance[i] : NaN;
+      this.numbers.set('irradiance' + channel, irradiance);
     });
     this.area = this.areas();
     this.columns = { patch: this.patches };
@@ -90,11 +99,19 @@ export class CompactResult extends Result {
   /** The area of every face [m²]: half the length of the product of its diagonals. */
   areas() {
     const { corners } = this;
-    return Float64Array.from({ length: this.size }, (_, face) => {
-      const at = 12 * face;
-      const [u, v] = [[0, 6], [3, 9]].map(([from, to]) => [0, 1, 2].map((axis) => corners[at + to + axis] - corners[at + from + axis]));
-      return Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
-    });
+    const areas = new Float64Array(this.size);
+    for (let face = 0, at = 0; face < this.size; face += 1, at += 12) {
+      const [ux, uy, uz] = [corners[at + 6] - corners[at], corners[at + 7] - corners[at + 1], corners[at + 8] - corners[at + 2]];
+      const [vx, vy, vz] = [corners[at + 9] - corners[at + 3], corners[at + 10] - corners[at + 4], corners[at + 11] - corners[at + 5]];
+      const [x, y, z] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+      areas[face] = Math.sqrt(x * x + y * y + z * z) / 2;
+    }
+    return areas;
+  }
+
+  /** Such a page does not know the surfaces: each face is one. */
+  sides() {
+    return Uint32Array.from({ length: this.size }, (_, face) => face);
   }
 
   has(name) {

@@ -9,7 +9,9 @@ const text = (page, id) => page.getElementById(id).textContent;
 
 /** Bytes of an element that holds base64 of a zlib stream. */
 async function inflate(page, id) {
-  const packed = Uint8Array.from(atob(text(page, id)), (letter) => letter.charCodeAt(0));
+  const letters = atob(text(page, id));
+  const packed = new Uint8Array(letters.length);
+  for (let at = 0; at < letters.length; at += 1) packed[at] = letters.charCodeAt(at);
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate'));
   return new Response(stream).arrayBuffer();
 }

@@ -49,6 +49,11 @@ class Page {
     element('marks').addEventListener('change', () => this.view.showSensors(element('marks').checked));
     for (const id of ['axis', 'part', 'flip']) element(id).addEventListener('input', () => this.cut());
     element('home').addEventListener('click', () => this.view.home());
+    for (const { name, ...view } of this.result.facts.summary.views ?? []) {
+      const button = make('button', name, { type: 'button' });
+      button.addEventListener('click', () => this.view.stand(view));
+      element('views').append(button);
+    }
     for (const [id, across, ahead] of [['step-ahead', 0, 1], ['step-back', 0, -1], ['step-left', -1, 0], ['step-right', 1, 0]]) {
       element(id).addEventListener('click', () => this.view.walk(across, ahead));
     }
@@ -235,13 +240,18 @@ class Page {
   listWorst() {
     const { result } = this;
     const widths = result.relativeHalfWidth();
-    const total = result.area.reduce((sum, area) => sum + area, 0);
     const hits = result.has('hits') ? result.number('hits') : null;
-    const listed = Array.from(widths.keys()).filter((i) => Number.isFinite(widths[i]) && result.area[i] > TINY * total && (hits === null || hits[i] > 0));
-    listed.sort((a, b) => widths[b] - widths[a] || a - b);
+    const least = TINY * result.area.reduce((sum, area) => sum + area, 0);
+    const [worse, listed] = [(a, b) => widths[b] - widths[a] || a - b, []];
+    for (let i = 0; i < result.size; i += 1) {
+      if (!Number.isFinite(widths[i]) || result.area[i] <= least || (hits !== null && hits[i] <= 0)) continue;
+      if (listed.length === LISTED && worse(listed.at(-1), i) <= 0) continue;
+      listed.push(i);
+      listed.sort(worse).splice(LISTED);
+    }
     const body = element('worst');
     body.replaceChildren();
-    for (const face of listed.slice(0, LISTED)) {
+    for (const face of listed) {
       const row = make('tr');
       const side = result.columns.side ? `, ${result.cell('side', face)}` : '';
       const button = make('button', result.cell('patch', face) + side, { type: 'button' });
@@ -259,7 +269,7 @@ class Page {
   /** Shows what a later page of the same run has, from where one looks now. */
   renew(page, result) {
     this.result = result;
-    this.view.result = result;
+    this.view.renew(result);
     this.choices = quantities(result);
     for (const id of PARTS) {
       const part = element(id);

@@ -96,20 +96,34 @@ export class Result {
 
   /** Half of the interval's width over the estimate, the largest of the channels. */
   relativeHalfWidth() {
-    this.halfWidths ??= Float64Array.from(this.area, (_, i) => {
-      const of = (c) => {
-        const [low, high, value] = ['ci_low', 'ci_high', 'radiosity'].map((name) => this.number(name + c)[i]);
-        return value === 0 && high === low ? 0 : (high - low) / 2 / value;
-      };
-      return Math.max(...this.channels.map(of));
-    });
+    if (this.halfWidths) return this.halfWidths;
+    this.halfWidths = new Float64Array(this.size).fill(-Infinity);
+    for (const c of this.channels) {
+      const [low, high, value] = ['ci_low', 'ci_high', 'radiosity'].map((name) => this.number(name + c));
+      for (let i = 0; i < this.size; i += 1) {
+        const width = value[i] === 0 && high[i] === low[i] ? 0 : (high[i] - low[i]) / 2 / value[i];
+        this.halfWidths[i] = Math.max(this.halfWidths[i], width);
+      }
+    }
     return this.halfWidths;
+  }
+
+  /** By face, a number that the faces on one side of a surface share. */
+  sides() {
+    const { surface, side } = this.columns;
+    const numbers = new Map();
+    return Uint32Array.from({ length: this.size }, (_, face) => {
+      const key = `${side?.[face] ?? ''}:${surface[face]}`;
+      if (!numbers.has(key)) numbers.set(key, numbers.size);
+      return numbers.get(key);
+    });
   }
 
   /** Whether a face is a triangle: its fourth corner repeats the third. */
   isTriangle(face) {
-    const [third, fourth] = [this.corner(face, 2), this.corner(face, 3)];
-    return [0, 1, 2].every((axis) => third[axis] === fourth[axis]);
+    const { corners } = this;
+    const at = 12 * face + 6;
+    return corners[at] === corners[at + 3] && corners[at + 1] === corners[at + 4] && corners[at + 2] === corners[at + 5];
   }
 
   /** A corner as [x, y, z] in metres; what is numbered after the last face are the cells of sensors. */

@@ -39,23 +39,26 @@ function picture(result, stops, even) {
   const exposure = channels.map((c) => result.facts.view.exposure[c] * 2 ** stops);
   const white = result.channels.map((_, c) => brief((result.facts.view.white[c] * result.facts.view.exposure[c]) / exposure[c]));
   const words = `White is ${white.join(', ')} ${result.facts.summary.units.radiosity} and above${white.length > 1 ? ' (red, green, blue)' : ''}.`;
-  const smooth = even ? result.even : null;
-  const light = even ? (i, c) => smooth[count * i + channels[c]] : flat(result, channels);
-  const bytes = new Uint8Array(3 * result.size * (even ? 4 : 1));
+  const light = even ? result.even : flat(result);
+  const bytes = new Uint8Array(3 * (light.length / count));
   const shown = [0, 0, 0];
   for (let i = 0; i < bytes.length / 3; i += 1) {
-    for (let c = 0; c < 3; c += 1) shown[c] = light(i, c) * exposure[c];
+    for (let c = 0; c < 3; c += 1) shown[c] = light[count * i + channels[c]] * exposure[c];
     tone(shown);
     for (let c = 0; c < 3; c += 1) bytes[3 * i + c] = encode(shown[c]);
   }
   return { bytes, legend: { words } };
 }
 
-/** The radiosity of a face in a channel; what the face emits, where no walk gives an estimate. */
-function flat(result, channels) {
-  const radiosity = channels.map((c) => result.number('radiosity' + result.channels[c]));
-  const emitted = channels.map((c) => result.number('emittance' + result.channels[c]));
-  return (i, c) => (Number.isNaN(radiosity[c][i]) ? emitted[c][i] : radiosity[c][i]);
+/** The radiosity of every face, the channels of a face side by side; what the face emits, where no walk gives an estimate. */
+function flat(result) {
+  const count = result.channels.length;
+  const light = new Float32Array(count * result.size);
+  result.channels.forEach((channel, c) => {
+    const [radiosity, emitted] = ['radiosity', 'emittance'].map((name) => result.number(name + channel));
+    for (let i = 0; i < result.size; i += 1) light[count * i + c] = Number.isNaN(radiosity[i]) ? emitted[i] : radiosity[i];
+  });
+  return light;
 }
 
 function flags(result) {

@@ -51,23 +51,18 @@ export class View {
   }
 
   /** Two triangles a face (one where it is a triangle), seen from their front; those of dark faces last. */
-  buildFaces() {
+  orderFaces(places) {
     const { result } = this;
     const dark = this.darkFaces();
-    const triangles = Uint8Array.from({ length: result.size }, (_, face) => (result.isTriangle(face) ? 1 : 2));
-    const count = triangles.reduce((sum, some) => sum + some, 0);
-    this.faceOf = new Uint32Array(count);
-    // The corners of a triangle after its first: 1, 2 or 2, 3.
-    this.secondOf = new Uint8Array(count);
-    const places = new Float32Array(9 * count);
     let at = 0;
     for (const wanted of [false, true]) {
       for (let face = 0; face < result.size; face += 1) {
         if (dark[face] !== wanted) continue;
-        for (let second = 1; second <= triangles[face]; second += 1) {
+        for (let second = 1; second <= (result.isTriangle(face) ? 1 : 2); second += 1) {
           this.faceOf[at] = face;
           this.secondOf[at] = second;
-          for (const [corner, which] of [0, second, second + 1].entries()) {
+          for (let corner = 0; corner < 3; corner += 1) {
+            const which = corner === 0 ? 0 : second + corner - 1;
             for (let axis = 0; axis < 3; axis += 1) places[9 * at + 3 * corner + axis] = result.corners[12 * face + 3 * which + axis];
           }
           at += 1;
@@ -75,6 +70,17 @@ export class View {
       }
       if (!wanted) this.litCount = at;
     }
+  }
+
+  buildFaces() {
+    const { result } = this;
+    let count = 0;
+    for (let face = 0; face < result.size; face += 1) count += result.isTriangle(face) ? 1 : 2;
+    this.faceOf = new Uint32Array(count);
+    // The corners of a triangle after its first: 1, 2 or 2, 3.
+    this.secondOf = new Uint8Array(count);
+    const places = new Float32Array(9 * count);
+    this.orderFaces(places);
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(places, 3));
     this.bytes = new Uint8Array(places.length);
@@ -90,12 +96,28 @@ export class View {
     this.materials = [1, 8].map((back) => new MeshBasicMaterial({
       vertexColors: true, clippingPlanes: [], polygonOffset: true, polygonOffsetFactor: back, polygonOffsetUnits: back,
     }));
-    geometry.addGroup(0, 3 * this.litCount, 0);
-    geometry.addGroup(3 * this.litCount, 3 * (count - this.litCount), 1);
+    this.groupFaces();
     this.renderer.localClippingEnabled = true;
     const mesh = new Mesh(geometry, this.materials);
     mesh.frustumCulled = false;
     this.scene.add(mesh);
+  }
+
+  /** Tells lit faces from dark ones, which come after them. */
+  groupFaces() {
+    const count = this.faceOf.length;
+    this.geometry.clearGroups();
+    this.geometry.addGroup(0, 3 * this.litCount, 0);
+    this.geometry.addGroup(3 * this.litCount, 3 * (count - this.litCount), 1);
+  }
+
+  /** Shows a later result of the same scene: light has come to faces that were dark. */
+  renew(result) {
+    this.result = result;
+    const { position } = this.geometry.attributes;
+    this.orderFaces(position.array);
+    position.needsUpdate = true;
+    this.groupFaces();
   }
 
   buildGrid() {
@@ -150,16 +172,22 @@ export class View {
   /** Faces of sides that nothing lights: the outsides of walls. They are hidden from an eye outside of the scene, so that it looks in. */
   darkFaces() {
     const { result } = this;
-    const count = result.channels.length;
-    const lights = result.channels.map((c) => result.number('radiosity' + c));
-    const emitted = result.channels.map((c) => result.number('emittance' + c));
-    const brightest = Float64Array.from(result.area, (_, face) => {
-      let most = 0;
-      for (let c = 0; c < count; c += 1) most = Math.max(most, lights[c][face] || 0, emitted[c][face] || 0);
-      return most;
-    });
-    const [power, area] = brightest.reduce(([b, a], most, face) => [b + most * result.area[face], a + result.area[face]], [0, 0]);
-    return Array.from(brightest, (most) => most <= (DARK * power) / area);
+    const brightest = new Float64Array(result.size);
+    for (const channel of result.channels) {
+      const [light, emitted] = ['radiosity', 'emittance'].map((name) => result.number(name + channel));
+      for (let face = 0; face < result.size; face += 1) brightest[face] = Math.max(brightest[face], light[face] || 0, emitted[face] || 0);
+    }
+    const sides = result.sides();
+    const [powers, areas] = [new Float64Array(result.size), new Float64Array(result.size)];
+    let [power, area] = [0, 0];
+    for (let face = 0; face < result.size; face += 1) {
+      powers[sides[face]] += brightest[face] * result.area[face];
+      areas[sides[face]] += result.area[face];
+      power += brightest[face] * result.area[face];
+      area += result.area[face];
+    }
+    const most = (DARK * power) / area;
+    return Array.from(sides, (side) => powers[side] <= most * areas[side]);
   }
 
   /** Whether the eye is in the box around the scene. */
@@ -210,7 +238,13 @@ export class View {
 
   /** Back to the view of radiosity.png. */
   home() {
-    const { eye, look_at, up } = this.result.facts.view;
+    this.stand(this.result.facts.view);
+  }
+
+  /** Looks from a place: eye, look_at, up, fov and size. */
+  stand(view) {
+    const { eye, look_at, up } = view;
+    this.stood = view;
     this.camera.up.fromArray(up);
     this.camera.position.fromArray(eye);
     this.controls.target.fromArray(look_at);
@@ -221,6 +255,7 @@ export class View {
     }
     this.controls.rotateSpeed = this.isInside() ? -0.4 : 1;
     this.controls.update();
+    this.resize();
   }
 
   /** Goes a step across the direction of view and ahead, level as one walks. */
@@ -330,7 +365,7 @@ export class View {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     // A stage that is narrower than the picture shows all of its width.
-    const { fov, size } = this.result.facts.view;
+    const { fov, size } = this.stood;
     const shown = Math.max(1, size[0] / size[1] / this.camera.aspect);
     this.camera.fov = (2 * Math.atan(shown * Math.tan((fov * Math.PI) / 360)) * 180) / Math.PI;
     this.camera.updateProjectionMatrix();

@@ -61,6 +61,18 @@ for (const [name, factors] of Object.entries(FACTORS)) {
   });
 }
 
+test('faces on one side of a surface are lit or dark together', async () => {
+  const run = await open('run');
+  const sides = run.sides();
+  const key = (face) => `${run.columns.surface[face]} ${run.columns.side?.[face]}`;
+  const first = new Map();
+  sides.forEach((side, face) => {
+    if (!first.has(side)) first.set(side, face);
+    assert.equal(key(face), key(first.get(side)));
+  });
+  assert.equal(first.size, new Set(Array.from(sides.keys(), key)).size);
+});
+
 test('sources that are all switched off leave the dark', async () => {
   const run = await open('run');
   run.mix([0, 0, 0]);
