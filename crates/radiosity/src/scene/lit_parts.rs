@@ -511,11 +511,11 @@ impl Search<'_> {
     /// Follows a path from each of these points, in blocks.
     fn follow(&mut self, from: &[u32], lit_places: &[Point]) {
         let roots: Vec<u32> = (0..self.lit.len() as u32).map(|point| self.joined.root(point)).collect();
-        let blocks: Vec<(&[u32], Mutex<Vec<(u32, Seen)>>)> =
-            from.chunks(BLOCK).map(|block| (block, Mutex::default())).collect();
+        let blocks: Vec<&[u32]> = from.chunks(BLOCK).collect();
+        let found: Vec<Mutex<Vec<(u32, Seen)>>> = blocks.iter().map(|_| Mutex::default()).collect();
         let (ground, reflects, before) = (&self.ground, &self.reflects, self.blocks);
         (self.executor)(blocks.len(), &|number| {
-            let (block, found) = &blocks[number];
+            let block = blocks[number];
             let rng = Sequence::new(SEED_OF_PATHS).walk(before + number as u64);
             let starts: Vec<Point> = block.iter().map(|&point| ground.points[point as usize]).collect();
             let news = |start: usize, point: u32| {
@@ -524,12 +524,12 @@ impl Search<'_> {
             let mut seen = Vec::new();
             Paths { ground, rng }
                 .follow(&starts, lit_places, news, |start, what| seen.push((block[start], what)));
-            *found.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = seen;
+            *found[number].lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = seen;
         });
         self.blocks += blocks.len() as u64;
-        let seen: Vec<(u32, Seen)> = blocks
+        let seen: Vec<(u32, Seen)> = found
             .into_iter()
-            .flat_map(|(_, found)| found.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()))
+            .flat_map(|found| found.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()))
             .collect();
         for (start, what) in seen {
             match what {
