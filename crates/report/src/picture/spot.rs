@@ -37,6 +37,11 @@ impl Spot {
         (self.piece != Spot::NONE).then_some(self.piece)
     }
 
+    /// Whether two spots are on one side of one surface, or both beyond the scene.
+    pub(super) fn is_beside(&self, other: &Spot) -> bool {
+        (self.surface, self.side) == (other.surface, other.side)
+    }
+
     /// Where on its surface, in local coordinates.
     pub(super) fn uv(&self) -> [f64; 2] {
         self.uv.map(f64::from)

@@ -22,6 +22,10 @@ const FINE: u32 = 4;
 /// A side of a surface is lit where its mean radiosity is above this part of that of all.
 const LIT: f64 = 1e-3;
 
+/// Where a pixel is looked at for what is thinner than a pixel, and may miss its middle: four places, no two of them in one row or column of
+/// the quarters of the pixel.
+const PROBES: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
+
 /// Pixels with edges that are looked at together.
 const FINE_AT_ONCE: usize = 256;
 
@@ -169,8 +173,10 @@ impl<'a> Studio<'a> {
     fn band(&self, rows: std::ops::Range<usize>, middles: &[Pixel], shades: &[[f32; 3]]) -> Vec<Pixel> {
         let width = self.camera.size[0] as usize;
         let mut pixels = middles[rows.start * width..rows.end * width].to_vec();
-        let edges = rows.clone().flat_map(|y| (0..width).map(move |x| [x, y]));
-        let edges: Vec<[usize; 2]> = edges.filter(|&pixel| self.has_edge(pixel, shades)).collect();
+        let all = rows.clone().flat_map(|y| (0..width).map(move |x| [x, y]));
+        let (mut edges, others): (Vec<[usize; 2]>, Vec<[usize; 2]>) =
+            all.partition(|&pixel| self.has_edge(pixel, shades));
+        edges.extend(others.chunks(FINE_AT_ONCE).flat_map(|some| self.with_thin_things(some)));
         for some in edges.chunks(FINE_AT_ONCE) {
             for (&[x, y], pixel) in some.iter().zip(self.fine_pixels(some)) {
                 pixels[(y - rows.start) * width + x] = pixel;
@@ -189,6 +195,18 @@ impl<'a> Studio<'a> {
             let differs = shades[own].iter().zip(&shades[other]).any(|(a, b)| (a - b).abs() >= SAME_SHADE);
             differs && !self.goes_on(&self.spots[own], &self.spots[other])
         })
+    }
+
+    /// Those of some pixels that show something else beside their middle.
+    fn with_thin_things(&self, pixels: &[[usize; 2]]) -> Vec<[usize; 2]> {
+        let probes = |&[x, y]: &[usize; 2]| PROBES.map(|[right, down]| [x as f64 + right, y as f64 + down]);
+        let points: Vec<[f64; 2]> = pixels.iter().flat_map(probes).collect();
+        let spots = Spot::seen_by(&self.camera, self.scene, &points);
+        let shows_more = |(&[x, y], spots): (&[usize; 2], &[Spot])| {
+            let middle = &self.spots[y * self.camera.size[0] as usize + x];
+            spots.iter().any(|spot| !spot.is_beside(middle) && !self.goes_on(middle, spot)).then_some([x, y])
+        };
+        pixels.iter().zip(spots.chunks_exact(PROBES.len())).filter_map(shows_more).collect()
     }
 
     /// Whether two spots are on one surface to the eye, and the light between them is known.

@@ -1,4 +1,5 @@
-use job::View;
+use glam::DVec3;
+use job::{Stand, View};
 use radiosity::{IndexChoice, Scene, SceneSpec};
 
 use super::light::{BACKGROUND, BRIGHT, SHINING, SHOULDER, Shades, encode, exposure, rank, tone};
@@ -32,6 +33,23 @@ fn the_cornell_box_looks_like_itself() {
     // The short block stands on the left, its top lit and its front in shadow.
     let (top, front) = (shade(&picture, 0.34, 0.66), shade(&picture, 0.27, 0.8));
     assert!(top > front + 100, "{top} {front}");
+}
+
+/// A slat of a third of a pixel, which most middles of pixels miss, is seen along all of its length.
+#[test]
+fn what_is_thinner_than_a_pixel_has_no_gaps() {
+    let wall = quad("wall", [[-2., 0., -1.], [2., 0., -1.], [-2., 0., 1.]], [1, 1], 0.5);
+    let mut slat = quad("slat", [[-1.5, -0.1, -0.02], [1.5, -0.1, 0.03], [-1.5, -0.1, -0.013]], [1, 1], 0.5);
+    slat.emittance = 1.0.into();
+    let scene = Scene::build(&SceneSpec::new(vec![wall, slat]), IndexChoice::Auto).unwrap();
+    let stand = Stand { eye: DVec3::new(0.0, -3.0, 0.0), look_at: DVec3::ZERO, up: None, fov: 40.0 };
+    let view = View { stand: Some(stand), size: Some([200, 100]), exposure: Some(0.5), ..View::default() };
+    let picture = Photo::take((&scene, 0), &[0.1, 1.0], None, &view, false).picture;
+    for column in 40..160 {
+        let shades = picture.pixels.iter().skip(column).step_by(200);
+        let (least, most) = (shades.clone().min().unwrap(), shades.max().unwrap());
+        assert!(most - least > 10, "column {column}: {least} {most}");
+    }
 }
 
 #[test]

@@ -110,7 +110,7 @@ export class CompactResult extends Result {
   }
 
   /** Such a page does not know the surfaces: each face is one. */
-  sides() {
+  surfaceSides() {
     return Uint32Array.from({ length: this.size }, (_, face) => face);
   }
 

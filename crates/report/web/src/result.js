@@ -109,7 +109,7 @@ export class Result {
   }
 
   /** By face, a number that the faces on one side of a surface share. */
-  sides() {
+  surfaceSides() {
     const { surface, side } = this.columns;
     const numbers = new Map();
     return Uint32Array.from({ length: this.size }, (_, face) => {

@@ -177,7 +177,7 @@ export class View {
       const [light, emitted] = ['radiosity', 'emittance'].map((name) => result.number(name + channel));
       for (let face = 0; face < result.size; face += 1) brightest[face] = Math.max(brightest[face], light[face] || 0, emitted[face] || 0);
     }
-    const sides = result.sides();
+    const sides = result.surfaceSides();
     const [powers, areas] = [new Float64Array(result.size), new Float64Array(result.size)];
     let [power, area] = [0, 0];
     for (let face = 0; face < result.size; face += 1) {

@@ -63,7 +63,7 @@ for (const [name, factors] of Object.entries(FACTORS)) {
 
 test('faces on one side of a surface are lit or dark together', async () => {
   const run = await open('run');
-  const sides = run.sides();
+  const sides = run.surfaceSides();
   const key = (face) => `${run.columns.surface[face]} ${run.columns.side?.[face]}`;
   const first = new Map();
   sides.forEach((side, face) => {
