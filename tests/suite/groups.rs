@@ -150,10 +150,13 @@ fn every_face_is_drawn() {
     run_job(job.to_str().unwrap(), &out, &more);
     let vtu = fs::read_to_string(out.join("patches.vtu")).unwrap();
     assert!(vtu.contains("NumberOfPoints=\"576\" NumberOfCells=\"192\""), "{}", &vtu[..400]);
-    for file in ["scene.glb", "patches.parquet", "report.html", "radiosity.png"] {
-        assert!(fs::metadata(out.join(file)).unwrap().len() > 1000, "{file}");
+    // A black picture of this size has less than 200 bytes.
+    for (file, least) in
+        [("scene.glb", 1000), ("patches.parquet", 1000), ("report.html", 1000), ("radiosity.png", 500)]
+    {
+        assert!(fs::metadata(out.join(file)).unwrap().len() > least, "{file}");
     }
-    // Light is the same on all faces of a patch, and the picture is not black.
+    // Light is the same on all faces of a patch.
     let (code, said, _) = run(&["replay", job.to_str().unwrap(), "--walk", "5"]);
     assert!(code == 0 && said.contains("a group of 8 faces from Cube:"), "{said}");
 }
