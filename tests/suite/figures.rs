@@ -143,7 +143,7 @@ fn unhit_rooms_are_in_the_headline() {
     for seed in 0..4 {
         let tally = walked(&experiment, seed, 3000);
         let estimates = Estimates::new(&experiment, &tally, 0.95);
-        let headline = estimates.precision(Quantity::Irradiance).headline;
+        let headline = estimates.precision(Quantity::Irradiance, &radiosity::in_turn).headline;
         assert_eq!(headline.sealed_area, 0.0, "the hole is found");
         let mut errors: Vec<(f64, f64)> = estimates
             .known()
@@ -405,7 +405,10 @@ fn targets_are_about_the_area_of_the_headline() {
         let experiment = Experiment::new(scene, Method::shooting(EstimatorKind::Collision)).unwrap();
         let tally = walked(&experiment, 5, 100_000);
         let estimates = Estimates::new(&experiment, &tally, 0.95);
-        (judge(&target, &estimates, 100_000), estimates.precision(Quantity::Irradiance).headline)
+        (
+            judge(&target, &estimates, 100_000),
+            estimates.precision(Quantity::Irradiance, &radiosity::in_turn).headline,
+        )
     };
     let halves = scenes::unequal_rooms(0.0);
     let all: f64 = halves.surfaces.iter().map(|surface| surface.shape.area() * surface.sides.count()).sum();

@@ -164,9 +164,12 @@ fn views_with_names_have_pictures_of_their_own() {
     std::fs::remove_file(out.join("radiosity-door.png")).unwrap();
     assert_eq!(run(&["report", text(&out), "--quiet"]).0, 0);
     assert!(std::fs::read(out.join("radiosity-door.png")).unwrap() == png);
+    // A picture that a person put there stays.
+    std::fs::write(out.join("radiosity-before.png"), &png).unwrap();
     let again = run_job(JOB, &out, &["--paths", "20000", "--set", "view.size=[64, 48]", "--force"]);
     assert_eq!(again["tally_hash"], told["tally_hash"]);
     assert!(again.get("views").is_none() && set_of(&pictures).is_disjoint(&files(&out)));
+    assert!(std::fs::read(out.join("radiosity-before.png")).unwrap() == png);
     let refused = |view: &str| run(&["check", JOB, "--set", view]).2;
     let told = refused("views.\"a/b\"={ eye = [0.5, 0.1, 0.5], look_at = [0.5, 0.9, 0.6] }");
     assert!(told.contains("cannot name a view"), "{told}");

@@ -9,6 +9,7 @@ mod standing;
 mod total;
 
 use job::{Target, TotalTarget};
+use parallel::run_on_all_cores;
 use protocol::Look;
 use radiosity::{Estimates, Experiment, Quantity, Tally};
 use report::WorstPatch;
@@ -119,8 +120,7 @@ impl Observer {
         let walks = tally.counts.walks;
         let estimates = Estimates::new(&self.experiment, tally, self.level);
         let quantity = self.target.as_ref().map_or_else(Quantity::default, |target| target.quantity);
-        estimates.search_lit_parts(&parallel::run_on_all_cores);
-        let precision = estimates.precision(quantity);
+        let precision = estimates.precision(quantity, &run_on_all_cores);
         let of_patches = self.target.as_ref().map(|target| {
             let early = walks * self.experiment.unit().paths() < target.min_paths;
             if early { [false; 2] } else { meets(target, &estimates) }

@@ -33,7 +33,8 @@ fn run(first: &Experiment, last: &Experiment, seed: u64, walks: u64) -> (Tally, 
 /// The checks that failed.
 fn alarms(experiment: &Experiment, tally: &Tally, looks: &[Look]) -> Vec<String> {
     let estimates = Estimates::new(experiment, tally, 0.95);
-    let checks = checks(&estimates, None, &estimates.precision(Quantity::Irradiance), looks);
+    let checks =
+        checks(&estimates, None, &estimates.precision(Quantity::Irradiance, &radiosity::in_turn), looks);
     checks.into_iter().filter(|check| check.verdict == Verdict::Failed).map(|check| check.name).collect()
 }
 

@@ -34,7 +34,8 @@ pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option
         }
     }
     let estimates = Estimates::new(experiment, &tally, CONFIDENCE);
-    let checks = checks(&estimates, None, &estimates.precision(Quantity::Irradiance), &seen);
+    let checks =
+        checks(&estimates, None, &estimates.precision(Quantity::Irradiance, &radiosity::in_turn), &seen);
     let solution = Solution::new(experiment, &tally, CONFIDENCE);
     ToldRun { tally, solution, checks, reached }
 }

@@ -1,5 +1,6 @@
 //! The gauge of a running job: rates over a window, and errors as often as they are cheap to estimate.
 
+use parallel::run_on_all_cores;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -109,7 +110,7 @@ impl<'a> Gauge<'a> {
         let estimates = Estimates::new(self.experiment, coordinator.prefix(), self.level);
         let target = self.settings.target.as_ref();
         let quantity = target.map_or_else(Quantity::default, |target| target.quantity);
-        self.precision = Some(estimates.precision(quantity));
+        self.precision = Some(estimates.precision(quantity, &run_on_all_cores));
         let sensors = self.settings.sensor_goal(self.experiment);
         let prospects = Prospect::all(target, sensors.as_ref(), &estimates, (self.level, MOST_FACES));
         let ending = if prospects.is_empty() || self.settings.total_target.is_some() {

@@ -1,10 +1,10 @@
 //! The search for lit parts of faces is held against continuous walks, in random rooms of touching, overlapping and doubled bodies.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::cell::Cell;
 
 use crate::common::{box_walls, collision, experiment, flipped, quad, surface, walk};
 use glam::{DMat3, DVec3};
-use radiosity::{Estimates, IndexChoice, Scene, SceneSpec, Sequence, Shape, Sides, Space, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneSpec, Sequence, Shape, Sides, Space, SurfaceSpec, in_turn};
 
 fn both_sides(shape: Shape, reflectance: f64) -> SurfaceSpec {
     SurfaceSpec { sides: Sides::Both, ..surface(shape, reflectance) }
@@ -13,7 +13,7 @@ fn both_sides(shape: Shape, reflectance: f64) -> SurfaceSpec {
 /// By face: its lit part, where no walk has hit any.
 fn parts(spec: &SceneSpec) -> Vec<f64> {
     let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
-    scene.lit_parts(&vec![false; scene.faces().len()])
+    scene.lit_parts(&vec![false; scene.faces().len()], &in_turn)
 }
 
 /// A room of 4 m whose ceiling emits, and whose floor has these cells.
@@ -133,9 +133,9 @@ fn find(number: u64, walks: u64) -> Found {
     let scene = experiment.scene();
     let tally = walk(&experiment, number, 0..walks);
     let faces = scene.faces().len();
-    let told = scene.lit_parts(&vec![false; faces]);
+    let told = scene.lit_parts(&vec![false; faces], &in_turn);
     let hit: Vec<bool> = (0..faces).map(|face| tally.events(face) > 0).collect();
-    let by_hits = scene.lit_parts(&hit);
+    let by_hits = scene.lit_parts(&hit, &in_turn);
     let mut found = Found::default();
     for (i, face) in scene.faces().iter().enumerate() {
         let hits = tally.events(i);
@@ -208,16 +208,14 @@ fn the_search_is_the_same_on_any_executor() {
             .map(|wall| both_sides(wall, 0.5)),
     );
     let spec = SceneSpec::new(spec);
-    let experiment = experiment(&spec, IndexChoice::Auto, collision(Space::Continuous));
-    let tally = experiment.tally();
-    let blocks = AtomicUsize::new(0);
-    Estimates::new(&experiment, &tally, 0.95).search_lit_parts(&|jobs, job| {
+    let blocks = Cell::new(0);
+    let backwards = |jobs: usize, job: &(dyn Fn(usize) + Sync)| {
         (0..jobs).rev().for_each(job);
-        blocks.fetch_add(jobs, Ordering::Relaxed);
-    });
-    assert!(blocks.into_inner() > 4);
-    let none = vec![false; experiment.scene().faces().len()];
-    assert_eq!(experiment.scene().lit_parts(&none), parts(&spec));
+        blocks.set(blocks.get() + jobs);
+    };
+    let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+    assert_eq!(scene.lit_parts(&vec![false; scene.faces().len()], &backwards), parts(&spec));
+    assert!(blocks.get() > 4);
 }
 
 /// Where walks hit a face whose points are all dark, all that its points see is lit, unless the face has a lit sliver.
@@ -229,9 +227,9 @@ fn a_hit_lights_what_no_path_has_found() {
     let scene = Scene::build(&SceneSpec::new(spec), IndexChoice::Auto).unwrap();
     let faces = scene.faces().len();
     let mut hit = vec![false; faces];
-    assert_eq!(scene.lit_parts(&hit)[6..12], [0.0; 6]);
+    assert_eq!(scene.lit_parts(&hit, &in_turn)[6..12], [0.0; 6]);
     hit[7] = true;
-    assert_eq!(scene.lit_parts(&hit)[6..12], [1.0; 6]);
+    assert_eq!(scene.lit_parts(&hit, &in_turn)[6..12], [1.0; 6]);
     // A box without a bottom covers all of the floor but a strip of 2 cm, which is found.
     let mut spec = lit_room([1, 1]);
     let over = cuboid(DVec3::ZERO, DVec3::new(4.0, 3.98, 1.0), 0.0);
@@ -239,6 +237,6 @@ fn a_hit_lights_what_no_path_has_found() {
     let scene = Scene::build(&SceneSpec::new(spec), IndexChoice::Auto).unwrap();
     let mut hit = vec![false; scene.faces().len()];
     hit[0] = true;
-    let parts = scene.lit_parts(&hit);
+    let parts = scene.lit_parts(&hit, &in_turn);
     assert!(parts[0] > 0.0 && parts[0] < 0.05, "{}", parts[0]);
 }

@@ -89,7 +89,7 @@ fn precision_is_weighted_by_the_area_that_light_can_reach() {
     let floor = 0.01 * (0..6).map(|i| area[i] * h(i)).sum::<f64>() / 22.0;
     let error = |i: usize| half_width(i) / h(i).max(floor);
     let Precision { rms_relative_error, max_relative_error, worst_face, headline, unhit } =
-        estimates.precision(Quantity::Irradiance);
+        estimates.precision(Quantity::Irradiance, &radiosity::in_turn);
     // Of the dark walls that reflect, only the unhit one is worse than the sixth.
     let squares = 3.0 * error(2).powi(2) + 6.0 * error(4).powi(2) + 6.0 * error(5).powi(2);
     assert_close(rms_relative_error, (squares / 15.0).sqrt());

@@ -230,18 +230,6 @@ impl OutputFolder {
         Ok(())
     }
 
-    /// Removes the pictures of views with names, but for those of some names.
-    ///
-    /// # Errors
-    /// Those of the operating system.
-    pub fn remove_other_views(&self, kept: &[&str]) -> Result<(), Error> {
-        let entries = entries(&self.path).map_err(Error::io("read", &self.path))?;
-        let is_other = |path: &PathBuf| is_of_view(path) && !kept.iter().any(|name| path.ends_with(name));
-        let names =
-            entries.iter().filter(|path| is_other(path)).filter_map(|path| path.file_name()?.to_str());
-        self.remove(&names.collect::<Vec<_>>())
-    }
-
     /// Where the folder is.
     pub fn path(&self) -> &Path {
         &self.path

@@ -1,5 +1,6 @@
 //! `sources.csv`: what each source does to each patch, in the order of the job and of `patches.csv`.
 
+use parallel::run_on_all_cores;
 use std::io::{self, Write};
 
 use radiosity::{Estimate, Estimates, Experiment, Quantity, Tally};
@@ -42,7 +43,8 @@ pub fn source_summaries(experiment: &Experiment, tally: &Tally, confidence: f64)
             emitters: lit().count() + lamps().filter(|&lamp| of_lamp(lamp) > 0.0).count(),
             power: lit().map(|face| power(&face)).sum::<f64>() + lamps().map(of_lamp).sum::<f64>(),
             factor: experiment.mixture().map(|factors| factors[number]),
-            relative_error: estimates.precision(Quantity::Irradiance).headline.quantiles[0],
+            relative_error: estimates.precision(Quantity::Irradiance, &run_on_all_cores).headline.quantiles
+                [0],
         })
     };
     names.iter().enumerate().filter_map(summary).collect()

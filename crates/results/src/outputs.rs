@@ -1,13 +1,14 @@
 //! What a run leaves behind: its output folder.
 
 use std::borrow::Cow;
+use std::fs;
 use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 
 use job::{Beside, Forecast, Light, NamedView, OutputFile, WalkKind, Word};
 use judge::{Control, bounces, checks_of_result, is_discretised, target};
-use parallel::on_all_cores;
+use parallel::{on_all_cores, run_on_all_cores};
 use protocol::{Book, Checkpoint, Contributor, Look, Session, WalkRange};
 use radiosity::{Estimates, Experiment, Precision, Quantity, Readings, Scene, sensitivity::Influences};
 use report::words::{counted, percent, quantity};
@@ -16,6 +17,7 @@ use report::{
     OutputFolder, Page, PartSummary, PartitionSummary, Photo, Provenance, RunFacts, SessionSummary, Shot,
     Smooth, Summary, TotalSummary, Units, WorkerSummary,
 };
+use serde::Deserialize;
 
 use crate::checkpoints::{
     self, CURRENT, ISOLUX, ISOLUX_PICTURE, Latest, PARTITION, PLANES, PREVIOUS, SENSITIVITIES, SENSORS,
@@ -28,6 +30,23 @@ use crate::settings::Settings;
 
 /// Files by name, written but not in their places.
 type Drafts = Vec<(Cow<'static, str>, Draft)>;
+
+/// The views with names of a summary.
+#[derive(Default, Deserialize)]
+struct EarlierViews {
+    #[serde(default)]
+    views: Vec<EarlierView>,
+}
+
+#[derive(Deserialize)]
+struct EarlierView {
+    name: String,
+}
+
+/// The file of the picture of a view with a name.
+fn picture_of(view: &str, kind: &str) -> String {
+    format!("radiosity-{view}.{kind}")
+}
 
 /// The files that are written where a job names none.
 const DEFAULT: [OutputFile; 4] =
@@ -114,12 +133,23 @@ impl RunOutput {
     /// Puts files in their places, and takes away those of an earlier result that this one does not have.
     fn place(&self, drafts: Drafts) -> Result<(), Error> {
         let (written, drafts): (Vec<Cow<'static, str>>, Vec<Draft>) = drafts.into_iter().unzip();
-        let written: Vec<&str> = written.iter().map(|name| &**name).collect();
+        let earlier_views = self.earlier_views();
         drafts.into_iter().try_for_each(Draft::place)?;
-        let others: Vec<&str> = derived().into_iter().filter(|name| !written.contains(name)).collect();
+        let earlier = derived().into_iter().chain(earlier_views.iter().map(String::as_str));
+        let others: Vec<&str> = earlier.filter(|name| !written.iter().any(|other| other == name)).collect();
         self.folder.remove(&others)?;
-        self.folder.remove_other_views(&written)?;
         Ok(self.folder.sync()?)
+    }
+
+    /// The pictures of the views that the summary in the folder names: other pictures may be a person's own.
+    fn earlier_views(&self) -> Vec<String> {
+        let summary = fs::read(self.folder.file(OutputFile::Summary.name())).unwrap_or_default();
+        let earlier: EarlierViews = serde_json::from_slice(&summary).unwrap_or_default();
+        earlier
+            .views
+            .iter()
+            .flat_map(|view| ["png", "exr"].map(|kind| picture_of(&view.name, kind)))
+            .collect()
     }
 
     /// The files that a result has.
@@ -158,11 +188,11 @@ impl RunOutput {
         let mut drafts = Drafts::new();
         for (shot, photo) in named {
             let Some(photo) = photo else { continue };
-            let name = format!("radiosity-{}.png", shot.name);
+            let name = picture_of(&shot.name, "png");
             let draft = self.folder.draft(&name, |writer| photo.picture.write_png(writer))?;
             drafts.push((name.into(), draft));
             if let Some(values) = &photo.values {
-                let name = format!("radiosity-{}.exr", shot.name);
+                let name = picture_of(&shot.name, "exr");
                 let draft =
                     self.folder.draft(&name, |writer| values.write_exr(writer, summary.units.radiance))?;
                 drafts.push((name.into(), draft));
@@ -373,7 +403,7 @@ impl Kept {
 /// The summary of a tally, but for the view. `examine`: whether the discretised system is examined, which takes walks.
 fn summarise(settings: &Settings, estimates: &Estimates, book: &Book, git: &str, examine: bool) -> Summary {
     let quantity = settings.target.as_ref().map_or_else(Quantity::default, |target| target.quantity);
-    let precision = estimates.precision(quantity);
+    let precision = estimates.precision(quantity, &run_on_all_cores);
     let facts = RunFacts {
         discretised: is_discretised(estimates.experiment().method())
             .then(|| if examine { distance(settings, estimates) } else { None }),

@@ -34,7 +34,7 @@ pub(super) fn facet_rank(name: &str) -> Option<usize> {
     FACETS.iter().position(|known| *known == plain)
 }
 
-/// The most numbers of an array in a file of so many bytes: nine for each triangle that the file may make.
+/// The longest array that a file of this number of bytes may hold, in numbers: nine for each triangle that it may make.
 pub(super) fn most_numbers(bytes: usize) -> u64 {
     9 * TriangleBudget::of(bytes).most()
 }

@@ -117,7 +117,7 @@ impl Packing {
 pub(super) fn too_long(most: u64) -> UnplacedError {
     UnplacedError::new(
         format!("an array is longer than {most} bytes"),
-        "a file of this size cannot have so many points or cells",
+        "the file is too small for that number of points or cells",
         "export the file again",
     )
 }

@@ -1,6 +1,7 @@
 //! The accuracy of faces, held against what a target asks of each.
 
 use job::{Target, Unhit};
+use parallel::run_on_all_cores;
 use radiosity::{Channels, Estimate, Estimates, Face, Place, Reach};
 
 /// The accuracy of one face.
@@ -54,7 +55,7 @@ pub(super) fn standings(estimates: &Estimates, target: &Target) -> Vec<(usize, S
         all.extend(Standing::new(&face, &channels, target).map(|standing| (i, standing)));
     }
     if target.patches.is_none() {
-        let reach = Reach::new(estimates, &hit);
+        let reach = Reach::new(estimates, &hit, &run_on_all_cores);
         all.retain_mut(|(i, standing)| {
             let Place::Room { part } = reach.of(*i as u32, hit[*i]) else { return false };
             standing.area *= part;

@@ -74,7 +74,7 @@ pub struct JobOutcome {
 const CHAINS: u64 = 8;
 
 impl JobOutcome {
-    /// What is set on a command of so many walks.
+    /// The keys of a command that takes this number of walks.
     pub fn keys_for(&self, walks: u64) -> Vec<String> {
         let of_walks = |key: &String| match key.starts_with("method.batch_paths=") {
             true => format!("method.batch_paths={}", walks / CHAINS),

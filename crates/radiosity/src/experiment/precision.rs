@@ -161,19 +161,8 @@ struct Ranked {
 }
 
 impl Estimates<'_> {
-    /// Searches on an executor, where [`Estimates::precision`] would search on its own thread, for what light comes to: once for each
-    /// scene, and a second and more among a million faces.
-    pub fn search_lit_parts(&self, executor: &Executor) {
-        let scene = self.scene();
-        let continuous = self.experiment().method().space() == Space::Continuous;
-        let is_unhit = |channels: &Channels| channels.iter().any(Estimate::is_unsampled);
-        if continuous && !scene.has_lit_parts() && self.known().any(|(_, _, channels)| is_unhit(&channels)) {
-            scene.search_lit_parts(executor);
-        }
-    }
-
-    /// How well the faces are known, by the half-widths of a quantity.
-    pub fn precision(&self, quantity: Quantity) -> Precision {
+    /// How well the faces are known, by the half-widths of a quantity. The executor runs the search for what light comes to.
+    pub fn precision(&self, quantity: Quantity, executor: &Executor) -> Precision {
         let mut ranks = Vec::new();
         let mut hit = vec![false; self.scene().faces().len()];
         let (mut of_dark, mut of_all) = (Spread::default(), Spread::default());
@@ -199,7 +188,7 @@ impl Estimates<'_> {
                 of_dark.add(i, face.area, reflects.filter_map(|(c, e)| Quantity::Irradiance.of(&face, c, e)));
             }
         }
-        let reach = Reach::new(self, &hit);
+        let reach = Reach::new(self, &hit, executor);
         let all: f64 = self.scene().faces().iter().map(|face| face.area).sum();
         let (mut unhit, mut sealed_area) = (Apart::default(), 0.0);
         ranks.retain_mut(|ranked| match reach.of(ranked.face, ranked.is_hit) {
@@ -263,7 +252,7 @@ enum Dark<'a> {
 impl<'a> Reach<'a> {
     /// The faces of a solved scene, each of which was `hit` or not. What walks have hit is reached by light, and so is all that is
     /// joined to it. Walks that go on from where they arrive light parts of faces, others whole faces.
-    pub fn new(estimates: &Estimates<'a>, hit: &[bool]) -> Self {
+    pub fn new(estimates: &Estimates<'a>, hit: &[bool], executor: &Executor) -> Self {
         let scene = estimates.scene();
         let dark = match estimates.experiment().method().space() {
             _ if !hit.contains(&false) => Dark::Nowhere,
@@ -271,7 +260,7 @@ impl<'a> Reach<'a> {
                 let sealed = scene.sealed();
                 Dark::Faces(sealed, sealed.groups_with(|face| hit[face as usize]))
             }
-            Space::Continuous => Dark::Parts(scene.lit_parts(hit)),
+            Space::Continuous => Dark::Parts(scene.lit_parts(hit, executor)),
         };
         Reach { scene, before_sky: scene.surfaces_before_sky(), dark }
     }

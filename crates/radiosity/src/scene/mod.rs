@@ -41,8 +41,8 @@ use crate::trace::ray::Ray;
 use crate::trace::stack::Stack;
 use births::{Birthplace, Births, Origin};
 use lamps::PointLamps;
-pub use lit_parts::Executor;
-use lit_parts::{LitParts, in_turn};
+use lit_parts::LitParts;
+pub use lit_parts::{Executor, in_turn};
 use panes::Panes;
 use scatter::Scatter;
 use sealed::Sealed;
@@ -394,23 +394,10 @@ impl Scene {
         self.parts.planes.get_or_init(make).as_ref()
     }
 
-    /// By face: the part of its area that light comes to by paths that go on from where they arrive, above 0 where a face was `hit`.
-    pub fn lit_parts(&self, hit: &[bool]) -> Vec<f64> {
-        self.find_lit_parts(&in_turn).given(self, hit)
-    }
-
-    /// Whether what light comes to has been searched for.
-    pub(crate) fn has_lit_parts(&self) -> bool {
-        self.parts.lit_parts.get().is_some()
-    }
-
-    /// Searches on an executor for what light comes to, once: [`Scene::lit_parts`] has it ready then.
-    pub(crate) fn search_lit_parts(&self, executor: &Executor) {
-        self.find_lit_parts(executor);
-    }
-
-    fn find_lit_parts(&self, executor: &Executor) -> &LitParts {
-        self.parts.lit_parts.get_or_init(|| Arc::new(LitParts::new(self, executor)))
+    /// By face: the part of its area that light comes to by paths that go on from where they arrive, above 0 where a face was `hit`. The executor
+    /// runs the search for it, once for each scene: a second and more among a million faces.
+    pub fn lit_parts(&self, hit: &[bool], executor: &Executor) -> Vec<f64> {
+        self.parts.lit_parts.get_or_init(|| Arc::new(LitParts::new(self, executor))).given(self, hit)
     }
 
     /// The faces that no path of light joins to an emitter, where paths go on from any point of a face.

@@ -123,7 +123,8 @@ fn every_output_has_the_same_cells_of_every_kind_of_patch() {
     }
     assert_eq!(compared, 60 * 14);
     // The summary counts what the table leaves empty: the tiny patch as unhit, three as sealed.
-    let summary = PrecisionSummary::new(&scene, &estimates.precision(Quantity::Irradiance));
+    let summary =
+        PrecisionSummary::new(&scene, &estimates.precision(Quantity::Irradiance, &radiosity::in_turn));
     assert_eq!(summary.unhit.patches, 1);
     assert!((summary.headline.sealed_area - 3.0 * 0.04).abs() < 1e-12);
     let area: f64 = number("area").iter().flatten().sum();
