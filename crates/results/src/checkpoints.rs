@@ -20,6 +20,7 @@ use crate::error::Error;
 use crate::pilot::PILOT;
 use crate::replica::pack;
 use crate::settings::Settings;
+use crate::views::pictures_in;
 
 /// The latest tally of a run.
 pub const CURRENT: &str = "tally.bin";
@@ -224,7 +225,9 @@ pub(crate) fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Late
     };
     report::replace_atomically(&path, previous.as_deref(), |file| checkpoint.write(file), prove)?;
     if latest == Latest::Foreign {
-        folder.remove(&[&derived()[..], &[PREVIOUS, PILOT]].concat())?;
+        let views = pictures_in(folder);
+        let views: Vec<&str> = views.iter().map(String::as_str).collect();
+        folder.remove(&[&derived()[..], &[PREVIOUS, PILOT], &views].concat())?;
     }
     Ok(())
 }

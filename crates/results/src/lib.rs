@@ -39,6 +39,7 @@ mod resume;
 mod settings;
 mod solo;
 mod told;
+mod views;
 
 pub use audit::{Audit, Extent, Wrong, audit};
 pub use checkpoints::{CURRENT, Identity, Keeper, Latest, unix_seconds};

@@ -1,7 +1,6 @@
 //! What a run leaves behind: its output folder.
 
 use std::borrow::Cow;
-use std::fs;
 use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
@@ -17,7 +16,6 @@ use report::{
     OutputFolder, Page, PartSummary, PartitionSummary, Photo, Provenance, RunFacts, SessionSummary, Shot,
     Smooth, Summary, TotalSummary, Units, WorkerSummary,
 };
-use serde::Deserialize;
 
 use crate::checkpoints::{
     self, CURRENT, ISOLUX, ISOLUX_PICTURE, Latest, PARTITION, PLANES, PREVIOUS, SENSITIVITIES, SENSORS,
@@ -27,26 +25,10 @@ use crate::error::Error;
 use crate::kept::Kept;
 use crate::pilot::PILOT;
 use crate::settings::Settings;
+use crate::views;
 
 /// Files by name, written but not in their places.
 type Drafts = Vec<(Cow<'static, str>, Draft)>;
-
-/// The views with names of a summary.
-#[derive(Default, Deserialize)]
-struct EarlierViews {
-    #[serde(default)]
-    views: Vec<EarlierView>,
-}
-
-#[derive(Deserialize)]
-struct EarlierView {
-    name: String,
-}
-
-/// The file of the picture of a view with a name.
-fn picture_of(view: &str, kind: &str) -> String {
-    format!("radiosity-{view}.{kind}")
-}
 
 /// The files that are written where a job names none.
 const DEFAULT: [OutputFile; 4] =
@@ -133,23 +115,12 @@ impl RunOutput {
     /// Puts files in their places, and takes away those of an earlier result that this one does not have.
     fn place(&self, drafts: Drafts) -> Result<(), Error> {
         let (written, drafts): (Vec<Cow<'static, str>>, Vec<Draft>) = drafts.into_iter().unzip();
-        let earlier_views = self.earlier_views();
+        let earlier_views = views::pictures_in(&self.folder);
         drafts.into_iter().try_for_each(Draft::place)?;
         let earlier = derived().into_iter().chain(earlier_views.iter().map(String::as_str));
         let others: Vec<&str> = earlier.filter(|name| !written.iter().any(|other| other == name)).collect();
         self.folder.remove(&others)?;
         Ok(self.folder.sync()?)
-    }
-
-    /// The pictures of the views that the summary in the folder names: other pictures may be a person's own.
-    fn earlier_views(&self) -> Vec<String> {
-        let summary = fs::read(self.folder.file(OutputFile::Summary.name())).unwrap_or_default();
-        let earlier: EarlierViews = serde_json::from_slice(&summary).unwrap_or_default();
-        earlier
-            .views
-            .iter()
-            .flat_map(|view| ["png", "exr"].map(|kind| picture_of(&view.name, kind)))
-            .collect()
     }
 
     /// The files that a result has.
@@ -188,11 +159,11 @@ impl RunOutput {
         let mut drafts = Drafts::new();
         for (shot, photo) in named {
             let Some(photo) = photo else { continue };
-            let name = picture_of(&shot.name, "png");
+            let name = views::picture_of(&shot.name, "png");
             let draft = self.folder.draft(&name, |writer| photo.picture.write_png(writer))?;
             drafts.push((name.into(), draft));
             if let Some(values) = &photo.values {
-                let name = picture_of(&shot.name, "exr");
+                let name = views::picture_of(&shot.name, "exr");
                 let draft =
                     self.folder.draft(&name, |writer| values.write_exr(writer, summary.units.radiance))?;
                 drafts.push((name.into(), draft));
