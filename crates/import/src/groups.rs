@@ -8,7 +8,7 @@
 use std::collections::{HashMap, VecDeque};
 
 use glam::{DVec3, I64Vec3};
-use radiosity::SceneSpec;
+use radiosity::{Corners, SceneSpec};
 
 /// How far a group reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,7 @@ struct GroupableCell {
     kind: u32,
     centre: DVec3,
     normal: DVec3,
-    corners: Vec<DVec3>,
+    corners: Corners,
 }
 
 /// An edge, and whether a cell runs along it from the lesser of its ends.

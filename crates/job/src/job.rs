@@ -110,7 +110,7 @@ impl Job {
     ///
     /// # Errors
     /// As [`SceneFile::build`].
-    pub fn build_scene_like(&self, other: &Scene) -> Result<Scene, Error> {
+    pub fn build_scene_like(&self, other: Scene) -> Result<Scene, Error> {
         match other.has_surfaces_of(self.scene.spec()) {
             true => other.recut(self.scene.spec()).map_err(|error| self.scene.locate(error)),
             false => self.build_scene(),

@@ -259,7 +259,7 @@ impl SceneFile {
     ///
     /// # Errors
     /// As [`SceneFile::build_cut`].
-    pub fn recut(&self, scene: &Scene, cells: (&[Cut], &[u32])) -> Result<Scene, Error> {
+    pub fn recut(&self, scene: Scene, cells: (&[Cut], &[u32])) -> Result<Scene, Error> {
         scene.recut(&self.spec_cut(cells)?).map_err(|error| self.locate(error))
     }
 

@@ -160,7 +160,7 @@ pub struct Book {
     /// The processes that coordinated the run.
     pub sessions: Vec<Session>,
     /// The job, encoded for the program to read.
-    pub job: Vec<u8>,
+    pub job: Arc<[u8]>,
 }
 
 /// The error of a tally file that cannot be used.

@@ -59,7 +59,7 @@ pub use geometry::pane::{CLEAREST, PaneSpec};
 pub use geometry::planes::Body;
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
 pub use geometry::sky::SkyPatches;
-pub use geometry::spec::{SKY, SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
+pub use geometry::spec::{Corners, SKY, SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
 pub use geometry::surface::Surface;
 pub use hands::Hands;
 pub use jacobi::plan::{Iterations, RayBirths, Solve};

@@ -81,6 +81,12 @@ fn a_scene_that_is_cut_anew_is_built_so() {
                     .map(|scene| walk(&Experiment::new(scene.clone(), method.clone()).unwrap(), 3, 0..5_000));
                 assert_eq!(one, two, "{space:?}, {index:?}");
             }
+            // A scene that is cut as it was keeps nothing but its cells: names are those of the new one.
+            let mut named = other.clone();
+            named.surfaces[1].name = Some("floor".into());
+            let renamed = cut.recut(&other).unwrap().recut(&named).unwrap();
+            assert_eq!((renamed.hash(), renamed.surface_name(1)), (built.hash(), "floor"));
+            assert_eq!(renamed.recut(&other).unwrap().surface_name(1), built.surface_name(1));
         }
     }
 }

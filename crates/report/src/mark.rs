@@ -1,6 +1,5 @@
 //! Pictures that show some surfaces of a scene: these in red, all else in grey.
 
-use glam::DVec3;
 use radiosity::Scene;
 
 use crate::camera::{Camera, Sight, Size};
@@ -92,7 +91,7 @@ fn shade(scene: &Scene, sight: Option<Sight>, is_marked: &impl Fn(u32) -> bool) 
 
 /// The corners of a surface in the picture, in their order around it; those behind the eye are left out.
 fn outline(scene: &Scene, camera: &Camera, surface: u32) -> Vec<[f64; 2]> {
-    let mut corners: Vec<DVec3> = scene.surfaces()[surface as usize].outline();
+    let mut corners = scene.surfaces()[surface as usize].outline();
     if let [_, _, third, fourth] = &mut corners[..] {
         std::mem::swap(third, fourth);
     }

@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 use parallel::on_all_cores;
-use radiosity::{Estimate, Estimates, Scene, Side, Spectrum};
+use radiosity::{Corners, Estimate, Estimates, Scene, Side, Spectrum};
 
 use crate::bounds::Bounds;
 
@@ -235,7 +235,7 @@ impl SomeFaces {
                 normal: (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize(),
             };
             self.pieces.push((piece, shown));
-            let places = if slopes.is_empty() { Vec::new() } else { scene.corners_on_fit(piece) };
+            let places = if slopes.is_empty() { Corners::new() } else { scene.corners_on_fit(piece) };
             let first = self.fitted.len();
             self.fitted.resize(first + 4 * channels, 0.0);
             for channel in 0..channels {

@@ -358,7 +358,7 @@ mod tests {
             goal: [0; 32],
             effort: protocol::Effort::default(),
             sessions: vec![],
-            job: vec![],
+            job: [].into(),
         };
         Checkpoint { scene_hash: [0; 32], tally: radiosity::Tally::new(1, layout).into(), book }
     }

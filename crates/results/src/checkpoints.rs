@@ -41,7 +41,7 @@ pub struct Identity {
     /// The digest of the target and of the intervals' level, to which looks belong.
     pub goal: [u8; 32],
     /// The job as it travels.
-    pub job: Vec<u8>,
+    pub job: Arc<[u8]>,
     /// The processes that coordinated it, this one last.
     pub sessions: Vec<Session>,
 }
@@ -72,7 +72,7 @@ impl Identity {
             seed: settings.seed,
             first,
             goal: settings.goal(),
-            job: packed,
+            job: packed.into(),
             sessions: vec![session(build)],
         })
     }
@@ -93,7 +93,7 @@ impl Identity {
             None => (budget.stream_paths, 2),
         };
         JobPlan {
-            job: self.job.clone().into(),
+            job: self.job.clone(),
             scene_hash: self.scene_hash,
             job_hash: self.job_hash,
             build: build.into(),

@@ -57,6 +57,6 @@ pub fn mix(kept: Kept, run: &Path, set: &[(String, f64)]) -> Result<Kept, Error>
         .map_err(|problem| refused(problem, "choose smaller factors".into()))?;
     let (settings, experiment) =
         unpack(&job).map_err(|problem| refused(problem, "choose other factors".into()))?;
-    checkpoint.book.job = job;
+    checkpoint.book.job = job.into();
     Ok(Kept { checkpoint, settings, experiment })
 }

@@ -39,7 +39,7 @@ impl Chosen {
         let mut controls = Controls::new((job, auto), forecast, threads);
         for round in 0..=ROUNDS {
             let cells = (&self.partition.cuts[..], &self.partition.groups[..]);
-            self.scene = job.scene.recut(&self.scene, cells)?;
+            self.scene = job.scene.recut(self.scene, cells)?;
             let experiment = shooting(self.scene.clone())?;
             let Some(finer) = controls.look(&experiment, cells, round) else { break };
             (self.partition.cuts, self.partition.groups) = (finer.cuts, finer.groups);
@@ -49,24 +49,26 @@ impl Chosen {
         Ok(self)
     }
 
-    /// Whether its groups of faces are told to err by less than the noise of fits to each face, by a control of its own; and all its walks and rays.
+    /// Whether its groups of faces are told to err by less than the noise of fits to each face, by a control of its own; all its walks and rays; and a scene of
+    /// the surfaces.
     ///
     /// # Errors
     /// Where the scene is refused.
     pub(crate) fn groups_pay(
-        &self,
+        self,
         (job, auto): (&Job, &Auto),
         threads: usize,
-    ) -> Result<(bool, [u64; 2]), Error> {
+    ) -> Result<(bool, [u64; 2], Scene), Error> {
         let mut controls = Controls::new((job, auto), self.forecast(), threads);
+        let Chosen { partition, mut scene } = self;
         // Walks that judge whether to group do not judge the groups.
         controls.seed = seed(!job.seed);
-        let cells = (&self.partition.cuts[..], &self.partition.groups[..]);
-        let pay = match cells.1.is_empty() {
-            true => false,
-            false => controls.do_groups_pay(&shooting(job.scene.recut(&self.scene, cells)?)?),
-        };
-        Ok((pay, [controls.forecast.paths, controls.forecast.rays]))
+        let mut pay = false;
+        if !partition.groups.is_empty() {
+            scene = job.scene.recut(scene, (&partition.cuts, &partition.groups))?;
+            pay = controls.do_groups_pay(&shooting(scene.clone())?);
+        }
+        Ok((pay, [controls.forecast.paths, controls.forecast.rays], scene))
     }
 }
 

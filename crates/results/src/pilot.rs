@@ -86,8 +86,8 @@ impl Chosen {
     ///
     /// # Errors
     /// As [`Job::build_scene`].
-    pub fn build_scene(&self, job: &Job) -> Result<Scene, job::Error> {
-        job.build_scene_like(&self.scene)
+    pub fn build_scene(self, job: &Job) -> Result<Scene, job::Error> {
+        job.build_scene_like(self.scene)
     }
 }
 
@@ -123,6 +123,7 @@ pub fn choose_by<E: From<Error>>(
         let needed = chosen.forecast().for_paths;
         if needed > ENOUGH * walks && walks < most {
             walks = needed.min(GROWTH * walks);
+            pilots.scene = Some(chosen.scene);
             continue;
         }
         let chosen = chosen.controlled((job, auto), threads)?;
@@ -131,6 +132,7 @@ pub fn choose_by<E: From<Error>>(
             return Ok(Some(chosen));
         }
         pilots.counted = [told.paths, told.rays];
+        pilots.scene = Some(chosen.scene);
         walks = most.min(GROWTH * needed);
     }
 }
@@ -163,7 +165,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
     fn look(&mut self, grids: Grids, task: Task) -> Result<Pilot<'a>, E> {
         let cells = (&task.cells.0[..], &task.cells.1[..]);
         let scene = match self.scene.take() {
-            Some(scene) => self.job.scene.recut(&scene, cells),
+            Some(scene) => self.job.scene.recut(scene, cells),
             None => self.job.scene.build_cut(cells, IndexChoice::Auto),
         };
         let scene = scene.map_err(Error::from)?;
@@ -182,24 +184,28 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
         self.look(grids, Task { cells, linear: true, seed: seed(self.job.seed), groups: GROUPS, walks })
     }
 
-    /// The choice for the walks of a job.
+    /// The choice for the walks of a job. It has the scene of the pilot alone: one of a million surfaces has room for no second one.
     fn choose(&mut self, auto: &Auto, plan: Plan) -> Result<Chosen, E> {
         let are_grouped = match Meshes::are_many(auto, self.job.budget.paths) {
             Some(are_many) => are_many,
             None => self.groups_pay(auto, plan)?,
         };
-        match are_grouped {
+        let chosen = match are_grouped {
             true => self.choose_in_groups(auto, plan),
             false => self.choose_by_surface(auto, plan),
-        }
+        };
+        self.scene = None;
+        chosen
     }
 
     /// Whether groups of the faces of meshes pay, by a trial among fewer walks.
     fn groups_pay(&mut self, auto: &Auto, plan: Plan) -> Result<bool, E> {
         let trial =
             self.choose_in_groups(auto, Plan { walks: (plan.walks / TRIAL).max(1), aim: 0.0, ..plan })?;
-        let (pay, counted) = trial.groups_pay((self.job, auto), self.threads)?;
+        self.scene = None;
+        let (pay, counted, scene) = trial.groups_pay((self.job, auto), self.threads)?;
         self.counted = counted;
+        self.scene = Some(scene);
         Ok(pay)
     }
 

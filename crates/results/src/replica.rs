@@ -1,5 +1,6 @@
 //! A job as it travels and as `tally.bin` keeps it, and the walks that a process makes of it.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use job::{Demand, NamedView, Partition, Vantage};
@@ -16,8 +17,8 @@ use crate::settings::Settings;
 
 /// All that a process has to know of a job.
 #[derive(Serialize, Deserialize)]
-struct Packed {
-    scene: SceneSpec,
+struct Packed<'a> {
+    scene: Cow<'a, SceneSpec>,
     tree: bool,
     settings: Settings,
     /// The patch of every cell, as in [`SceneSpec::patch_of_cell`].
@@ -53,7 +54,7 @@ const LATER_SETTINGS: usize = 26;
 /// Where the scene is too large for one message.
 pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Result<Vec<u8>, CodecError> {
     encode_serde(&Packed {
-        scene: spec.clone(),
+        scene: Cow::Borrowed(spec),
         tree: scene.has_tree(),
         settings: settings.clone(),
         patch_of_cell: spec.patch_of_cell.clone(),
@@ -86,17 +87,18 @@ fn quantity_of(settings: &Settings) -> Quantity {
     settings.target.as_ref().map_or_else(Quantity::default, |target| target.quantity)
 }
 
-fn decode(bytes: &[u8]) -> Result<Packed, String> {
+fn decode(bytes: &[u8]) -> Result<Packed<'static>, String> {
     // Jobs that were kept before the last settings were there end before these, each of which is a byte of 0 where the job
     // says nothing of it.
     let packed = decode_serde(bytes);
     let longer = |more: usize| decode_serde(&[bytes, &vec![0; more]].concat()).ok();
     let packed = packed.or_else(|error| (1..=LATER_SETTINGS).find_map(longer).ok_or(error));
     let mut packed: Packed = packed.map_err(|error| error.to_string())?;
-    packed.scene.patch_of_cell.clone_from(&packed.patch_of_cell);
-    packed.scene.lamps.clone_from(&packed.lamps);
-    packed.scene.lamps.openings.clone_from(&packed.openings);
-    packed.scene.panes.clone_from(&packed.panes);
+    let scene = packed.scene.to_mut();
+    scene.patch_of_cell.clone_from(&packed.patch_of_cell);
+    scene.lamps.clone_from(&packed.lamps);
+    scene.lamps.openings.clone_from(&packed.openings);
+    scene.panes.clone_from(&packed.panes);
     if let Some(target) = &mut packed.settings.target {
         target.quantity = packed.quantity;
     }

@@ -10,7 +10,7 @@
 
 use std::collections::BTreeMap;
 
-use radiosity::{Arrival, Experiment, Scene, Sequence, Spectrum};
+use radiosity::{Arrival, Corners, Experiment, Scene, Sequence, Spectrum};
 
 /// G, the number of groups of a control.
 const GROUPS: usize = 16;
@@ -238,7 +238,7 @@ struct Piece {
     cell: [u32; 2],
     area: f64,
     /// The functions of the fit at its corners.
-    corners: Vec<[f64; 2]>,
+    corners: Corners<[f64; 2]>,
     /// It is cut into 4^depth bins; where that is below 0, 4^−depth such pieces are one bin.
     depth: i32,
 }

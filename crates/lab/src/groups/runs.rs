@@ -60,7 +60,7 @@ pub fn uniform(job: &Path, area: f64) -> Result<Partition, Failure> {
 pub fn experiment(
     job: &Path,
     partition: &Partition,
-    build: impl Fn(&Job) -> Result<Scene, job::Error>,
+    build: impl FnOnce(&Job) -> Result<Scene, job::Error>,
 ) -> Result<(Experiment, f64), Failure> {
     let job = job::load(job, &["budget.paths=1".into()])
         .and_then(|job| job.cut(&["budget.paths=1".into()], partition))?;
@@ -96,7 +96,8 @@ pub fn chosen(job: &Path, paths: u64, more: &[&str], reference: &Reference) -> R
     let choosing = seconds() - start;
     let forecast = chosen.partition.forecast.ok_or("no forecast")?;
     let foretold = [forecast.noise, forecast.discretisation];
-    let experiment = experiment(job, &chosen.partition, |job| chosen.build_scene(job))?;
+    let partition = chosen.partition.clone();
+    let experiment = experiment(job, &partition, |job| chosen.build_scene(job))?;
     Ok(GroupOutcome { choosing, foretold, ..found(experiment, paths, reference)? })
 }
 

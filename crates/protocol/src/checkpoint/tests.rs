@@ -42,7 +42,7 @@ fn of(tally: Tally) -> Checkpoint {
         goal: [3; 32],
         effort: Effort { seconds: 1.5, workers_seen: 2, ..Effort::default() },
         sessions: vec![Session { host: "here".into(), build: "0.1".into(), began: 1, ended: 2 }],
-        job: b"a job".to_vec(),
+        job: b"a job"[..].into(),
     };
     Checkpoint { scene_hash: SCENE, tally: tally.into(), book }
 }

@@ -1,5 +1,7 @@
 //! Books of format 4: an entry for every lease, the names of workers alone, and no out-of-order ranges.
 
+use std::sync::Arc;
+
 use bincode::Decode;
 
 use super::{Book, Look, Session, WalkRange};
@@ -19,7 +21,7 @@ struct OldBook {
     goal: [u8; 32],
     effort: Effort,
     sessions: Vec<Session>,
-    job: Vec<u8>,
+    job: Arc<[u8]>,
 }
 
 #[derive(Decode)]

@@ -7,6 +7,7 @@ use crate::experiment::chains::Student;
 use crate::experiment::meaning::Meaning;
 use crate::experiment::solution::Estimates;
 use crate::geometry::face::Face;
+use crate::geometry::spec::Corners;
 use crate::scene::Scene;
 use crate::tally::Tally;
 
@@ -105,12 +106,12 @@ impl Slopes {
 impl Scene {
     /// At the corners of a piece, in the order of its front's, by what factors the two gradients of [`Slopes`] of its face count in the
     /// linear fit there.
-    pub fn corners_on_fit(&self, piece: u32) -> Vec<[f64; 2]> {
+    pub fn corners_on_fit(&self, piece: u32) -> Corners<[f64; 2]> {
         let face = self.faces().piece(piece);
         let Some(planes) = self.planes() else {
             return match self.surfaces()[face.surface as usize].is_triangle() {
-                true => vec![[-1.0 / 3.0, -0.5], [2.0 / 3.0, 0.0], [-1.0 / 3.0, 0.5]],
-                false => vec![[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]],
+                true => Corners::from_iter([[-1.0 / 3.0, -0.5], [2.0 / 3.0, 0.0], [-1.0 / 3.0, 0.5]]),
+                false => Corners::from([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]),
             };
         };
         let growth = planes.basis(face.patch).growth;

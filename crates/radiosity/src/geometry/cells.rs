@@ -1,9 +1,7 @@
 //! How surfaces are cut into cells: from a point to its cell, and back.
 
-use glam::DVec3;
-
 use super::leaves::CutCell;
-use super::spec::Shape;
+use super::spec::{Corners, Shape};
 use crate::simd::real::Real;
 
 /// The nearest that a point may come to the edge of a surface, in local coordinates: half the spacing of the
@@ -125,7 +123,7 @@ pub(crate) fn cell_centroid(shape: &Shape, cell: u32) -> [f64; 2] {
 }
 
 /// The corners of a cell in local coordinates, in the order of [`Shape::cell_corners`].
-pub(crate) fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
+pub(crate) fn cell_corners(shape: &Shape, cell: u32) -> Corners<[f64; 2]> {
     match *shape {
         Shape::Parallelogram { cells: [nu, nv], .. } => {
             let (i, j) = (cell / nv, cell % nv);
@@ -140,7 +138,7 @@ pub(crate) fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
             let upright = position.is_multiple_of(2);
             let corners =
                 if upright { [(i, j), (i + 1, j), (i, j + 1)] } else { [(i, j + 1), (i - 1, j + 1), (i, j)] };
-            corners.map(point).into()
+            corners.map(point).into_iter().collect()
         }
         Shape::Divided { ref leaves, .. } => {
             let leaf = leaves.get(cell);
@@ -151,7 +149,7 @@ pub(crate) fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
 
 impl Shape {
     /// The corners of a cell [m], counter-clockwise as seen from the front: four of a parallelogram's cell, three of a triangle's.
-    pub fn cell_corners(&self, cell: u32) -> Vec<DVec3> {
+    pub fn cell_corners(&self, cell: u32) -> Corners {
         let (corner, e_u, e_v) = self.edges();
         let point = |[u, v]: [f64; 2]| corner + e_u * u + e_v * v;
         cell_corners(self, cell).into_iter().map(point).collect()
@@ -174,6 +172,8 @@ pub(crate) fn corner_weights(shape: &Shape, cell: u32, uv: [f64; 2]) -> [f64; 4]
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
 
     /// A point is the mean of the corners by their weights, and the middle weighs all alike.

@@ -4,12 +4,10 @@
 //! In scenes without two-sided surfaces faces and patches have the same numbers. A face consists of one piece, whose number it has,
 //! or, where patches are groups of cells, of the pieces that its partition gives it.
 
-use glam::DVec3;
-
 use super::partition::CellGroups;
 pub use super::piece::Face;
 use super::piece::Pieces;
-use super::spec::{Shape, Side};
+use super::spec::{Corners, Shape, Side};
 
 /// The faces of a scene, by number.
 #[derive(Clone, Debug)]
@@ -135,7 +133,7 @@ impl Faces {
     ///
     /// # Panics
     /// Where there is no such piece.
-    pub fn piece_corners(&self, piece: u32) -> Vec<DVec3> {
+    pub fn piece_corners(&self, piece: u32) -> Corners {
         self.pieces.corners(piece)
     }
 
@@ -145,7 +143,7 @@ impl Faces {
     }
 
     /// The corners of a piece in the local coordinates of its surface, in the order of its front's.
-    pub(crate) fn corners_on_surface(&self, piece: u32) -> Vec<[f64; 2]> {
+    pub(crate) fn corners_on_surface(&self, piece: u32) -> Corners<[f64; 2]> {
         self.pieces.corners_on_surface(piece)
     }
 

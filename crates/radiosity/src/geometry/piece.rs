@@ -6,8 +6,7 @@
 use glam::DVec3;
 
 use crate::geometry::cells::{cell_centroid, cell_corners, corner_weights};
-use crate::geometry::spec::Side;
-use crate::geometry::spec::{SceneSpec, Shape, Sides, Spectrum};
+use crate::geometry::spec::{Corners, SceneSpec, Shape, Side, Sides, Spectrum};
 
 /// One side of a patch. Nothing passes through a surface: light that arrives on one side leaves from it. Of a group of cells,
 /// surface and cell are those of its first cell.
@@ -238,7 +237,7 @@ impl Pieces {
 
     /// The corners of a piece in the coordinates of the file [m], counter-clockwise as seen from its own side: four of a
     /// parallelogram's cell, three of a triangle's.
-    pub(super) fn corners(&self, i: u32) -> Vec<DVec3> {
+    pub(super) fn corners(&self, i: u32) -> Corners {
         let (shape, cell, side) = self.shape_of(i);
         let mut corners = shape.cell_corners(cell);
         if side == Side::Back {
@@ -248,7 +247,7 @@ impl Pieces {
     }
 
     /// The corners of a piece in the local coordinates of its surface, in the order of its front's.
-    pub(super) fn corners_on_surface(&self, i: u32) -> Vec<[f64; 2]> {
+    pub(super) fn corners_on_surface(&self, i: u32) -> Corners<[f64; 2]> {
         let (shape, cell, _) = self.shape_of(i);
         cell_corners(shape, cell)
     }

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::ops::Index;
 use std::sync::Arc;
 
+use arrayvec::ArrayVec;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -51,6 +52,9 @@ pub enum Shape {
         leaves: Leaves,
     },
 }
+
+/// The corners of an outline: three of a triangle, four of a parallelogram.
+pub type Corners<T = DVec3> = ArrayVec<T, 4>;
 
 /// Which sides of a surface reflect and emit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -330,13 +334,13 @@ impl Shape {
     }
 
     /// Every corner of the outline [m].
-    pub fn corners(&self) -> Vec<DVec3> {
+    pub fn corners(&self) -> Corners {
         match *self {
             Shape::Parallelogram { corner, corner_u, corner_v, .. }
             | Shape::Divided { corner, corner_u, corner_v, .. } => {
-                vec![corner, corner_u, corner_u + (corner_v - corner), corner_v]
+                Corners::from([corner, corner_u, corner_u + (corner_v - corner), corner_v])
             }
-            Shape::Triangle { a, b, c, .. } => vec![a, b, c],
+            Shape::Triangle { a, b, c, .. } => Corners::from_iter([a, b, c]),
         }
     }
 

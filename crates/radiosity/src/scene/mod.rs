@@ -151,26 +151,38 @@ impl Scene {
         Scene::assemble(spec, isa, |surfaces| traced::Traced::new(surfaces, slack(min, max), (index, isa)))
     }
 
-    /// A scene of the same surfaces in other cells, or with other groups: what rays find surfaces by is shared. It is the scene that
-    /// [`Scene::build`] makes.
+    /// A scene of the same surfaces in other cells, or with other groups: what rays find surfaces by is kept, all else is given up before the new
+    /// scene is made. It is the scene that [`Scene::build`] makes.
     ///
     /// # Errors
     /// As [`Scene::build`].
     ///
     /// # Panics
     /// Where the surfaces are others.
-    pub fn recut(&self, spec: &SceneSpec) -> Result<Self, SceneError> {
+    pub fn recut(self, spec: &SceneSpec) -> Result<Self, SceneError> {
         assert!(self.has_surfaces_of(spec), "a scene is cut anew in the same surfaces");
-        Scene::assemble(spec, self.parts.isa, |surfaces| {
-            let Parts { frames, stacks, facets, index, .. } = &*self.parts;
-            traced::lie_in(surfaces, stacks);
-            traced::Traced {
-                frames: frames.clone(),
-                stacks: stacks.clone(),
-                facets: facets.clone(),
-                index: index.clone(),
-            }
+        if self.is_of(spec) {
+            return Ok(self);
+        }
+        let Parts { frames, stacks, facets, index, isa, .. } = &*self.parts;
+        let traced = traced::Traced {
+            frames: frames.clone(),
+            stacks: stacks.clone(),
+            facets: facets.clone(),
+            index: index.clone(),
+        };
+        let isa = *isa;
+        drop(self);
+        Scene::assemble(spec, isa, |surfaces| {
+            traced::lie_in(surfaces, &traced.stacks);
+            traced
         })
+    }
+
+    /// Whether this is the scene that would be made of a valid one, with the same names.
+    fn is_of(&self, spec: &SceneSpec) -> bool {
+        let parts = &*self.parts;
+        parts.names == names(spec) && parts.hash == hash(spec, !parts.stacks.is_empty())
     }
 
     /// Whether rays find the same surfaces in the scene that this would make: of the same corners and sides, in the same order.

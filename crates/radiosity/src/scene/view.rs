@@ -1,8 +1,7 @@
 //! Looking at a scene: what pictures ask beyond what walks do. Coordinates are relative to
 //! [`Scene::origin`].
 
-use glam::DVec3;
-
+use crate::geometry::spec::Corners;
 use crate::geometry::surface::Surface;
 use crate::scene::Scene;
 use crate::simd::batch::WIDTH;
@@ -56,7 +55,7 @@ impl<'a> Lookout<'a> {
 
 impl Surface {
     /// Every corner of the outline [m].
-    pub fn outline(&self) -> Vec<DVec3> {
+    pub fn outline(&self) -> Corners {
         let others = [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
         let others = if self.is_triangle() { &others[..2] } else { &others[..] };
         std::iter::once(&[0.0, 0.0]).chain(others).map(|&uv| self.point(uv)).collect()

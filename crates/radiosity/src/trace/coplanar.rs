@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 
 use super::stack::Stack;
 use super::tree::BinaryTree;
-use crate::geometry::spec::Sides;
+use crate::geometry::spec::{Corners, Sides};
 use crate::geometry::surface::Surface;
 
 /// Corners this many slacks from a plane count as in it: the roundings of a corner that was meant to lie there are below
@@ -94,7 +94,7 @@ fn signed_area(polygon: &[DVec2]) -> f64 {
 
 /// What is asked of surfaces here.
 struct Outline {
-    corners: Vec<DVec3>,
+    corners: Corners,
     normal: DVec3,
     area: f64,
 }

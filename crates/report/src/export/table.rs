@@ -4,8 +4,7 @@
 
 use std::io;
 
-use glam::DVec3;
-use radiosity::Estimates;
+use radiosity::{Corners, Estimates};
 
 use crate::patches::{Digits, write_some};
 
@@ -103,7 +102,7 @@ impl ColumnCells {
 
 /// The outlines that the rows are drawn by, in the order of rows: (row, corners [m] as [`radiosity::Faces::piece_corners`] has
 /// them). A row has one, and that of a group one for each of its cells.
-pub fn corners<'a>(estimates: &'a Estimates) -> impl Iterator<Item = (usize, Vec<DVec3>)> + 'a {
+pub fn corners<'a>(estimates: &'a Estimates) -> impl Iterator<Item = (usize, Corners)> + 'a {
     let faces = estimates.scene().faces();
     let rows = faces.by_patch().enumerate();
     rows.flat_map(move |(row, face)| faces.pieces(face).map(move |piece| (row, faces.piece_corners(piece))))

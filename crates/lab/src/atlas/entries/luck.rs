@@ -275,7 +275,7 @@ fn checkpoint(experiment: &Experiment, first: u64, walks: u64) -> Checkpoint {
         goal: [0; 32],
         effort: Effort::default(),
         sessions: vec![],
-        job: vec![],
+        job: [].into(),
     };
     Checkpoint { scene_hash: experiment.scene().hash(), tally: walk(experiment, 1, walks).into(), book }
 }

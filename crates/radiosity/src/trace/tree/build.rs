@@ -23,6 +23,7 @@ impl Tree {
             isa,
         };
         Fold::new(&binary.tree).emit(&mut tree, facets);
+        tree.lines.shrink_to_fit();
         tree
     }
 }
