@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use job::{Job, OutputFile};
+use job::{Budget, Job, OutputFile};
 use judge::target::looks;
 use monitor::{Description, Gauge, Reports, Showing, TextPage, Watch};
 use protocol::{Checkpoint, Coordinator, Ending, JobPlan, Look, Notice, Past};
@@ -87,9 +87,13 @@ fn tell_notes(job: &Job) {
     }
 }
 
-/// A job that is ready to be shot.
+/// A job that is ready to be shot. Its surfaces are those of the experiment: as they were read they are given up.
 struct Prepared {
-    job: Job,
+    /// The name of the job.
+    name: String,
+    budget: Budget,
+    /// Whether the target is one that the job does not name.
+    is_default_target: bool,
     settings: Settings,
     experiment: Experiment,
     output: RunOutput,
@@ -137,7 +141,9 @@ impl Prepared {
         let output = output.map_or_else(|| host.claim(), Ok)?;
         let past = Past::none(experiment.tally());
         let mut prepared = Prepared {
-            job,
+            name: job.name,
+            budget: job.budget,
+            is_default_target: job.is_default_target,
             settings,
             experiment,
             output,
@@ -161,7 +167,7 @@ impl Prepared {
     /// Goes on from the latest usable checkpoint; from the beginning, where there is none yet.
     fn resume(&mut self) -> Result<(), Fault> {
         let job = (&self.settings, &self.experiment);
-        let (folder, budget) = (self.output.path(), self.job.budget.paths);
+        let (folder, budget) = (self.output.path(), self.budget.paths);
         let Some(resumed) = results::resume(folder, &mut self.identity, job, budget, BUILD)? else {
             warn!("there is no checkpoint to resume from; the run begins at its first walk");
             return Ok(());
@@ -185,14 +191,14 @@ impl Prepared {
 
     fn plan(&self) -> Result<JobPlan, Fault> {
         let mut observer = self.settings.observer(&self.experiment).going_on_from(&self.past.tally);
-        let walks = self.job.budget.paths / self.experiment.unit().paths();
+        let walks = self.budget.paths / self.experiment.unit().paths();
         let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
-        plan(&self.identity, &self.job.budget, &self.experiment, looks(&self.experiment, walks), judge)
+        plan(&self.identity, &self.budget, &self.experiment, looks(&self.experiment, walks), judge)
     }
 
     /// What status files say of the job itself.
     fn description(&self) -> Description {
-        Description { job: self.job.name.clone(), paths_per_walk: self.experiment.unit().paths() }
+        Description { job: self.name.clone(), paths_per_walk: self.experiment.unit().paths() }
     }
 
     /// The page that follows the run, where one is wanted.
@@ -257,11 +263,11 @@ impl Prepared {
         reports: Reports,
         showing: Option<Showing>,
     ) -> Result<Watch<'_>, Fault> {
-        let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
+        let interval = Duration::from_secs_f64(self.budget.checkpoint_seconds);
         let walks = coordinator.progress().walks;
         let folder = self.output.folder().clone();
         let keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.latest)?;
-        let gauge = Gauge::new(&self.experiment, &self.settings, self.job.budget.wall_seconds);
+        let gauge = Gauge::new(&self.experiment, &self.settings, self.budget.wall_seconds);
         Ok(Watch::new(gauge, (reports, showing), (&self.identity, keeper)))
     }
 
@@ -302,7 +308,7 @@ impl Prepared {
             Ending::WallClock if checkpoint.tally.counts.walks == 0 => Ok(Outcome::TargetMissed),
             Ending::BudgetSpent | Ending::WallClock => {
                 let missed = self.settings.target_missed(&self.experiment, &checkpoint.tally);
-                Ok(if missed && !self.job.is_default_target { Outcome::TargetMissed } else { Outcome::Done })
+                Ok(if missed && !self.is_default_target { Outcome::TargetMissed } else { Outcome::Done })
             }
         }
     }

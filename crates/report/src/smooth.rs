@@ -9,11 +9,12 @@
 //! A face whose gradients are known brings its linear fit to each of its corners, as far as the fit stands out from its noise. A
 //! fit may fall below 0 at the edge of a shadow, a picture does not.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use glam::DVec3;
 use parallel::on_all_cores;
-use radiosity::{Corners, Estimate, Estimates, Scene, Side, Spectrum};
+use radiosity::{Corners, Estimate, Estimates, Scene, Side};
 
 use crate::bounds::Bounds;
 
@@ -40,12 +41,15 @@ pub struct Smooth {
     values: Vec<f64>,
 }
 
+/// Reflectance and emittance, as bits.
+type Material = [[u64; 3]; 2];
+
 /// A piece of a face as its neighbours see it.
 #[derive(Clone, Copy, Default)]
 struct Shown {
     face: u32,
-    /// Reflectance and emittance.
-    material: [[f64; 3]; 2],
+    /// Equal for equal materials.
+    material: u32,
     area: f64,
     normal: DVec3,
 }
@@ -53,7 +57,7 @@ struct Shown {
 /// What is known of some faces: their pieces by number, the fit of B at the four corners of each, and their light as [`Neighbours`] has it.
 #[derive(Default)]
 struct SomeFaces {
-    pieces: Vec<(u32, Shown)>,
+    pieces: Vec<(u32, Shown, Material)>,
     fitted: Vec<f64>,
     light: Vec<[f64; 2]>,
 }
@@ -129,7 +133,8 @@ fn touches(scene: &Scene) -> Vec<Touch> {
         let pieces = part_of(faces.piece_count(), part).map(|piece| piece as u32);
         pieces.flat_map(of_piece).map(|(corner, place)| (place, corner)).collect::<Vec<Touch>>()
     });
-    let mut touches = some.concat();
+    let mut touches = Vec::with_capacity(some.iter().map(Vec::len).sum());
+    some.into_iter().for_each(|part| touches.extend(part));
     touches.sort_unstable();
     touches
 }
@@ -169,10 +174,15 @@ impl Neighbours {
         });
         let mut fitted = vec![0.0; 4 * channels * faces.piece_count()];
         let mut pieces = vec![Shown::default(); faces.piece_count()];
+        let mut materials = HashMap::new();
         let mut light = Vec::with_capacity(channels * faces.len());
         for some in parts {
-            for ((piece, shown), fit) in some.pieces.into_iter().zip(some.fitted.chunks_exact(4 * channels)) {
-                pieces[piece as usize] = shown;
+            for ((piece, shown, material), fit) in
+                some.pieces.into_iter().zip(some.fitted.chunks_exact(4 * channels))
+            {
+                let next = materials.len() as u32;
+                let material = *materials.entry(material).or_insert(next);
+                pieces[piece as usize] = Shown { material, ..shown };
                 fitted[4 * channels * piece as usize..][..4 * channels].copy_from_slice(fit);
             }
             light.extend(some.light);
@@ -230,11 +240,12 @@ impl SomeFaces {
             let corners = faces.piece_corners(piece);
             let shown = Shown {
                 face: number as u32,
-                material: [own.reflectance, own.emittance].map(Spectrum::channels),
+                material: 0,
                 area: own.area,
                 normal: (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize(),
             };
-            self.pieces.push((piece, shown));
+            let material = [own.reflectance, own.emittance].map(|of| of.channels().map(f64::to_bits));
+            self.pieces.push((piece, shown, material));
             let places = if slopes.is_empty() { Corners::new() } else { scene.corners_on_fit(piece) };
             let first = self.fitted.len();
             self.fitted.resize(first + 4 * channels, 0.0);
