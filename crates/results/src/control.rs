@@ -7,12 +7,15 @@ use radiosity::{Arrival, EstimatorKind, Experiment, Scene, Sequence, Shape, Spac
 use crate::error::Error;
 use crate::pilot::{Chosen, seed};
 
-/// A control takes one of this many parts of the walks that the patches are for: fewer find cuts that chance favours. Of even light, of which nothing is
-/// foretold, it takes the second one to make sure of that.
+/// A control takes one of this many parts of the walks that the patches are for: fewer find cuts that chance favours. Of light that is taken for even, of
+/// which nothing is foretold, it takes the second one.
 const SHARES: [u64; 2] = [4, 16];
 
 /// A control has so many walks at least, where there are as many, and at most.
 const WALKS: [u64; 2] = [1 << 14, 1 << 18];
+
+/// Of light that is taken for even it has so many at least, for runs of fewer walks, too: nothing but a control can say that it is not.
+const EVEN_WALKS: u64 = 1 << 17;
 
 /// It has so many arrivals at most, as far as the rays of a pilot foretell: what hits tell does not depend on how many walks they are of, and all are kept
 /// until they are counted.
@@ -80,11 +83,13 @@ fn shooting(scene: Scene) -> Result<Experiment, Error> {
 
 /// The walks of a control of patches whose fits are expected to leave out this energy.
 fn walks_of(forecast: &Forecast, foretold: f64) -> u64 {
-    let least = WALKS[0].min(forecast.for_paths);
-    let share = if foretold > 0.0 { SHARES[0] } else { SHARES[1] };
     let rays = forecast.rays as f64 / forecast.paths.max(1) as f64;
-    let most = WALKS[1].min((ARRIVALS / rays.max(1.0)) as u64).max(least);
-    (forecast.for_paths / share).clamp(least, most)
+    let most = WALKS[1].min((ARRIVALS / rays.max(1.0)) as u64);
+    let (share, least) = match foretold > 0.0 {
+        true => (SHARES[0], WALKS[0].min(forecast.for_paths)),
+        false => (SHARES[1], EVEN_WALKS.min(most)),
+    };
+    (forecast.for_paths / share).clamp(least, most.max(least))
 }
 
 /// The controls of a choice, one after the other.
@@ -125,7 +130,7 @@ impl<'a> Controls<'a> {
             self.forecast.linear = true;
             self.foretold = part.max(0.0);
             self.noise = [noise / energy / self.forecast.for_paths as f64; 2];
-            self.walks = walks_of(&self.forecast, self.foretold);
+            self.walks = self.walks.max(walks_of(&self.forecast, self.foretold));
             let (cuts, groups) = (cells.0.to_vec(), cells.1.to_vec());
             return Some(Finer { cuts, groups, noise: 0.0, gained: 0.0 });
         }

@@ -58,8 +58,9 @@ const FIRST_PLAN: u64 = 1 << 16;
 /// A pilot is large enough for this many times the walks that it was planned for.
 const ENOUGH: u64 = 2;
 
-/// A pilot is followed by one of this many times its walks at the most: what few walks tell of the walks that are needed is not exact.
-const GROWTH: u64 = 8;
+/// A pilot is followed by one of this many times its walks at the most: what few walks tell of the walks that are needed is not exact, and where its cells
+/// are too coarse for the error that is asked for it tells nothing.
+const GROWTH: u64 = 4;
 
 /// Groups of faces are tried as they would be chosen for one of this many parts of the walks.
 const TRIAL: u64 = 4;
