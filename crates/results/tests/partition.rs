@@ -65,7 +65,7 @@ fn even_light_is_told_by_few_numbers() {
         let patches: u64 = partition.cuts.iter().map(|cut| cut.cells()).sum();
         assert!(patches == 6 && !partition.linear, "{seed}: {partition:?}");
         // A look, and the control of what was chosen, but no whole pilot.
-        whole_pilots += u32::from(partition.forecast.unwrap().paths > 40_000 + 1_000_000 / 16);
+        whole_pilots += u32::from(partition.forecast.unwrap().paths > 40_000 + (1 << 17));
     }
     assert!(whole_pilots < 6, "{whole_pilots}");
 }
