@@ -221,8 +221,8 @@ fn column<R: Real>(lamp: [R; OF_LAMP], bits: &[u64]) -> (R, R) {
     let [high, low] = R::load_halves(bits);
     let number = (high + low * R::splat(HALF_WORD)) * (count * R::splat(HALF_WORD));
     let (column, last) = (number.floor(), count - R::splat(1.0));
-    // The largest numbers may be rounded up to the end of the last column.
-    let column = R::select(column.lt(last), column, last);
+    // The largest numbers may be rounded up to the end of the last column. Where there is no lamp there may be no column: it is the first.
+    let column = R::select(column.lt(last), column, last).max(R::splat(0.0));
     (first + column, number - column)
 }
 
@@ -556,12 +556,14 @@ mod tests {
             let tables = LightTables::new(&[table.clone(), table.clone()], numbers.into_iter()).unwrap();
             let mut rng: WalkRng = Sequence::new(8).walk(0);
             for len in [WIDTH, 77, 1] {
-                let lamp: [u32; WIDTH] = std::array::from_fn(|i| (i % lamps.len()) as u32);
+                // Where a walk is born on a plane, the number of its lamp is that of none.
+                let number = |i: usize| if i % 7 == 3 { u32::MAX } else { (i % lamps.len()) as u32 };
+                let lamp: [u32; WIDTH] = std::array::from_fn(number);
                 let bits: [[u64; WIDTH]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| rng.bits()));
                 for isa in Isa::available() {
                     let mut rays = [[0.0; 2 * WIDTH]; 6];
                     tables.bear(isa, (&lamp, len), bits.each_ref(), (&mut rays, WIDTH));
-                    for i in (0..len).filter(|&i| lamps[lamp[i] as usize].is_some()) {
+                    for i in (0..len).filter(|&i| lamps.get(lamp[i] as usize).is_some_and(Option::is_some)) {
                         let alone = tables.bear_one(lamp[i] as usize, bits.map(|row| row[i]));
                         assert_eq!(rays.map(|row| row[WIDTH + i]), alone, "{isa:?}");
                     }
