@@ -23,7 +23,7 @@ pub struct SystemAccuracy {
     /// max_i |B_i − E_i − R_i Σ_j F_ij B_j| / max_i B_i of the solution.
     pub residual: f64,
     /// How far B_i may be off [W/m²] through both, face by face: the solution of the system with the sources
-    /// R_i Σ_j |δF_ij| B_j + residual · max B, to first order in the errors.
+    /// R_i (Σ_j |δF_ij| B_j + δH_i) + residual · max B, to first order in the errors; δH_i is that of the light of lamps.
     pub radiosity_error: Vec<f64>,
 }
 
@@ -52,7 +52,8 @@ impl SystemAccuracy {
         let source = |(i, error): (usize, f64)| {
             system.reflectance()[i] * error / exchange.areas()[i] + solution.residual * brightest
         };
-        let errors = exchange.incoming_error(&solution.radiosity);
+        let mut errors = exchange.incoming_error(&solution.radiosity);
+        errors.iter_mut().zip(&exact.lamps().error).for_each(|(error, of_lamps)| *error += of_lamps);
         let sources: Vec<f64> = errors.into_iter().enumerate().map(source).collect();
         let (row_sums, row_errors) = (exchange.row_sums(), exchange.row_errors());
         let possible = |(sum, error): (&f64, &f64)| *sum <= 1.0 + error.max(ROUNDING);

@@ -7,8 +7,10 @@ use thiserror::Error;
 
 use crate::box_scene::{BoxScene, NotABox};
 use crate::exchange::ExchangeMatrix;
+use crate::face::FaceScene;
 use crate::found::FormFactors;
 use crate::general;
+use crate::lamps::LampLight;
 use crate::system::{RadiositySystem, Singular, SystemSolution};
 
 /// The most patches that are solved for: two dense matrices of them take 1.6 GB.
@@ -50,11 +52,19 @@ pub enum ExactError {
         /// Why it is not a box.
         because: NotABox,
     },
-    /// Light that comes from no face.
+    /// Parallel light.
     #[error(
-        "the scene has lamps without area, and the system that is solved is that of light between patches (theirs would be missing); remove each [[lamp]], or run the job"
+        "the scene has a distant lamp, a [[lamp]] with `illuminance` (which parts of a face it lights is found from the place of a lamp, and it has none); remove it, or run the job"
     )]
-    Lamps,
+    DistantLamp,
+    /// A peak of light.
+    #[error(
+        "lamp {lamp} (from 0) lights a surface from much nearer than the size of its patches (the peak of light under it would be missed); move it away, remove it, or run the job"
+    )]
+    NearLamp {
+        /// The number of the lamp.
+        lamp: usize,
+    },
     /// Light that is weakened on its way.
     #[error(
         "the scene has panes, and the form factors of the system that is solved are those of free sight (light would be too much); remove each [[pane]], or run the job"
@@ -72,6 +82,7 @@ pub struct Exact {
     form_factors: FormFactors,
     system: RadiositySystem,
     emittance: Vec<f64>,
+    lamps: LampLight,
     solution: SystemSolution,
     total_power: f64,
     xi: Vec<f64>,
@@ -104,9 +115,6 @@ impl Exact {
     /// As [`Exact::of_scene`].
     pub fn of_channels(spec: &SceneSpec, watch: &(dyn Fn(f64) + Sync)) -> Result<Vec<Self>, ExactError> {
         check_size(spec)?;
-        if !spec.lamps.list.is_empty() {
-            return Err(ExactError::Lamps);
-        }
         if !spec.panes.is_empty() {
             return Err(ExactError::Panes);
         }
@@ -115,8 +123,13 @@ impl Exact {
             Ok(closed) => (FormFactors::ClosedForm, ExchangeMatrix::of_box(&closed)),
             Err(because) => {
                 check_general_size(&scene, &because)?;
-                (FormFactors::General { because }, general::exchange(spec, scene.stacks(), watch))
+                let faces = FaceScene::new(spec, scene.stacks());
+                (FormFactors::General { because }, general::exchange(faces, watch))
             }
+        };
+        let lamps = match scene.lamp_count() {
+            0 => vec![LampLight::default(); scene.channels()],
+            _ => LampLight::of(&scene, &FaceScene::new(spec, scene.stacks()))?,
         };
         let faces = scene.faces();
         let exchange = Arc::new(if faces.are_grouped() {
@@ -129,7 +142,7 @@ impl Exact {
         let solve = |channel: usize| {
             let reflectance = faces.iter().map(|face| face.reflectance[channel]).collect();
             let emittance = faces.iter().map(|face| face.emittance[channel]).collect();
-            let exact = Self::new(Arc::clone(&exchange), reflectance, emittance)?;
+            let exact = Self::lit(Arc::clone(&exchange), reflectance, emittance, lamps[channel].clone())?;
             Ok(Exact { form_factors: form_factors.clone(), ..exact })
         };
         (0..scene.channels()).map(solve).collect()
@@ -147,15 +160,27 @@ impl Exact {
         reflectance: Vec<f64>,
         emittance: Vec<f64>,
     ) -> Result<Self, Singular> {
+        Self::lit(exchange, reflectance, emittance, LampLight::default())
+    }
+
+    /// [`Exact::new`] in the light of lamps, too.
+    fn lit(
+        exchange: Arc<ExchangeMatrix>,
+        reflectance: Vec<f64>,
+        emittance: Vec<f64>,
+        lamps: LampLight,
+    ) -> Result<Self, Singular> {
         let system = RadiositySystem::new(exchange, reflectance)?;
-        let solution = system.solve(&emittance);
-        let total_power = emittance.iter().zip(system.exchange().areas()).map(|(e, a)| e * a).sum();
+        let solution = system.solve_lit(&emittance, &lamps.incoming);
+        let emitted: f64 = emittance.iter().zip(system.exchange().areas()).map(|(e, a)| e * a).sum();
+        let total_power = emitted + lamps.total_power;
         Ok(Exact {
             form_factors: FormFactors::Given,
             xi: system.xi(),
             squared: OnceLock::new(),
             system,
             emittance,
+            lamps,
             solution,
             total_power,
         })
@@ -196,7 +221,12 @@ impl Exact {
         &self.emittance
     }
 
-    /// Φ_T: total self-emitted power [W].
+    /// What lamps without area bring.
+    pub fn lamps(&self) -> &LampLight {
+        &self.lamps
+    }
+
+    /// Φ_T: total emitted power, that of lamps included [W].
     pub fn total_power(&self) -> f64 {
         self.total_power
     }
@@ -247,7 +277,7 @@ impl Exact {
             let squares = self.system.reflectance().iter().map(|r| r * r).collect();
             let system = self.system.with_reflectance(squares);
             let system = system.expect("R² < R where R > 0, and with R the system is regular");
-            let solution = system.solve(&self.emittance);
+            let solution = system.solve_lit(&self.emittance, &self.lamps.incoming);
             Squared { system, solution }
         })
     }

@@ -47,6 +47,8 @@ pub(crate) struct FaceScene {
     pub layers: PlaneLayers,
     /// Lengths below this are rounding [m].
     pub tolerance: f64,
+    /// Where the origin is in the scene [m].
+    pub origin: DVec3,
 }
 
 impl FaceScene {
@@ -80,7 +82,7 @@ impl FaceScene {
             })
         };
         let faces = [Side::Front, Side::Back].into_iter().flat_map(faces_on).collect();
-        FaceScene { faces, outlines, layers, tolerance }
+        FaceScene { faces, outlines, layers, tolerance, origin: center }
     }
 }
 

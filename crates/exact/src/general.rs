@@ -1,7 +1,5 @@
 //! The form factors of any scene of parallelograms and triangles, open or closed, with whatever stands between.
 
-use radiosity::{SceneSpec, Stack};
-
 use crate::contour;
 use crate::exchange::{ExchangeMatrix, Uncertain};
 use crate::face::{ConvexPiece, ExchangeFace, FAR, FaceScene};
@@ -37,15 +35,13 @@ struct PairGeometry {
     penumbra_error: f64,
 }
 
-/// The exchange areas between the faces of a scene that [`radiosity::Scene::build`] accepts, given its stacks of
-/// coincident surfaces.
+/// The exchange areas between the faces of a scene.
 ///
 /// Pairs that nothing occludes, as a conservative test of the surfaces against the convex hull of the pair
 /// proves, err by about 10⁻⁹ of themselves. Others are integrated adaptively, with an estimated error that
 /// [`ExchangeMatrix::row_errors`] sums up. Rows are shared out to threads; the result does not depend on them.
 /// `watch` hears now and then which part of the pairs is done.
-pub(crate) fn exchange(spec: &SceneSpec, stacks: &[Stack], watch: ProgressWatch<'_>) -> ExchangeMatrix {
-    let scene = FaceScene::new(spec, stacks);
+pub(crate) fn exchange(scene: FaceScene, watch: ProgressWatch<'_>) -> ExchangeMatrix {
     let penumbra_error = penumbra_error(scene.faces.len());
     exchange_to(penumbra_error, scene, watch)
 }
@@ -168,6 +164,8 @@ fn at_most(i: &ConvexPiece, j: &ConvexPiece) -> f64 {
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
+
+    use radiosity::SceneSpec;
 
     use super::*;
     use crate::shapes::{bumpy_ball, furnished_room, l_room, painted, turned};

@@ -14,6 +14,8 @@
 //! where nothing can stand between; where something may, adaptive cubature of Lambert's formula for what a
 //! point sees past the occluders, with an estimated error.
 //!
+//! Lamps without area are points, whose light on faces is added to the system; what a lamp does not see of a face is cut off.
+//!
 //! Surfaces that overlap in one plane are layers ([`radiosity::Stack`]): a face exchanges light with other planes
 //! through what no layer in front covers of it, and with the layer that it faces through the area between them.
 //!
@@ -41,6 +43,7 @@ mod face;
 mod form_factor;
 mod found;
 mod general;
+mod lamps;
 mod layers;
 mod occlusion;
 mod penumbra;
@@ -61,6 +64,7 @@ pub use colour::{SharedPath, WeightedWalk};
 pub use exchange::ExchangeMatrix;
 pub use form_factor::{exchange_area, form_factor};
 pub use found::FormFactors;
+pub use lamps::LampLight;
 pub use rectangle::{Facing, Rectangle};
 pub use system::{RadiositySystem, Singular, SystemSolution};
 pub use variance::{

@@ -53,7 +53,12 @@ impl Occluders {
     /// The occluders among surfaces with these outlines; lengths below `tolerance` [m] count as 0. A surface
     /// that has the whole scene on one side occludes nothing: a convex scene has no occluders.
     pub(crate) fn new(outlines: &[Polygon], tolerance: f64) -> Self {
-        let corners: Vec<DVec3> = outlines.iter().flatten().copied().collect();
+        Occluders::around(outlines, &[], tolerance)
+    }
+
+    /// As [`Occluders::new`], of a scene with these points besides its surfaces.
+    pub(crate) fn around(outlines: &[Polygon], points: &[DVec3], tolerance: f64) -> Self {
+        let corners: Vec<DVec3> = outlines.iter().flatten().chain(points).copied().collect();
         let occluders = outlines.iter().map(|outline| Occluder::new(outline.clone()));
         let inside = |occluder: &Occluder| {
             let [low, high] = occluder.plane.range(&corners);
@@ -104,6 +109,11 @@ impl Occluders {
             parts = parts.into_iter().flat_map(halves).filter(|half| !half.is_empty()).collect();
         }
         parts
+    }
+
+    /// The numbers of all occluders.
+    pub(crate) fn all(&self) -> Vec<usize> {
+        (0..self.occluders.len()).collect()
     }
 
     /// Puts the parts of a polygon that a point sees past some occluders into `visible`.

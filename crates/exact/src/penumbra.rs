@@ -80,8 +80,8 @@ impl<'a> Penumbra<'a> {
         let both = |round: u32| {
             let goal = tolerance * 0.5_f64.powi(round as i32);
             Estimated::between(
-                self.integral(&towards_q, &wholes(p.0), goal / area(p.0), round),
-                self.integral(&towards_p, &triangles(q.0), goal / area(q.0), round),
+                integral(&|point| self.seen(&towards_q, point), &wholes(p.0), goal / area(p.0), round),
+                integral(&|point| self.seen(&towards_p, point), &triangles(q.0), goal / area(q.0), round),
                 tolerance,
             )
         };
@@ -95,86 +95,6 @@ impl<'a> Penumbra<'a> {
         estimated
     }
 
-    /// The integral over parts, each cut `least` times at least, to an error per area of about `density`.
-    fn integral(
-        &self,
-        view: &IntegrationPoint,
-        parts: &[QuadratureDomain],
-        density: f64,
-        least: u32,
-    ) -> Estimated {
-        let parts = parts.iter().map(|part| self.refined(view, part, density, [least, DEPTH]));
-        parts.fold(Estimated::default(), Estimated::plus)
-    }
-
-    /// The integral over a part, cut in four until the error per area is below `density`, at least `least` and at
-    /// most `most` times.
-    fn refined(
-        &self,
-        view: &IntegrationPoint,
-        part: &QuadratureDomain,
-        density: f64,
-        [least, most]: [u32; 2],
-    ) -> Estimated {
-        if least == 0 {
-            let whole = match part {
-                QuadratureDomain::Triangle(corners) => self.over_triangle(view, *corners),
-                QuadratureDomain::Parallelogram(corners) => self.over_parallelogram(view, *corners),
-            };
-            if most == 0 || whole.error <= density * part.area() {
-                return whole;
-            }
-        }
-        let cuts = [least.saturating_sub(1), most - 1];
-        let parts = part.quarters().into_iter().map(|quarter| self.refined(view, &quarter, density, cuts));
-        parts.fold(Estimated::default(), Estimated::plus)
-    }
-
-    /// The integral over a parallelogram, given by a corner and its two neighbours, by Gauss's product rule of degree 5. Its error
-    /// is taken as an eighth of the difference to the rule of degree 3 on five of the same nine points.
-    fn over_parallelogram(
-        &self,
-        view: &IntegrationPoint,
-        [corner, corner_u, corner_v]: [DVec3; 3],
-    ) -> Estimated {
-        let (u, v) = (corner_u - corner, corner_v - corner);
-        let seen = |s: f64, t: f64| self.seen(view, corner + u * s + v * t);
-        let (mut fine, mut diagonal) = (0.0, 0.0);
-        for (k, &(s, w_s)) in GAUSS_3.iter().enumerate() {
-            for (l, &(t, w_t)) in GAUSS_3.iter().enumerate() {
-                let here = seen(s, t);
-                fine += w_s * w_t * here;
-                // With the weight 5/36 at the outer four, squares are integrated: 4·5/36·(3/5)/4 is 1/12, the variance on [0, 1].
-                diagonal += match (k, l) {
-                    (1, 1) => 4.0 / 9.0 * here,
-                    (0 | 2, 0 | 2) => 5.0 / 36.0 * here,
-                    _ => 0.0,
-                };
-            }
-        }
-        let area = u.cross(v).length();
-        Estimated { value: area * fine, error: 0.125 * area * (fine - diagonal).abs() }
-    }
-
-    /// The integral over a triangle by Radon's rule of degree 5 (1948). Its error is taken as an eighth of the
-    /// difference to the rule of degree 2 on four of the same seven points: at kinks, too, it is the better.
-    fn over_triangle(&self, view: &IntegrationPoint, [a, b, c]: [DVec3; 3]) -> Estimated {
-        let root = 15.0_f64.sqrt();
-        let (outer, w_outer) = ((6.0 - root) / 21.0, (155.0 - root) / 400.0);
-        let (inner, w_inner) = ((6.0 + root) / 21.0, (155.0 + root) / 400.0);
-        // Four points integrate squares if this is the weight of the outer three.
-        let w_corner = (1.0 / 18.0) / ((2.0 * outer * outer + (1.0 - 2.0 * outer).powi(2)) / 3.0 - 1.0 / 9.0);
-        let orbit = |t: f64| {
-            let near = |x: DVec3, y: DVec3, z: DVec3| self.seen(view, x * (1.0 - 2.0 * t) + (y + z) * t);
-            (near(a, b, c) + near(b, c, a) + near(c, a, b)) / 3.0
-        };
-        let (middle, outer, inner) = (self.seen(view, (a + b + c) / 3.0), orbit(outer), orbit(inner));
-        let area = area(&[a, b, c]);
-        let fine = 0.225 * middle + w_outer * outer + w_inner * inner;
-        let coarse = (1.0 - w_corner) * middle + w_corner * outer;
-        Estimated { value: area * fine, error: 0.125 * area * (fine - coarse).abs() }
-    }
-
     /// The form factor from a point to what it sees of the target.
     fn seen(&self, view: &IntegrationPoint, point: DVec3) -> f64 {
         let mut seen = self.seen.borrow_mut();
@@ -183,8 +103,75 @@ impl<'a> Penumbra<'a> {
     }
 }
 
+/// What is integrated over polygons, by point.
+type Integrand<'a> = &'a dyn Fn(DVec3) -> f64;
+
+/// The integral over parts, each cut `least` times at least, to an error per area of about `density`.
+pub(crate) fn integral(seen: Integrand, parts: &[QuadratureDomain], density: f64, least: u32) -> Estimated {
+    let parts = parts.iter().map(|part| refined(seen, part, density, [least, DEPTH]));
+    parts.fold(Estimated::default(), Estimated::plus)
+}
+
+/// The integral over a part, cut in four until the error per area is below `density`, at least `least` and at
+/// most `most` times.
+fn refined(seen: Integrand, part: &QuadratureDomain, density: f64, [least, most]: [u32; 2]) -> Estimated {
+    if least == 0 {
+        let whole = match part {
+            QuadratureDomain::Triangle(corners) => over_triangle(seen, *corners),
+            QuadratureDomain::Parallelogram(corners) => over_parallelogram(seen, *corners),
+        };
+        if most == 0 || whole.error <= density * part.area() {
+            return whole;
+        }
+    }
+    let cuts = [least.saturating_sub(1), most - 1];
+    let parts = part.quarters().into_iter().map(|quarter| refined(seen, &quarter, density, cuts));
+    parts.fold(Estimated::default(), Estimated::plus)
+}
+
+/// The integral over a parallelogram, given by a corner and its two neighbours, by Gauss's product rule of degree 5. Its error
+/// is taken as an eighth of the difference to the rule of degree 3 on five of the same nine points.
+fn over_parallelogram(seen: Integrand, [corner, corner_u, corner_v]: [DVec3; 3]) -> Estimated {
+    let (u, v) = (corner_u - corner, corner_v - corner);
+    let seen = |s: f64, t: f64| seen(corner + u * s + v * t);
+    let (mut fine, mut diagonal) = (0.0, 0.0);
+    for (k, &(s, w_s)) in GAUSS_3.iter().enumerate() {
+        for (l, &(t, w_t)) in GAUSS_3.iter().enumerate() {
+            let here = seen(s, t);
+            fine += w_s * w_t * here;
+            // With the weight 5/36 at the outer four, squares are integrated: 4·5/36·(3/5)/4 is 1/12, the variance on [0, 1].
+            diagonal += match (k, l) {
+                (1, 1) => 4.0 / 9.0 * here,
+                (0 | 2, 0 | 2) => 5.0 / 36.0 * here,
+                _ => 0.0,
+            };
+        }
+    }
+    let area = u.cross(v).length();
+    Estimated { value: area * fine, error: 0.125 * area * (fine - diagonal).abs() }
+}
+
+/// The integral over a triangle by Radon's rule of degree 5 (1948). Its error is taken as an eighth of the
+/// difference to the rule of degree 2 on four of the same seven points: at kinks, too, it is the better.
+fn over_triangle(seen: Integrand, [a, b, c]: [DVec3; 3]) -> Estimated {
+    let root = 15.0_f64.sqrt();
+    let (outer, w_outer) = ((6.0 - root) / 21.0, (155.0 - root) / 400.0);
+    let (inner, w_inner) = ((6.0 + root) / 21.0, (155.0 + root) / 400.0);
+    // Four points integrate squares if this is the weight of the outer three.
+    let w_corner = (1.0 / 18.0) / ((2.0 * outer * outer + (1.0 - 2.0 * outer).powi(2)) / 3.0 - 1.0 / 9.0);
+    let orbit = |t: f64| {
+        let near = |x: DVec3, y: DVec3, z: DVec3| seen(x * (1.0 - 2.0 * t) + (y + z) * t);
+        (near(a, b, c) + near(b, c, a) + near(c, a, b)) / 3.0
+    };
+    let (middle, outer, inner) = (seen((a + b + c) / 3.0), orbit(outer), orbit(inner));
+    let area = area(&[a, b, c]);
+    let fine = 0.225 * middle + w_outer * outer + w_inner * inner;
+    let coarse = (1.0 - w_corner) * middle + w_corner * outer;
+    Estimated { value: area * fine, error: 0.125 * area * (fine - coarse).abs() }
+}
+
 /// What is integrated over by one rule.
-enum QuadratureDomain {
+pub(crate) enum QuadratureDomain {
     /// The corners.
     Triangle([DVec3; 3]),
     /// A corner and its two neighbours.
@@ -222,7 +209,7 @@ fn is_parallelogram(polygon: &[DVec3]) -> bool {
 }
 
 /// A parallelogram as it is, other convex polygons in triangles.
-fn wholes(polygon: &[DVec3]) -> Vec<QuadratureDomain> {
+pub(crate) fn wholes(polygon: &[DVec3]) -> Vec<QuadratureDomain> {
     match is_parallelogram(polygon) {
         true => vec![QuadratureDomain::Parallelogram([polygon[0], polygon[1], polygon[3]])],
         false => fan(polygon).map(QuadratureDomain::Triangle).collect(),

@@ -103,6 +103,23 @@ impl RadiositySystem {
         self.gather(emittance, &shot)
     }
 
+    /// Solves for one emittance E [W/m²] per face, and what meets each from elsewhere [W]; nothing where there are no such numbers.
+    pub(crate) fn solve_lit(&self, emittance: &[f64], met: &[f64]) -> SystemSolution {
+        if met.is_empty() {
+            return self.solve(emittance);
+        }
+        let irradiance = |i: usize| met[i] / self.exchange.areas()[i];
+        let reflected = |i: usize| self.reflectance[i] * irradiance(i);
+        let sources: Vec<f64> = emittance.iter().enumerate().map(|(i, e)| e + reflected(i)).collect();
+        let mut solution = self.solve(&sources);
+        for (i, met) in met.iter().enumerate() {
+            solution.reflected[i] += reflected(i);
+            solution.irradiance[i] += irradiance(i);
+            solution.incoming[i] += met;
+        }
+        solution
+    }
+
     /// One more bounce of a radiosity that already solves the system: gives φ where R = 0, too.
     fn gather(&self, emittance: &[f64], shot: &[f64]) -> SystemSolution {
         let incoming = self.exchange.incoming(shot);

@@ -48,9 +48,13 @@ impl Exact {
         per_birth(birth, gathering_second_moments(estimator, self), &self.scored(estimator))
     }
 
-    /// b_i [W/m²] of light that was reflected once: R_i/A_i times what arrives from emitters.
+    /// b_i [W/m²] of light that was reflected once: R_i/A_i times what arrives from emitters and lamps.
     pub fn direct(&self) -> Vec<f64> {
-        once(self, self.emittance())
+        let mut direct = once(self, self.emittance());
+        for (i, met) in self.lamps().incoming.iter().enumerate() {
+            direct[i] += self.reflectance()[i] * met / self.areas()[i];
+        }
+        direct
     }
 
     /// What an estimator tells of every face: b_i [W/m²], or that of direct light.

@@ -12,6 +12,7 @@ mod form_factor;
 mod general;
 mod groups;
 mod independent;
+mod lamps;
 mod layers;
 mod patches;
 mod sensors;

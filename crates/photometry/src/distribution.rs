@@ -119,39 +119,20 @@ impl Edges {
         Edges { degrees, widths }
     }
 
-    /// Edges at all angles of the table, and between those that are farther apart than `widest` [rad]; `between` adds more between any two.
-    fn of(angles: &[f64], widest: f64, between: impl Fn(f64, f64) -> Vec<f64>) -> Self {
-        let mut degrees = vec![angles[0]];
-        for pair in angles.windows(2) {
+    /// Edges at all angles of the table, at `equator` [°] where that lies between them, and between those that are farther apart than `widest` [rad].
+    fn of(angles: &[f64], widest: f64, equator: Option<f64>) -> Self {
+        let mut nodes = angles.to_vec();
+        let range = angles[0]..angles[angles.len() - 1];
+        nodes.extend(equator.filter(|angle| range.contains(angle) && !angles.contains(angle)));
+        nodes.sort_by(f64::total_cmp);
+        let mut degrees = vec![nodes[0]];
+        for pair in nodes.windows(2) {
             let parts = ((pair[1] - pair[0]) / widest.to_degrees()).ceil().max(1.0);
-            for k in 1..=parts as u32 {
-                let last = degrees[degrees.len() - 1];
-                let next = match f64::from(k) == parts {
-                    true => pair[1],
-                    false => pair[0] + (pair[1] - pair[0]) * (f64::from(k) / parts),
-                };
-                degrees.extend(between(last, next));
-                degrees.push(next);
-            }
+            let within = |k: u32| pair[0] + (pair[1] - pair[0]) * (f64::from(k) / parts);
+            degrees.extend((1..parts as u32).map(within));
+            degrees.push(pair[1]);
         }
         Edges::new(degrees)
-    }
-}
-
-/// How many times the distance from a pole is divided by √2, at most: what is left holds 2⁻²⁰ of the flux between the pole and the next angle.
-const HALVINGS: i32 = 20;
-
-/// Where sin γ more than doubles from one edge of γ to the next [°], the edges between them at which it grows by √2 each.
-fn towards_poles(low: f64, high: f64) -> Vec<f64> {
-    let inner = |near: f64, far: f64| {
-        let edges =
-            (1..=HALVINGS).map(move |k| far * 0.5_f64.powi(k / 2) * [1.0, 0.5_f64.sqrt()][(k % 2) as usize]);
-        edges.take_while(move |&edge| far > 1.5 * near && edge > 1.1 * near)
-    };
-    match () {
-        () if high <= 90.0 => inner(low, high).collect::<Vec<_>>().into_iter().rev().collect(),
-        () if low >= 90.0 => inner(180.0 - high, 180.0 - low).map(|edge| 180.0 - edge).collect(),
-        () => Vec::new(),
     }
 }
 
@@ -178,11 +159,10 @@ impl Distribution {
         self.flux
     }
 
-    /// The cells of the table in its own frame, whose axes are [`Distribution::axes`]. Within each the intensity is bilinear, and sin γ no more
-    /// than doubles, but for what is nearest to the poles.
+    /// The cells of the table in its own frame, whose axes are [`Distribution::axes`]. Within each the intensity is bilinear; none reaches over γ = 90°.
     pub fn cells(&self) -> Vec<Cell> {
-        let columns = Edges::of(&self.c, Cell::WIDEST_C, |_, _| Vec::new());
-        let rows = Edges::of(&self.gamma, Cell::WIDEST_GAMMA, towards_poles);
+        let columns = Edges::of(&self.c, Cell::WIDEST_C, None);
+        let rows = Edges::of(&self.gamma, Cell::WIDEST_GAMMA, Some(90.0));
         let mut cells = Vec::with_capacity(columns.widths.len() * rows.widths.len());
         for (column, &width) in columns.degrees.windows(2).zip(&columns.widths) {
             for (row, &height) in rows.degrees.windows(2).zip(&rows.widths) {

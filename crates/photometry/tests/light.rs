@@ -33,8 +33,7 @@ fn the_flux_of_type_b_is_the_integral_about_its_axis() {
     assert!((lamp.distribution.flux() / found - 1.0).abs() < 1e-6);
 }
 
-/// Cells tile the sphere of a table, with its intensities and its flux in all; within each sin γ does not grow by more than
-/// its double, but for what is left at the poles.
+/// Cells tile the sphere of a table, with its intensities and its flux in all; none reaches over the equator.
 #[test]
 fn cells_tile_the_table() {
     for (name, lamp) in tables() {
@@ -52,8 +51,7 @@ fn cells_tile_the_table() {
             assert!((light.intensity(d) - expected).abs() < 1e-9 * light.peak(), "{name}: {cell:?}");
             let first = cell.gamma[0].atan2(cell.gamma[1]);
             let last = first + cell.widths[1];
-            let [near, far] = [first.min(PI - last), last.min(PI - first)];
-            assert!(near < 2e-4 || far < 2.0 * near || far > 1.4, "{name}: {first} {last}");
+            assert!(first > 0.5 * PI - 1e-12 || last < 0.5 * PI + 1e-12, "{name}: {first} {last}");
             assert!(cell.widths[0] <= Cell::WIDEST_C * (1.0 + 1e-12));
             assert!(cell.widths[1] <= Cell::WIDEST_GAMMA * (1.0 + 1e-12));
         }
@@ -75,5 +73,5 @@ fn cells_and_intensities_have_the_same_bits_everywhere() {
             add(lamp.distribution.intensity(d));
         }
     }
-    assert_eq!(format!("{digest:016x}"), "4d690a278a1299bd");
+    assert_eq!(format!("{digest:016x}"), "5332cdef31b62812");
 }

@@ -44,12 +44,14 @@ pub fn solve(
     now("finding form factors and solving for light");
     let channels = Exact::of_channels(job.scene.spec(), watch)?;
     now("predicting variances");
-    let shared = (channels.len() > 1).then(|| SharedPath::of(&channels.iter().collect::<Vec<_>>()));
+    let in_colour = channels.len() > 1;
+    let shared =
+        (in_colour && scene.lamp_count() == 0).then(|| SharedPath::of(&channels.iter().collect::<Vec<_>>()));
     let birth = birth_probabilities(scene, &job.method.birth);
     let answer = |exact: Exact| {
         let walk = shared.as_ref().map(|shared| WeightedWalk::new(&exact, shared)).transpose()?;
         let accuracy = SystemAccuracy::of(&exact);
-        let columns = columns(&exact, walk.as_ref(), &accuracy, &birth);
+        let columns = columns(&exact, (walk.as_ref(), in_colour), &accuracy, &birth);
         let summary = summary(&exact, &accuracy, scene, units(job.light));
         Ok(ExactAnswer { exact, columns, summary })
     };
@@ -61,7 +63,9 @@ fn summary(exact: &Exact, accuracy: &SystemAccuracy, scene: &Scene, units: Units
     let [row_sum_min, row_sum_max] = accuracy.row_sums;
     let worst = accuracy.worst(exact);
     let worst_face = worst.map(|(face, _)| scene.faces().get(face));
-    let bounds = VarianceBounds::of(exact);
+    // What they are made of, emittances, does not say how bright lamps make a scene.
+    let bounds = exact.lamps().is_empty().then(|| VarianceBounds::of(exact));
+    let bound = |of: &dyn Fn(&VarianceBounds) -> f64| bounds.as_ref().map_or(f64::NAN, of);
     ExactSummary {
         version: env!("CARGO_PKG_VERSION").into(),
         scene_hash: scene.hash(),
@@ -79,10 +83,10 @@ fn summary(exact: &Exact, accuracy: &SystemAccuracy, scene: &Scene, units: Units
         worst_side: worst_face.filter(|_| scene.faces().two_sided()).map(|face| face.side),
         undetermined: accuracy.undetermined(exact),
         bounds: ExactBounds {
-            shooting_variance: bounds.shooting_variance(),
-            gathering_variance: bounds.gathering_variance(),
-            shooting_mse: ESTIMATORS.map(|estimator| bounds.shooting_error(estimator)),
-            gathering_mse: ESTIMATORS.map(|estimator| bounds.gathering_error(estimator)),
+            shooting_variance: bound(&VarianceBounds::shooting_variance),
+            gathering_variance: bound(&VarianceBounds::gathering_variance),
+            shooting_mse: ESTIMATORS.map(|estimator| bound(&|bounds| bounds.shooting_error(estimator))),
+            gathering_mse: ESTIMATORS.map(|estimator| bound(&|bounds| bounds.gathering_error(estimator))),
         },
         checks: vec![rows_check(accuracy)],
     }
@@ -100,10 +104,10 @@ fn rows_check(accuracy: &SystemAccuracy) -> Check {
 }
 
 /// The columns of `exact.csv`; `birth` is p_i of every face. In colour the variances are those of `walk`, which
-/// serves all channels.
+/// serves all channels. In the light of lamps, which no gathering walk meets, those of shooting a grey scene alone are known.
 fn columns(
     exact: &Exact,
-    walk: Option<&WeightedWalk<'_>>,
+    (walk, in_colour): (Option<&WeightedWalk<'_>>, bool),
     accuracy: &SystemAccuracy,
     birth: &[f64],
 ) -> ExactColumns {
@@ -117,15 +121,14 @@ fn columns(
         reflected: solution.reflected.clone(),
         irradiance: solution.irradiance.clone(),
         xi: exact.xi().to_vec(),
-        var_shoot: ESTIMATORS.map(|estimator| {
-            Some(walk.map_or_else(
-                || exact.shooting_variances(estimator),
-                |walk| walk.shooting_variances(estimator),
-            ))
+        var_shoot: ESTIMATORS.map(|estimator| match walk {
+            Some(walk) => Some(walk.shooting_variances(estimator)),
+            None => (!in_colour).then(|| exact.shooting_variances(estimator)),
         }),
-        var_gather: ESTIMATORS.map(|estimator| {
-            let alone = || exact.gathering_variances(estimator, birth);
-            Some(or_none(walk.map_or_else(alone, |walk| walk.gathering_variances(estimator, birth))))
+        var_gather: ESTIMATORS.map(|estimator| match walk {
+            Some(walk) => Some(or_none(walk.gathering_variances(estimator, birth))),
+            None if !exact.lamps().is_empty() => None,
+            None => Some(or_none(exact.gathering_variances(estimator, birth))),
         }),
         psi: squared.incoming.clone(),
         beta: squared.reflected.clone(),

@@ -21,6 +21,9 @@ const BIRTH_SHARE: u64 = 16;
 /// At most one in this many is a shadow ray.
 const SHADOW_SHARE: u64 = 4;
 
+/// What 32 random bits more would be in the mean.
+const MIDDLE: u64 = 1 << 31;
+
 /// Nearer than this many radii of a face its distances to a lamp differ much.
 const NEAR: f64 = 2.0;
 
@@ -113,8 +116,9 @@ impl LampLight {
             let [a, b, c, d] = numbers.points(scene.parts.isa);
             let bits =
                 |i: usize| [(a[i], b[i]), (c[i], d[i])].map(|(x, y)| u64::from(x) << 32 | u64::from(y));
-            // Of tables the first number chooses the cell, of distant discs the place.
-            let born = |i: usize| scene.lamp_birth(lamp, [bits(i)[0], bits(i)[0], bits(i)[1]]);
+            // Of tables the first number chooses the cell, and the second where in it; of distant discs both choose the place.
+            let cell = |i: usize| u64::from(a[i]) << 32 | MIDDLE;
+            let born = |i: usize| scene.lamp_birth(lamp, [cell(i), bits(i)[0], bits(i)[1]]);
             let born: Vec<Ray> = (0..len).map(born).collect();
             for hit in scene.closest_hits(&born) {
                 let lost = match hit {

@@ -17,6 +17,12 @@ impl AliasTable {
         size_of_val(&self.columns[..])
     }
 
+    /// How many weights there are.
+    #[inline(always)]
+    pub(crate) fn len(&self) -> usize {
+        self.columns.len()
+    }
+
     /// A table over weights ≥ 0, at least one of them > 0.
     pub(crate) fn new(weights: &[f64]) -> Self {
         let mean = weights.iter().sum::<f64>() / weights.len() as f64;

@@ -49,18 +49,25 @@ pub(crate) struct BirthPoint {
     pub face: u32,
 }
 
-/// How a walk is born.
-pub(crate) enum Born {
-    /// On a plane, which it leaves in a direction about the normal.
-    OnPlane(BirthPoint),
-    /// At a lamp without area, by number.
-    AtLamp(usize),
-}
-
 /// What bears walks.
 pub(crate) trait Nursery<const C: usize> {
-    /// The birth that four times 64 random bits choose, and the weights of the channels; the last bits are those of the direction.
-    fn bear(&self, scene: &Scene, draws: [u64; 4]) -> (Born, [f64; C]);
+    /// The birth on a plane that four times 64 random bits choose, and the weights of the channels; the last bits are those of the direction.
+    fn bear(&self, scene: &Scene, draws: [u64; 4]) -> (BirthPoint, [f64; C]);
+    /// The number of the lamp without area at which a birth takes place whose first 64 random bits these are, if it does.
+    #[inline(always)]
+    fn lamp(&self, _cradle: u64) -> Option<u32> {
+        None
+    }
+    /// The number of the lamp without area at which all births take place, if there is one.
+    #[inline(always)]
+    fn only_lamp(&self) -> Option<u32> {
+        None
+    }
+    /// The weights of the channels of a birth at a lamp.
+    #[inline(always)]
+    fn weights_at(&self, _lamp: u32) -> [f64; C] {
+        [1.0; C]
+    }
     /// The frames that walks leave.
     #[inline(always)]
     fn frames<'a>(&'a self, scene: &'a Scene) -> &'a Frames {
@@ -73,16 +80,30 @@ pub(crate) trait Nursery<const C: usize> {
 
 impl<const C: usize> Nursery<C> for Births {
     #[inline(always)]
-    fn bear(&self, scene: &Scene, [cradle, cell, point, _]: [u64; 4]) -> (Born, [f64; C]) {
+    fn bear(&self, scene: &Scene, [cradle, cell, point, _]: [u64; 4]) -> (BirthPoint, [f64; C]) {
         let (birthplace, weights) = self.choose([cradle, cell]);
-        let Origin { surface: number, cell, side } = match birthplace {
-            Birthplace::Cell(origin) => origin,
-            Birthplace::Lamp(lamp) => return (Born::AtLamp(lamp), weights),
+        let Birthplace::Cell(Origin { surface: number, cell, side }) = birthplace else {
+            unreachable!("births at lamps are told apart before");
         };
         let uv = scene.surfaces()[number as usize]
             .point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
         let face = scene.face_at(number, cell, side);
-        (Born::OnPlane(BirthPoint { surface: number, cell, facing: side.sign(), uv, face }), weights)
+        (BirthPoint { surface: number, cell, facing: side.sign(), uv, face }, weights)
+    }
+
+    #[inline(always)]
+    fn lamp(&self, cradle: u64) -> Option<u32> {
+        self.choice.choose(cradle).checked_sub(self.cradles.len()).map(|lamp| lamp as u32)
+    }
+
+    #[inline(always)]
+    fn only_lamp(&self) -> Option<u32> {
+        (self.cradles.is_empty() && self.choice.len() == 1).then_some(0)
+    }
+
+    #[inline(always)]
+    fn weights_at(&self, lamp: u32) -> [f64; C] {
+        self.weights_of(self.cradles.len() + lamp as usize)
     }
 }
 
@@ -107,10 +128,10 @@ impl<'a> SensorBirths<'a> {
 
 impl Nursery<1> for SensorBirths<'_> {
     #[inline(always)]
-    fn bear(&self, _: &Scene, [_, _, point, _]: [u64; 4]) -> (Born, [f64; 1]) {
+    fn bear(&self, _: &Scene, [_, _, point, _]: [u64; 4]) -> (BirthPoint, [f64; 1]) {
         let uv = self.sensors.place(&self.cell, [(point >> 32) as u32, point as u32]);
         let birth = BirthPoint { surface: self.frame, cell: 0, facing: 1.0, uv, face: self.number };
-        (Born::OnPlane(birth), [1.0])
+        (birth, [1.0])
     }
 
     #[inline(always)]
@@ -237,14 +258,20 @@ impl Births {
         Some(births)
     }
 
+    /// The weights of the channels in a cradle or at a lamp behind all cradles.
+    #[inline(always)]
+    fn weights_of<const C: usize>(&self, choice: usize) -> [f64; C] {
+        match self.weights.get(choice) {
+            Some(weights) if C > 1 => std::array::from_fn(|c| weights[c]),
+            _ => [1.0; C],
+        }
+    }
+
     /// The birthplace that twice 64 random bits choose, and the weights of the channels there.
     #[inline(always)]
     pub(crate) fn choose<const C: usize>(&self, bits: [u64; 2]) -> (Birthplace, [f64; C]) {
         let choice = self.choice.choose(bits[0]);
-        let weights = match self.weights.get(choice) {
-            Some(weights) if C > 1 => std::array::from_fn(|c| weights[c]),
-            _ => [1.0; C],
-        };
+        let weights = self.weights_of(choice);
         let Some(&SourceRun { surface, side, first_cell, cells }) = self.cradles.get(choice) else {
             return (Birthplace::Lamp(choice - self.cradles.len()), weights);
         };

@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use photometry::{Distribution, LuminousOpening};
 
-use super::tables::{LightTables, TableBirths};
+use super::tables::LightTables;
 use super::{Scene, SceneError};
 use crate::geometry::lamp::{Emission, LampsSpec};
 use crate::geometry::sensor::Response;
@@ -99,16 +99,18 @@ impl PointLamps {
             lamps.list.push(PointLamp { position, axes, emission, strength, opening, flux, reach });
         }
         let of_lamp = |lamp: &PointLamp| {
-            let axes = match lamp.emission {
+            let (table, axes) = match lamp.emission {
                 Emission::Table(number) => {
-                    spec.tables[number as usize].axes().map(|axis| lamp.in_scene(axis))
+                    (Some(number), spec.tables[number as usize].axes().map(|axis| lamp.in_scene(axis)))
                 }
-                _ => lamp.axes,
+                _ => (None, lamp.axes),
             };
             let vectors = [lamp.position, axes[0], axes[1], axes[2]].map(|vector| vector.to_array());
-            std::array::from_fn(|i| vectors.as_flattened()[i])
+            (table, std::array::from_fn(|i| vectors.as_flattened()[i]))
         };
-        lamps.births = LightTables::new(&spec.tables, lamps.list.iter().map(of_lamp)).map(Box::new);
+        if (0..lamps.len()).any(|lamp| lamps.has_table(lamp)) {
+            lamps.births = LightTables::new(&spec.tables, lamps.list.iter().map(of_lamp)).map(Box::new);
+        }
         Ok(lamps)
     }
 
@@ -139,29 +141,30 @@ impl PointLamps {
         self.births.as_deref()
     }
 
-    /// The cell of a lamp's table that 64 random bits choose; `None` for a lamp without a table.
+    /// Whether the light of a lamp is that of a table.
     #[inline(always)]
-    pub(crate) fn cell(&self, lamp: usize, bits: u64) -> Option<u32> {
-        match (self.list[lamp].emission, &self.births) {
-            (Emission::Table(number), Some(births)) => Some(births.choose(number, bits)),
-            _ => None,
-        }
+    pub(crate) fn has_table(&self, lamp: usize) -> bool {
+        matches!(self.list[lamp].emission, Emission::Table(_))
+    }
+
+    /// Whether the light of all lamps is that of tables.
+    pub(crate) fn all_have_tables(&self) -> bool {
+        (0..self.list.len()).all(|lamp| self.has_table(lamp))
     }
 
     /// The ray with which a walk sets out from a lamp, made of three times 64 random bits: its density over directions, and over the
     /// disc of a distant lamp, is that of the light.
     #[inline(never)]
     pub(crate) fn birth(&self, lamp: usize, [place, point, direction]: [u64; 3]) -> Ray {
-        if let (Some(cell), Some(births)) = (self.cell(lamp, place), self.tables()) {
-            let birth = TableBirths { lamp: [lamp as u32], cell: [cell], direction: [direction] };
-            let [x, y, z, dx, dy, dz] = births.bear_one(&birth);
+        if let (Some(tables), true) = (self.tables(), self.has_table(lamp)) {
+            let [x, y, z, dx, dy, dz] = tables.bear_one(lamp, [place, point, direction]);
             return Ray { origin: DVec3::new(x, y, z), direction: DVec3::new(dx, dy, dz), from: Ray::FREE };
         }
         let lamp = &self.list[lamp];
         let PointLamp { position, emission, reach, .. } = lamp;
         let in_scene = |d: DVec3| lamp.in_scene(d);
         let (origin, direction) = match *emission {
-            Emission::Table(_) => unreachable!("lamps with tables have cells"),
+            Emission::Table(_) => unreachable!("a lamp with a table has been born there"),
             Emission::Uniform => (*position, in_scene(cone(direction, |u| 1.0 - 2.0 * u))),
             Emission::Spot { inner, outer } => {
                 (*position, in_scene(cone(direction, |u| spot_cosine(inner, outer, u))))
@@ -266,10 +269,9 @@ fn cone(bits: u64, cosine: impl Fn(f64) -> f64) -> DVec3 {
 fn spot_cosine(inner: f64, outer: f64, u: f64) -> f64 {
     let (full, fading) = (1.0 - inner, (inner - outer) / 3.0);
     let flux = u * (full + fading);
-    match flux < full {
-        true => 1.0 - flux,
-        false => outer + (inner - outer) * cube_root((1.0 - (flux - full) / fading).clamp(0.0, 1.0)),
-    }
+    let beside = outer + (inner - outer) * cube_root((1.0 - (flux - full) / fading).clamp(0.0, 1.0));
+    // Which it is no processor guesses.
+    std::hint::select_unpredictable(flux < full, 1.0 - flux, beside)
 }
 
 /// ∛x for x in [0, 1], to rounding. A third of the exponent is a first guess that is good to a twentieth; each step of Halley's method trebles its
@@ -331,6 +333,20 @@ impl Scene {
         let lights =
             (0..self.lamp_count()).filter_map(|lamp| self.lamp_light(lamp, (point, facing, from), 0));
         lights.fold([0.0; 3], |sum, light| std::array::from_fn(|c| sum[c] + light[c]))
+    }
+
+    /// The place of a lamp without area, and the direction of its aim, of length 1; `None` where it is distant. Coordinates are relative to
+    /// [`Scene::origin`].
+    pub fn lamp_place(&self, lamp: usize) -> Option<[DVec3; 2]> {
+        let PointLamp { position, axes, emission, .. } = &self.parts.lamps.list[lamp];
+        (!matches!(emission, Emission::Distant { .. })).then_some([*position, -axes[2]])
+    }
+
+    /// The irradiance that a lamp without area would bring to a point, on the side that `normal` points to, if nothing stood between
+    /// [W/m², or lx]; of a distant one, that of the middle of its disc.
+    pub fn lamp_unshaded(&self, lamp: usize, point: DVec3, normal: DVec3) -> [f64; 3] {
+        let Beam { towards, irradiance, .. } = self.parts.lamps.beam(lamp, point, 0);
+        irradiance.map(|e| e * towards.dot(normal).max(0.0))
     }
 
     /// What a lamp brings to a point; `None` where it lies behind or something stands between.

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use crate::random::rng::{Generators, Numbers, Sequence};
 use crate::scene::Scene;
-use crate::scene::births::{BirthPoint, Born, Nursery};
+use crate::scene::births::{BirthPoint, Nursery};
 use crate::scene::panes::thin;
 use crate::scene::repeat::Copies;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
@@ -20,6 +20,7 @@ use crate::walk::Space;
 use crate::walk::arrive::Arrivals;
 use crate::walk::depart::Departures;
 use crate::walk::fate::{CollisionBatch, CollisionModel};
+use crate::walk::newborns::Newborns;
 use crate::walk::score::Scorer;
 
 /// Every way a walk can end.
@@ -60,7 +61,7 @@ pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
     estimator: &mut impl Scorer<C>,
 ) -> Counts {
     let counts = Counts::default();
-    let mut newborns = Newborns::new(scene.parts.isa, births, numbers.clone(), starts);
+    let mut newborns = Newborns::new(scene, births, numbers.clone(), starts);
     let generators = numbers.clone();
     let mut walker = Box::new(Walker {
         isa: scene.parts.isa,
@@ -77,45 +78,6 @@ pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
     });
     walker.run(&mut newborns);
     walker.counts
-}
-
-/// Walks that are about to set out.
-struct Newborns<'a, B, N, I> {
-    isa: Isa,
-    births: &'a B,
-    starts: I,
-    generators: N,
-    /// Cradle, cell, point, direction.
-    draws: [[u64; WIDTH]; 4],
-    next: usize,
-    len: usize,
-}
-
-impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
-    fn new(isa: Isa, births: &'a B, generators: N, starts: I) -> Self {
-        Newborns { isa, births, starts, generators, draws: [[0; WIDTH]; 4], next: 0, len: 0 }
-    }
-
-    /// The place of the next one in the queue; `None` where all have set out.
-    #[inline(always)]
-    fn pop(&mut self) -> Option<usize> {
-        if self.next == self.len {
-            self.fill();
-        }
-        (self.next < self.len).then(|| {
-            self.next += 1;
-            self.next - 1
-        })
-    }
-
-    fn fill(&mut self) {
-        (self.next, self.len) = (0, 0);
-        for walk in self.starts.by_ref().take(WIDTH) {
-            self.generators.set(self.len, &walk);
-            self.len += 1;
-        }
-        self.generators.births(self.isa, &mut self.draws);
-    }
 }
 
 /// A batch of walks between two rays.
@@ -148,9 +110,7 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
         while self.len > 0 {
             let parts = &*self.scene.parts;
             self.departures.leave(self.isa, newborns.births.frames(self.scene), self.len, &mut rays);
-            if let Some(tables) = parts.lamps.tables() {
-                self.departures.leave_by_tables(self.isa, tables, &mut rays);
-            }
+            self.departures.leave_lamps(newborns.lamp_rays(), &mut rays);
             B::leave(self.scene, &mut rays);
             self.counts.rays += self.len as u64;
             parts.index.closest_hits(&parts.facets, &rays, &mut scratch, &mut hits);
@@ -189,20 +149,18 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
     ) -> bool {
         let Some(newborn) = newborns.pop() else { return false };
         self.counts.walks += 1;
-        let draws = newborns.draws.each_ref().map(|row| row[newborn]);
-        let (born, weights) = newborns.births.bear(self.scene, draws);
         self.generators.set(lane, &newborns.generators.get(newborn));
-        if !F::CHANCE {
-            self.fates[lane] = self.fate;
-            self.fates[lane].set_out(weights);
+        if let Some([lamp, ray]) = newborns.at_lamp(newborn) {
+            self.set_out(lane, newborns.births.weights_at(lamp));
+            // Lamps are numbered behind faces.
+            self.estimator.begin(lane, self.scene.faces().len() as u32 + lamp);
+            self.departures.set_free(lane, ray);
+            return true;
         }
-        let BirthPoint { surface, cell, facing, uv, face } = match born {
-            Born::OnPlane(birth) => birth,
-            Born::AtLamp(lamp) => {
-                self.begin_at_lamp((lane, lamp), [draws[1], draws[2], draws[3]]);
-                return true;
-            }
-        };
+        let draws = newborns.draws.each_ref().map(|row| row[newborn]);
+        let (birth, weights) = newborns.births.bear(self.scene, draws);
+        self.set_out(lane, weights);
+        let BirthPoint { surface, cell, facing, uv, face } = birth;
         self.estimator.begin(lane, face);
         self.estimator.born_at(lane, self.scene, [surface, cell], uv);
         self.departures.surface[lane] = surface;
@@ -212,15 +170,11 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
         true
     }
 
-    /// A walk sets out from a lamp without area: lamps are numbered behind faces.
     #[inline(always)]
-    fn begin_at_lamp(&mut self, (lane, lamp): (usize, usize), bits: [u64; 3]) {
-        let scene = self.scene;
-        self.estimator.begin(lane, (scene.faces().len() + lamp) as u32);
-        let lamps = &scene.parts.lamps;
-        match lamps.cell(lamp, bits[0]) {
-            Some(cell) => self.departures.set_tabled(lane, [lamp as u32, cell], bits[2]),
-            None => self.departures.set_free(lane, &lamps.birth(lamp, bits)),
+    fn set_out(&mut self, lane: usize, weights: [f64; C]) {
+        if !F::CHANCE {
+            self.fates[lane] = self.fate;
+            self.fates[lane].set_out(weights);
         }
     }
 

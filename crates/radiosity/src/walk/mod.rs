@@ -10,6 +10,7 @@ pub(crate) mod exchanged;
 pub(crate) mod fate;
 mod linear;
 pub(crate) mod marks;
+mod newborns;
 pub(crate) mod plain;
 pub(crate) mod score;
 pub(crate) mod skies;
