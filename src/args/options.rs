@@ -139,6 +139,25 @@ impl TeamArgs {
     }
 }
 
+/// Who walks what is counted round by round, and whether counts go on.
+#[derive(Args)]
+pub(crate) struct RoundArgs {
+    #[command(flatten)]
+    pub team: TeamArgs,
+    /// Listen for workers that are started elsewhere, as coordinate does, in place of starting some here
+    #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["workers", "threads"])]
+    pub listen: Option<String>,
+    /// The name or address by which others reach this machine, if --listen gives another; with a port behind a gateway
+    #[arg(long, value_name = "HOST", requires = "listen")]
+    pub advertise: Option<String>,
+    /// The access file to write for workers [default: <output folder>/access.json]
+    #[arg(long, value_name = "FILE", requires = "listen")]
+    pub access: Option<PathBuf>,
+    /// Go on from the counts in the output folder
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+}
+
 /// Where workers come in.
 #[derive(Args)]
 pub(crate) struct ListenArgs {
@@ -379,19 +398,7 @@ pub(crate) struct FactorsArgs {
     #[arg(long, value_name = "DIR", value_delimiter = ',', requires = "sparse", conflicts_with_all = ["part", "resume"])]
     pub join: Vec<PathBuf>,
     #[command(flatten)]
-    pub team: TeamArgs,
-    /// Listen for workers that are started elsewhere, as coordinate does, in place of starting some here
-    #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["workers", "threads"])]
-    pub listen: Option<String>,
-    /// The name or address by which others reach this machine, if --listen gives another; with a port behind a gateway
-    #[arg(long, value_name = "HOST", requires = "listen")]
-    pub advertise: Option<String>,
-    /// The access file to write for workers [default: <output folder>/access.json]
-    #[arg(long, value_name = "FILE", requires = "listen")]
-    pub access: Option<PathBuf>,
-    /// Go on from the counts in the output folder
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
+    pub rounds: RoundArgs,
 }
 
 /// What `radwalk daylight` counts.
@@ -419,9 +426,8 @@ pub(crate) struct DaylightArgs {
     /// The illuminance that is enough, for daylight autonomy [lx]
     #[arg(long, value_name = "LX", default_value_t = 300.0, value_parser = illuminance)]
     pub enough: f64,
-    /// Threads [default: one per core]
-    #[arg(long, value_name = "T", value_parser = threads)]
-    pub threads: Option<u32>,
+    #[command(flatten)]
+    pub rounds: RoundArgs,
 }
 
 /// What `radwalk sky` writes.

@@ -2,11 +2,12 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
-use crate::support::{columns, numbers, path, run};
+use crate::support::{columns, finish, numbers, path, radwalk, run, wait_for};
 
 /// A work plane in the open, and one below a roof that is black, with a reflecting wall at its side.
 const SCENE: &str = r#"
@@ -39,6 +40,9 @@ patches = [2, 2]
 "#;
 
 const WEATHER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/weather/made.epw");
+
+/// The files whose bytes are a function of the job.
+const FIGURES: [&str; 4] = ["annual.csv", "annual.ill", "annual-error.ill", "coefficients.mtx"];
 
 fn daylight(folder: &TempDir, out: &str, words: &str) -> (i32, String, String) {
     let (scene, out) = (path(folder, "scene.toml"), path(folder, out));
@@ -122,21 +126,65 @@ fn mtx(file: &Path) -> Vec<Vec<f64>> {
     numbers.chunks(size("NCOLS=")).map(<[f64]>::to_vec).collect()
 }
 
-/// Numbers are those of any number of threads, another seed has others, and results are not replaced unasked.
+/// Numbers are those of any number of workers and threads, another seed has others, and results are not replaced unasked.
 #[test]
-fn threads_play_no_part() {
+fn workers_and_threads_play_no_part() {
     let folder = tempdir().unwrap();
-    for (out, words) in [("one", "--threads 1"), ("three", "--threads 3"), ("seed", "--threads 3 --seed 9")] {
+    for (out, words) in [
+        ("one", "--workers 1"),
+        ("three", "--workers 3 --threads 2 --set budget.stream_paths=777"),
+        ("seed", "--workers 1 --seed 9"),
+    ] {
         let (code, _, stderr) = daylight(&folder, out, &format!("--paths 2e5 --tolerance 0.2 {words}"));
         assert_eq!(code, 0, "{stderr}");
     }
     let bytes = |out: &str, file: &str| fs::read(path(&folder, out).join(file)).unwrap();
-    for file in ["annual.csv", "annual.ill", "annual-error.ill", "coefficients.mtx"] {
+    for file in FIGURES {
         assert!(bytes("one", file) == bytes("three", file), "{file}");
     }
     assert!(bytes("one", "annual.csv") != bytes("seed", "annual.csv"));
     let (code, _, stderr) = daylight(&folder, "one", "--paths 2e5");
     assert!(code == 2 && stderr.contains("--force"), "{code}: {stderr}");
+}
+
+/// A coordinator that is killed goes on from the counts of its last round, with workers that were started elsewhere: the bytes are those of a run that
+/// was let alone. Counts of another question are refused.
+#[test]
+fn a_killed_count_goes_on() {
+    let folder = tempdir().unwrap();
+    let words = "--paths 2e7 --tolerance 1e-4";
+    let (code, _, stderr) = daylight(&folder, "whole", words);
+    assert_eq!(code, 1, "the budget ends it: {stderr}");
+    let (out, access) = (path(&folder, "killed"), path(&folder, "access.json"));
+    let start = |more: &[&str]| {
+        let mut command = radwalk();
+        command.arg("daylight").arg(path(&folder, "scene.toml")).args(["--weather", WEATHER, "--quiet"]);
+        command.args(words.split(' ')).args(["--listen", "127.0.0.1:0", "--access"]).arg(&access);
+        command.arg("--out").arg(&out).args(more);
+        command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    let work =
+        || radwalk().args(["work", "--quiet", "--wait", "60", "--access"]).arg(&access).spawn().unwrap();
+    let mut coordinator = start(&[]);
+    wait_for("the access file", || access.exists().then_some(()));
+    let workers = [work(), work()];
+    let counts = out.join("daylight.counts.json");
+    wait_for("the first round", || counts.exists().then_some(()));
+    coordinator.kill().unwrap();
+    coordinator.wait().unwrap();
+    assert!(!out.join("annual.csv").exists(), "the coordinator was killed too late");
+    let coordinator = start(&["--resume"]);
+    assert_eq!(finish(coordinator).0, 1);
+    workers.into_iter().for_each(|worker| _ = finish(worker));
+    for file in FIGURES {
+        let [whole, killed] = ["whole", "killed"].map(|out| fs::read(path(&folder, out).join(file)).unwrap());
+        assert!(whole == killed, "{file}");
+    }
+    let (code, _, stderr) = daylight(&folder, "killed", &format!("{words} --resume --seed 7"));
+    assert!(code == 2 && stderr.contains("other surfaces, sensors, weather, seed"), "{stderr}");
+    fs::write(&counts, fs::read_to_string(&counts).unwrap().replacen('[', "[1,", 1)).unwrap();
+    let (code, _, stderr) = daylight(&folder, "killed", &format!("{words} --resume"));
+    assert!(code == 2 && stderr.contains("not those of the places"), "{stderr}");
 }
 
 #[test]

@@ -99,6 +99,8 @@ pub struct DaylightSummary {
     pub levels: Vec<LevelSummary>,
     /// Wall time of walking [s].
     pub seconds: f64,
+    /// Processor time of walking [s].
+    pub cpu_seconds: f64,
 }
 
 /// The level of a sensor by EN 17037: `none`, `minimum`, `medium` or `high`.

@@ -8,7 +8,7 @@ use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
 use radiosity::{
     Board, Experiment, IndexChoice, LampsSpec, Overflow, PaneSpec, Quantity, Scene, SceneSpec, Sequence,
-    Tally,
+    Tally, daylight::DaylightSpec,
 };
 use serde::{Deserialize, Serialize};
 
@@ -38,14 +38,16 @@ struct Packed {
     openings: Vec<LuminousOpening>,
     /// [`Settings::views`].
     views: Vec<NamedView>,
+    /// [`Settings::daylight`].
+    daylight: Option<DaylightSpec>,
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
 /// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, the
 /// quantity that a target is about, whether the program chose the method, from where the picture looks, the two lists of lamps, panes, what is demanded
-/// of planes, the openings of luminaires, and views with names.
-const LATER_SETTINGS: usize = 26;
+/// of planes, the openings of luminaires, views with names, and daylight coefficients.
+const LATER_SETTINGS: usize = 27;
 
 /// The bytes of a job.
 ///
@@ -65,6 +67,7 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
         demands: settings.demands.clone(),
         openings: spec.lamps.openings.clone(),
         views: settings.views.clone(),
+        daylight: settings.daylight.clone(),
     })
 }
 
@@ -104,6 +107,7 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
     packed.settings.view.from = packed.vantage;
     packed.settings.demands.clone_from(&packed.demands);
     packed.settings.views.clone_from(&packed.views);
+    packed.settings.daylight.clone_from(&packed.daylight);
     Ok(packed)
 }
 
@@ -138,6 +142,10 @@ pub(crate) fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
         .and_then(|experiment| experiment.with_groups(&settings.sources, &settings.sensitivity))
         .and_then(|experiment| match &settings.exchange {
             Some(exchange) => experiment.with_exchange(exchange.clone()),
+            None => Ok(experiment),
+        })
+        .and_then(|experiment| match &settings.daylight {
+            Some(daylight) => experiment.with_daylight(daylight.clone()),
             None => Ok(experiment),
         })
         .map_err(|error| error.to_string())?;

@@ -76,6 +76,17 @@ pub enum Unfit {
         "the groups of the exchange factors are not those of the scene (each face belongs to one, each has a face), or one walks more than 2⁴⁰ walks; change groups or walks"
     )]
     NoSuchGroups,
+    /// Segments of daylight coefficients that no cell has.
+    #[error(
+        "the walks of the daylight coefficients are not those of the scene's sensors (each is of a cell, which walks up to 2⁴⁰ walks); change sensors or walks"
+    )]
+    NoSuchCells,
+    /// Patches of the sky that are neither Tregenza's nor Reinhart's.
+    #[error("{patches} patches of the sky (Tregenza has 145, Reinhart 577 or 2305); choose one of these")]
+    NoSuchSky {
+        /// The number of patches.
+        patches: u32,
+    },
     /// A sensor that cannot measure anything.
     #[error(transparent)]
     Sensor(#[from] SensorError),

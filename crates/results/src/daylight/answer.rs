@@ -8,6 +8,7 @@ use report::{DaylightRow, DaylightSummary, LevelSummary, OutputFolder};
 use sky::{BoundedValue, Encoding, Level, Matrix, Metrics, STANDARD_SKIES, Sky, SkyPatchCounts, TARGETS};
 
 use super::count::{DaylightCounted, row};
+use super::kept::COUNTS;
 use super::question::DaylightQuestion;
 use crate::error::Error;
 
@@ -18,7 +19,7 @@ const ERRORS: &str = "annual-error.ill";
 const SUMMARY: &str = "daylight.json";
 
 /// All files that are written.
-pub const FILES: [&str; 5] = [TABLE, COEFFICIENTS, HOURS, ERRORS, SUMMARY];
+pub const FILES: [&str; 6] = [TABLE, COEFFICIENTS, HOURS, ERRORS, SUMMARY, COUNTS];
 
 /// The figures of every place.
 pub struct DaylightAnswer<'a> {
@@ -116,7 +117,7 @@ impl<'a> DaylightAnswer<'a> {
             ground: *ground,
             places: self.places.len(),
             walks: sum(|tally| tally.walks),
-            rays: sum(|tally| tally.rays),
+            rays: self.counted.cost.rays,
             back: sum(|tally| tally.backs) as f64 / sum(|tally| tally.walks) as f64,
             confidence: wanted.confidence,
             tolerance: *tolerance,
@@ -126,7 +127,8 @@ impl<'a> DaylightAnswer<'a> {
             occupied: wanted.occupied,
             sun_smear: self.smear(),
             levels: self.levels(),
-            seconds: self.counted.seconds,
+            seconds: self.counted.cost.seconds,
+            cpu_seconds: self.counted.cost.cpu_seconds,
         }
     }
 

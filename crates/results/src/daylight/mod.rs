@@ -1,10 +1,11 @@
 //! Daylight: what `radwalk daylight` counts and writes.
 //!
-//! A [`DaylightQuestion`] is made of a job, a weather file and of what is [`Wished`]; [`count`] walks on threads of this process; a
+//! A [`DaylightQuestion`] is made of a job, a weather file and of what is [`Wished`]; [`count`] walks, round by round, by processes of the caller; a
 //! [`DaylightAnswer`] holds the figures of every sensor, and writes the files.
 
 mod answer;
 mod count;
+mod kept;
 mod question;
 
 pub use answer::{DaylightAnswer, FILES as DAYLIGHT_FILES};
