@@ -2,7 +2,7 @@
 
 use job::Job;
 use protocol::{Coordinator, Look, Past};
-use radiosity::{Experiment, Scene, Tally};
+use radiosity::{Experiment, Scene, Tally, Unfit};
 use report::OutputFolder;
 use results::{Identity, Round, RoundWalked, Settings};
 
@@ -46,13 +46,17 @@ pub(crate) fn walk_round(executor: &Executor, round: &Round<'_>) -> Result<Optio
     }
 }
 
-/// Tells workers that are started elsewhere that there are no more walks in a scene.
+/// Tells workers that are started elsewhere that there are no more walks, of an experiment in their scene.
 ///
 /// # Errors
 /// Where the system refuses.
-pub(crate) fn dismiss(executor: Executor, job: &Job, scene: &Scene) -> Result<(), Fault> {
+pub(crate) fn dismiss(
+    executor: Executor,
+    job: &Job,
+    experiment: impl FnOnce() -> Result<Experiment, Unfit>,
+) -> Result<(), Fault> {
     let Executor::Remote(remote) = executor else { return Ok(()) };
-    let experiment = Experiment::new(scene.clone(), job.method.walks())?;
+    let experiment = experiment()?;
     let identity = Identity::new(job, &Settings::of(job), &experiment, BUILD)?;
     remote.dismiss(&identity, &job.budget, &experiment)
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use job::OutputFile;
+use results::daylight::DaylightFile;
 use results::factors::{MatrixFile, SparseFile};
 
 use super::values::{
@@ -426,8 +427,32 @@ pub(crate) struct DaylightArgs {
     /// The illuminance that is enough, for daylight autonomy [lx]
     #[arg(long, value_name = "LX", default_value_t = 300.0, value_parser = illuminance)]
     pub enough: f64,
+    /// Write these files, too; may be a list
+    #[arg(long, value_name = "FILE", value_delimiter = ',', value_enum)]
+    pub export: Vec<DaylightWord>,
     #[command(flatten)]
     pub rounds: RoundArgs,
+}
+
+/// A file of daylight.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DaylightWord {
+    /// daylight.npz: arrays of coefficients and of the light of every hour, with errors, for NumPy
+    Npz,
+    /// daylight.parquet: a row for each place and hour
+    Parquet,
+    /// coefficients.float.mtx: coefficients.mtx in Radiance's binary numbers
+    FloatMtx,
+}
+
+impl From<DaylightWord> for DaylightFile {
+    fn from(word: DaylightWord) -> Self {
+        match word {
+            DaylightWord::Npz => DaylightFile::Npz,
+            DaylightWord::Parquet => DaylightFile::Parquet,
+            DaylightWord::FloatMtx => DaylightFile::FloatMtx,
+        }
+    }
 }
 
 /// What `radwalk sky` writes.

@@ -2,7 +2,7 @@
 
 use radiosity::SkyPatches;
 use report::OutputFolder;
-use results::daylight::{DAYLIGHT_FILES, DaylightAnswer, DaylightQuestion, Wished, count};
+use results::daylight::{DAYLIGHT_FILES, DaylightAnswer, DaylightFile, DaylightQuestion, Wished, count};
 use results::{Round, all_threads};
 use sky::Wanted;
 use tracing::{info, warn};
@@ -41,7 +41,7 @@ pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
     let mut walk = |round: Round<'_>| walk_round(&executor, &round);
     let resume = args.rounds.resume;
     let counted = count(&question, BUILD, (&folder, resume), &mut walk, &|part| phase.done(part));
-    dismiss(executor, &question.job, &question.scene)?;
+    dismiss(executor, &question.job, || question.experiment(Vec::new()))?;
     let counted = counted?;
     if counted.interrupted {
         drop(phase);
@@ -50,7 +50,8 @@ pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
     }
     phase.now("working out the hours of the year");
     let answer = DaylightAnswer::of(&question, counted, all_threads());
-    answer.write(&folder)?;
+    let exports: Vec<DaylightFile> = args.export.iter().map(|&word| word.into()).collect();
+    answer.write(&folder, &exports)?;
     drop(phase);
     answer.warnings().iter().for_each(|warning| warn!("{warning}"));
     if !args.out.quiet {

@@ -1,5 +1,6 @@
 //! `radwalk factors`: exchange factors between groups of faces, and the heat between them.
 
+use radiosity::Experiment;
 use report::OutputFolder;
 use results::Round;
 use results::factors::{
@@ -38,7 +39,8 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     let mut walk = |round: Round<'_>| walk_round(&executor, &round);
     let counted = count(&question, BUILD, (&folder, args.rounds.resume), &mut walk, &|part| phase.done(part));
     drop(phase);
-    dismiss(executor, &question.job, &question.scene)?;
+    let experiment = || Experiment::new(question.scene.clone(), question.job.method.walks());
+    dismiss(executor, &question.job, experiment)?;
     let counted = counted?;
     if counted.interrupted {
         warn!("interrupted; the counts of the last look are kept, go on with --resume");

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use radiosity::{
-    Estimator, Experiment, IndexChoice, Method, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape,
-    Sides, SkyPatches, SurfaceSpec, Unfit,
+    Experiment, IndexChoice, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides, SkyPatches,
+    SurfaceSpec, Unfit,
     daylight::{Coefficients, DaylightSpec, Segment, SkyTally, sky_tallies},
 };
 
@@ -22,6 +22,7 @@ fn square(a: f64, z: f64, reflectance: f64) -> SurfaceSpec {
         // Walks from sensors ask nothing of light, but a scene has some.
         emittance: 1.0.into(),
         cell_emittance: Vec::new(),
+        transmittance: Default::default(),
     }
 }
 
@@ -137,8 +138,7 @@ fn experiments_count_the_same_walks() {
     let segment = |group, first, walks| Segment { group, first, walks };
     let with = |patches, segments: &[Segment]| {
         let spec = DaylightSpec { sensors: sensors.to_vec(), patches, segments: segments.to_vec() };
-        let experiment = Experiment::new(scene.clone(), Method::shooting(Estimator::Collision)).unwrap();
-        experiment.with_daylight(spec.clone()).map(|experiment| (experiment, spec))
+        Experiment::of_daylight(scene.clone(), spec.clone()).map(|experiment| (experiment, spec))
     };
     let (experiment, spec) =
         with(145, &[segment(1, 100, 700), segment(0, 0, 1000), segment(1, 50, 3)]).unwrap();

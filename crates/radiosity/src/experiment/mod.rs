@@ -43,7 +43,7 @@ use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{ColouredBoard, Layout, LinearBoard, Scoreboard, Tally};
-use crate::walk::estimator::Course;
+use crate::walk::estimator::{Course, Estimator};
 use crate::walk::marks::{MarkBoard, Marked};
 use board::{GroupSums, Scores, Sensing, with_board};
 use daylight::{Daylight, DaylightSpec};
@@ -88,6 +88,11 @@ impl Experiment {
     pub fn new(scene: Scene, method: impl Into<Method>) -> Result<Self, Unfit> {
         let method = method.into();
         check(&scene, &method)?;
+        Experiment::unchecked(scene, method)
+    }
+
+    /// [`Experiment::new`], whatever [`check`] says of the answer.
+    pub(crate) fn unchecked(scene: Scene, method: Method) -> Result<Self, Unfit> {
         let gathering = match &method {
             Method::Walks(walks) => match &walks.direction {
                 Direction::Gathering(birth) => Some(Gathering::new(&scene, birth, walks.score)?),
@@ -188,13 +193,14 @@ impl Experiment {
         Ok(self)
     }
 
-    /// The experiment whose walks count daylight coefficients, in place of those of its method. Light plays no part.
+    /// Walks that count daylight coefficients. Light plays no part.
     ///
     /// # Errors
     /// A scene in colour, or sensors, a sky and walks that cannot be.
-    pub fn with_daylight(mut self, spec: DaylightSpec) -> Result<Self, Unfit> {
-        self.daylight = Some(Daylight::new(&self.scene, spec)?.into());
-        Ok(self)
+    pub fn of_daylight(scene: Scene, spec: DaylightSpec) -> Result<Self, Unfit> {
+        let daylight = Daylight::new(&scene, spec)?;
+        let method = Method::shooting(Estimator::Collision);
+        Ok(Experiment { daylight: Some(daylight.into()), ..Experiment::unchecked(scene, method)? })
     }
 
     /// Rows of what is counted in place of light; `None` where light is.

@@ -1,7 +1,7 @@
 //! The walks of daylight coefficients, from look to look, and what is kept of them.
 
 use radiosity::{
-    Experiment, Tally,
+    Tally,
     daylight::{DaylightSpec, Segment, SkyTally, sky_rows, sky_tallies},
 };
 use report::OutputFolder;
@@ -70,7 +70,7 @@ struct Looks<'a> {
 
 impl RoundCounts for Looks<'_> {
     fn next(&mut self) -> Result<Option<RoundPlan>, Error> {
-        let DaylightQuestion { job, scene, .. } = self.question;
+        let job = &self.question.job;
         let mut missing = self.missing();
         if missing.is_empty() {
             self.look();
@@ -83,12 +83,8 @@ impl RoundCounts for Looks<'_> {
         if walks == 0 {
             return Ok(None);
         }
-        let spec = DaylightSpec {
-            sensors: job.scene.sensors().to_vec(),
-            patches: self.question.dome.patches().count() as u32,
-            segments: missing,
-        };
-        let experiment = Experiment::new(scene.clone(), job.method.walks())?.with_daylight(spec.clone())?;
+        let experiment = self.question.experiment(missing.clone())?;
+        let spec = self.question.spec(missing);
         let settings = Settings { sensors: Vec::new(), daylight: Some(spec.clone()), ..Settings::of(job) };
         self.under_way = Some(spec);
         let parts = [done, done + walks].map(|done_then| done_then as f64 / (done + all) as f64);

@@ -8,6 +8,6 @@ mod count;
 mod kept;
 mod question;
 
-pub use answer::{DaylightAnswer, FILES as DAYLIGHT_FILES};
+pub use answer::{DaylightAnswer, DaylightFile, FILES as DAYLIGHT_FILES};
 pub use count::{DaylightCounted, count};
 pub use question::{DaylightQuestion, Wished};

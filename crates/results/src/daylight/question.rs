@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use job::{Job, MethodTable};
-use radiosity::{Scene, SkyPatches, daylight::Coefficients};
+use radiosity::{
+    Experiment, Scene, SkyPatches, Unfit,
+    daylight::{Coefficients, DaylightSpec, Segment},
+};
 use sky::{Dome, SkyUnit, Wanted, Weather, Year};
 
 use super::count::FEWEST;
@@ -87,6 +90,23 @@ impl DaylightQuestion {
     /// How many places are measured.
     pub(super) fn cells(&self) -> usize {
         self.coefficients.sensors().cell_count()
+    }
+
+    /// What walks of cells count.
+    pub(super) fn spec(&self, segments: Vec<Segment>) -> DaylightSpec {
+        DaylightSpec {
+            sensors: self.job.scene.sensors().to_vec(),
+            patches: self.dome.patches().count() as u32,
+            segments,
+        }
+    }
+
+    /// The experiment of these walks.
+    ///
+    /// # Errors
+    /// Where a segment is not one of the cells.
+    pub fn experiment(&self, segments: Vec<Segment>) -> Result<Experiment, Unfit> {
+        Experiment::of_daylight(self.scene.clone(), self.spec(segments))
     }
 
     /// The most walks of a place: its part of the budget, down to a power of two.
