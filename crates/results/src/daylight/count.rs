@@ -56,7 +56,7 @@ pub fn count<E: From<Error>>(
     let mut looks = Looks { question, counts, under_way: None };
     let done = walk_rounds(&mut looks, (&question.job, build), folder, walk, watch)?;
     let KeptCounts { tallies, cost, .. } = looks.counts;
-    let reached = tallies.iter().all(|tally| excess(question, tally) <= 1.0);
+    let reached = done && tallies.iter().all(|tally| excess(question, tally) <= 1.0);
     Ok(DaylightCounted { tallies, cost, reached, interrupted: !done })
 }
 
