@@ -198,6 +198,7 @@ fn a_blind_passes_diffuse_light() {
             [material.blind]
             reflectance   = 0.5
             transmittance = {transmittance}
+            emittance     = 1.0
             [[surface]]
             name     = "blind"
             material = "blind"

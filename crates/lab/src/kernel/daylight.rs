@@ -6,9 +6,7 @@ use std::path::Path;
 use parallel::on_all_cores;
 use radiosity::{IndexChoice, Sequence, SkyPatches, daylight::Coefficients, daylight::SkyTally};
 use report::Markdown;
-use sky::{
-    BoundedValue, Dome, Metrics, STANDARD_SKIES, Sky, SkyPatchCounts, SkyUnit, TARGETS, Wanted, Year,
-};
+use sky::{BoundedValue, Dome, Metrics, STANDARD_SKIES, Sky, SkyPatchCounts, SkyUnit, TARGETS, Wanted, Year};
 
 use super::Failure;
 use crate::edition::origin;
@@ -49,8 +47,17 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
         PLACES.len()
     ));
     let heads = [
-        "walks a place", "hours", "daylight factor", "mean", "autonomy", "useful", "excess", "100 lx", "300 lx",
-        "500 lx", "750 lx",
+        "walks a place",
+        "hours",
+        "daylight factor",
+        "mean",
+        "autonomy",
+        "useful",
+        "excess",
+        "100 lx",
+        "300 lx",
+        "500 lx",
+        "750 lx",
     ];
     page.table(heads, rows);
     fs::create_dir_all(folder)?;
@@ -82,8 +89,7 @@ impl Study {
             Coefficients::new(file.build(IndexChoice::Auto)?, file.sensors(), patches.clone())?;
         let dome = Dome::new(patches);
         let year = Year::new(&job::load_weather(WEATHER.as_ref())?, &dome, SkyUnit::Illuminance, 0.2);
-        let overcast =
-            Sky::standard(STANDARD_SKIES, [0.0, 0.0, 1.0], 100.0).ok_or("the overcast sky")?;
+        let overcast = Sky::standard(STANDARD_SKIES, [0.0, 0.0, 1.0], 100.0).ok_or("the overcast sky")?;
         Ok(Study {
             mean: year.mean(&dome),
             overcast: dome.vector(&overcast),
