@@ -202,6 +202,8 @@ fn exit_code_of(error: &results::Error) -> u8 {
         | Error::Factors(_)
         | Error::DaylightChannel
         | Error::FewDaylightWalks { .. }
+        | Error::OtherDaylight { .. }
+        | Error::UnreadableDaylight { .. }
         | Error::NoRoom { .. } => 2,
         Error::OtherTable { .. } | Error::Overflow | Error::System { .. } | Error::Rows { .. } => 3,
     }

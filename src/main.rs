@@ -15,6 +15,7 @@ mod lead;
 mod local;
 mod pilot;
 mod progress;
+mod rounds;
 mod shift;
 mod signals;
 mod summary;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use job::OutputFile;
+use results::daylight::DaylightFile;
 use results::factors::{MatrixFile, SparseFile};
 
 use super::values::{
@@ -137,6 +138,25 @@ impl TeamArgs {
         let workers = self.workers.map_or_else(cores, |workers| workers as usize);
         Team { workers, threads: self.threads }
     }
+}
+
+/// Who walks what is counted round by round, and whether counts go on.
+#[derive(Args)]
+pub(crate) struct RoundArgs {
+    #[command(flatten)]
+    pub team: TeamArgs,
+    /// Listen for workers that are started elsewhere, as coordinate does, in place of starting some here
+    #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["workers", "threads"])]
+    pub listen: Option<String>,
+    /// The name or address by which others reach this machine, if --listen gives another; with a port behind a gateway
+    #[arg(long, value_name = "HOST", requires = "listen")]
+    pub advertise: Option<String>,
+    /// The access file to write for workers [default: <output folder>/access.json]
+    #[arg(long, value_name = "FILE", requires = "listen")]
+    pub access: Option<PathBuf>,
+    /// Go on from the counts in the output folder
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
 }
 
 /// Where workers come in.
@@ -379,19 +399,7 @@ pub(crate) struct FactorsArgs {
     #[arg(long, value_name = "DIR", value_delimiter = ',', requires = "sparse", conflicts_with_all = ["part", "resume"])]
     pub join: Vec<PathBuf>,
     #[command(flatten)]
-    pub team: TeamArgs,
-    /// Listen for workers that are started elsewhere, as coordinate does, in place of starting some here
-    #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["workers", "threads"])]
-    pub listen: Option<String>,
-    /// The name or address by which others reach this machine, if --listen gives another; with a port behind a gateway
-    #[arg(long, value_name = "HOST", requires = "listen")]
-    pub advertise: Option<String>,
-    /// The access file to write for workers [default: <output folder>/access.json]
-    #[arg(long, value_name = "FILE", requires = "listen")]
-    pub access: Option<PathBuf>,
-    /// Go on from the counts in the output folder
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
+    pub rounds: RoundArgs,
 }
 
 /// What `radwalk daylight` counts.
@@ -419,9 +427,32 @@ pub(crate) struct DaylightArgs {
     /// The illuminance that is enough, for daylight autonomy [lx]
     #[arg(long, value_name = "LX", default_value_t = 300.0, value_parser = illuminance)]
     pub enough: f64,
-    /// Threads [default: one per core]
-    #[arg(long, value_name = "T", value_parser = threads)]
-    pub threads: Option<u32>,
+    /// Write these files, too; may be a list
+    #[arg(long, value_name = "FILE", value_delimiter = ',', value_enum)]
+    pub export: Vec<DaylightWord>,
+    #[command(flatten)]
+    pub rounds: RoundArgs,
+}
+
+/// A file of daylight.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DaylightWord {
+    /// daylight.npz: arrays of coefficients and of the light of every hour, with errors, for NumPy
+    Npz,
+    /// daylight.parquet: a row for each place and hour
+    Parquet,
+    /// coefficients.float.mtx: coefficients.mtx in Radiance's binary numbers
+    FloatMtx,
+}
+
+impl From<DaylightWord> for DaylightFile {
+    fn from(word: DaylightWord) -> Self {
+        match word {
+            DaylightWord::Npz => DaylightFile::Npz,
+            DaylightWord::Parquet => DaylightFile::Parquet,
+            DaylightWord::FloatMtx => DaylightFile::FloatMtx,
+        }
+    }
 }
 
 /// What `radwalk sky` writes.

@@ -2,15 +2,18 @@
 
 use radiosity::SkyPatches;
 use report::OutputFolder;
-use results::daylight::{DAYLIGHT_FILES, DaylightAnswer, DaylightQuestion, Wished, count};
+use results::daylight::{DAYLIGHT_FILES, DaylightAnswer, DaylightFile, DaylightQuestion, Wished, count};
+use results::{Round, all_threads};
 use sky::Wanted;
 use tracing::{info, warn};
 use voice::{Phase, say};
 
 use crate::args::DaylightArgs;
+use crate::build::BUILD;
 use crate::choose::load_given;
 use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
+use crate::rounds::{dismiss, open_executor, walk_round};
 use crate::signals;
 
 /// Counts daylight coefficients and writes the figures of a year.
@@ -28,24 +31,27 @@ pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
     let question = DaylightQuestion::of(job, &wished)?;
     question.job.scene.notes().iter().for_each(|note| info!("note: {note}"));
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
-    let folder = OutputFolder::claim(&path, &DAYLIGHT_FILES, args.out.force)?;
+    let folder = OutputFolder::claim(&path, &DAYLIGHT_FILES, args.out.force || args.rounds.resume)?;
     if args.out.force {
         folder.remove(&DAYLIGHT_FILES)?;
     }
     signals::catch();
-    let threads = args.threads.map_or_else(results::all_threads, |threads| threads as usize);
+    let executor = open_executor(&args.rounds, &question.scene, &folder)?;
     phase.now("counting walks from the sensors to the sky");
-    let watch = |part| {
-        phase.done(part);
-        !signals::stop_asked()
-    };
-    let Some(counted) = count(&question, threads, &watch) else {
-        warn!("interrupted; nothing is written");
+    let mut walk = |round: Round<'_>| walk_round(&executor, &round);
+    let resume = args.rounds.resume;
+    let counted = count(&question, BUILD, (&folder, resume), &mut walk, &|part| phase.done(part));
+    dismiss(executor, &question.job, || question.experiment(Vec::new()))?;
+    let counted = counted?;
+    if counted.interrupted {
+        drop(phase);
+        warn!("interrupted; the counts of the last round are kept, go on with --resume");
         return Ok(Outcome::Interrupted);
-    };
+    }
     phase.now("working out the hours of the year");
-    let answer = DaylightAnswer::of(&question, counted, threads);
-    answer.write(&folder)?;
+    let answer = DaylightAnswer::of(&question, counted, all_threads());
+    let exports: Vec<DaylightFile> = args.export.iter().map(|&word| word.into()).collect();
+    answer.write(&folder, &exports)?;
     drop(phase);
     answer.warnings().iter().for_each(|warning| warn!("{warning}"));
     if !args.out.quiet {

@@ -1,13 +1,12 @@
 //! `radwalk factors`: exchange factors between groups of faces, and the heat between them.
 
-use protocol::{Coordinator, Look, Past};
-use radiosity::{Experiment, Tally};
+use radiosity::Experiment;
 use report::OutputFolder;
+use results::Round;
 use results::factors::{
-    Asked, FILES, FactorsAnswer, FactorsFault, FactorsQuestion, Round, RowWalks, RowWatcher as RowHands,
-    SparseAnswer, SparseAsked, SparseFile, Walked, count, count_rows, sparse_files,
+    Asked, FILES, FactorsAnswer, FactorsFault, FactorsQuestion, RowWalks, RowWatcher as RowHands,
+    SparseAnswer, SparseAsked, SparseFile, count, count_rows, sparse_files,
 };
-use results::{Identity, Settings};
 use tracing::{info, warn};
 use voice::{Phase, say};
 
@@ -16,7 +15,7 @@ use crate::build::BUILD;
 use crate::choose::{load_given, load_surfaces};
 use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
-use crate::lead::{Executor, Remote, walk};
+use crate::rounds::{dismiss, open_executor, walk_round};
 use crate::signals;
 
 /// Counts exchange factors and writes them.
@@ -29,20 +28,19 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     let exports = exports.ok_or_else(|| results::Error::from(FactorsFault::SparseExports))?;
     let question = question(args, None)?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
-    let folder = OutputFolder::claim(&path, &FILES, args.out.force || args.resume)?;
+    let folder = OutputFolder::claim(&path, &FILES, args.out.force || args.rounds.resume)?;
     if args.out.force {
         folder.remove(&FILES)?;
     }
     drop(phase);
     signals::catch();
-    let executor = executor(args, &question, &folder)?;
+    let executor = open_executor(&args.rounds, &question.scene, &folder)?;
     let phase = Phase::begin("counting walks between groups");
     let mut walk = |round: Round<'_>| walk_round(&executor, &round);
-    let counted = count(&question, BUILD, (&folder, args.resume), &mut walk, &|part| phase.done(part));
+    let counted = count(&question, BUILD, (&folder, args.rounds.resume), &mut walk, &|part| phase.done(part));
     drop(phase);
-    if let Executor::Remote(remote) = executor {
-        dismiss(remote, &question)?;
-    }
+    let experiment = || Experiment::new(question.scene.clone(), question.job.method.walks());
+    dismiss(executor, &question.job, experiment)?;
     let counted = counted?;
     if counted.interrupted {
         warn!("interrupted; the counts of the last look are kept, go on with --resume");
@@ -100,19 +98,19 @@ fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Resu
     let question = question(args, Some(*asked))?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
     let files = sparse_files();
-    let folder = OutputFolder::claim(&path, &files, args.out.force || args.resume)?;
+    let folder = OutputFolder::claim(&path, &files, args.out.force || args.rounds.resume)?;
     if args.out.force {
         folder.remove(&files)?;
     }
     signals::catch();
     phase.now("counting rows");
-    let team = args.team.team();
+    let team = args.rounds.team.team();
     let mut watch = |part| {
         phase.done(part);
         !signals::stop_asked()
     };
     let hands = RowHands { threads: team.workers * team.threads as usize, watch: &mut watch };
-    let counted = count_rows(&question, asked, (&folder, args.resume, &args.join), hands)?;
+    let counted = count_rows(&question, asked, (&folder, args.rounds.resume, &args.join), hands)?;
     if counted.interrupted {
         drop(phase);
         warn!("interrupted; the rows that are done are kept, go on with --resume");
@@ -146,40 +144,4 @@ pub(crate) fn tell(answer: &FactorsAnswer, folder: &OutputFolder) {
     answer.warnings().iter().for_each(|warning| warn!("{warning}"));
     answer.lines().iter().for_each(|line| say(line));
     say(&format!("written to {}", folder.path().display()));
-}
-
-/// The processes that walk.
-fn executor(
-    args: &FactorsArgs,
-    question: &FactorsQuestion,
-    folder: &OutputFolder,
-) -> Result<Executor, Fault> {
-    let Some(address) = &args.listen else { return Ok(Executor::Local(args.team.team())) };
-    let file = args.access.clone().unwrap_or_else(|| folder.path().join("access.json"));
-    let address = (&**address, args.advertise.as_deref());
-    Ok(Executor::Remote(Remote::open(question.scene.hash(), address, file)?))
-}
-
-/// Tells workers that are started elsewhere that there are no more walks.
-fn dismiss(remote: Remote, question: &FactorsQuestion) -> Result<(), Fault> {
-    let experiment = Experiment::new(question.scene.clone(), question.job.method.walks())?;
-    let identity = Identity::new(&question.job, &Settings::of(&question.job), &experiment, BUILD)?;
-    remote.dismiss(&identity, &question.job.budget, &experiment)
-}
-
-/// Walks a look on worker processes; `None` where a signal ended it.
-fn walk_round(executor: &Executor, round: &Round<'_>) -> Result<Option<Walked>, Fault> {
-    let Round { identity, experiment, budget, walks, watch } = round;
-    let judge = |prefix: &Tally, _: &[Look]| {
-        let counts = prefix.counts;
-        Look { walks: counts.walks, rays: counts.rays, ..Look::default() }
-    };
-    let past = Past::none(experiment.tally());
-    let mut watch = |coordinator: &Coordinator| watch(coordinator.progress().walks);
-    let job = (identity, *budget, experiment);
-    match walk(executor, job, past, (vec![*walks], Box::new(judge)), &mut watch) {
-        Ok(walked) => Ok(Some(Walked { tally: walked.tally, cpu_seconds: walked.cpu_seconds })),
-        Err(Fault::Interrupted) => Ok(None),
-        Err(fault) => Err(fault),
-    }
 }

@@ -2,11 +2,12 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
-use crate::support::{columns, numbers, path, run};
+use crate::support::{columns, finish, numbers, path, radwalk, run, wait_for};
 
 /// A work plane in the open, and one below a roof that is black, with a reflecting wall at its side.
 const SCENE: &str = r#"
@@ -39,6 +40,9 @@ patches = [2, 2]
 "#;
 
 const WEATHER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/weather/made.epw");
+
+/// The files whose bytes are a function of the job.
+const FIGURES: [&str; 4] = ["annual.csv", "annual.ill", "annual-error.ill", "coefficients.mtx"];
 
 fn daylight(folder: &TempDir, out: &str, words: &str) -> (i32, String, String) {
     let (scene, out) = (path(folder, "scene.toml"), path(folder, out));
@@ -122,21 +126,122 @@ fn mtx(file: &Path) -> Vec<Vec<f64>> {
     numbers.chunks(size("NCOLS=")).map(<[f64]>::to_vec).collect()
 }
 
-/// Numbers are those of any number of threads, another seed has others, and results are not replaced unasked.
+/// Numbers are those of any number of workers and threads, another seed has others, and results are not replaced unasked.
 #[test]
-fn threads_play_no_part() {
+fn workers_and_threads_play_no_part() {
     let folder = tempdir().unwrap();
-    for (out, words) in [("one", "--threads 1"), ("three", "--threads 3"), ("seed", "--threads 3 --seed 9")] {
+    for (out, words) in [
+        ("one", "--workers 1"),
+        ("three", "--workers 3 --threads 2 --set budget.stream_paths=777"),
+        ("seed", "--workers 1 --seed 9"),
+    ] {
         let (code, _, stderr) = daylight(&folder, out, &format!("--paths 2e5 --tolerance 0.2 {words}"));
         assert_eq!(code, 0, "{stderr}");
     }
     let bytes = |out: &str, file: &str| fs::read(path(&folder, out).join(file)).unwrap();
-    for file in ["annual.csv", "annual.ill", "annual-error.ill", "coefficients.mtx"] {
+    for file in FIGURES {
         assert!(bytes("one", file) == bytes("three", file), "{file}");
     }
     assert!(bytes("one", "annual.csv") != bytes("seed", "annual.csv"));
     let (code, _, stderr) = daylight(&folder, "one", "--paths 2e5");
     assert!(code == 2 && stderr.contains("--force"), "{code}: {stderr}");
+}
+
+/// A coordinator that is killed goes on from the counts of its last round, with workers that were started elsewhere: the bytes are those of a run that
+/// was let alone. Counts of another question are refused.
+#[test]
+fn a_killed_count_goes_on() {
+    let folder = tempdir().unwrap();
+    let words = "--paths 2e7 --tolerance 1e-4";
+    let (code, _, stderr) = daylight(&folder, "whole", words);
+    assert_eq!(code, 1, "the budget ends it: {stderr}");
+    let (out, access) = (path(&folder, "killed"), path(&folder, "access.json"));
+    let start = |more: &[&str]| {
+        let mut command = radwalk();
+        command.arg("daylight").arg(path(&folder, "scene.toml")).args(["--weather", WEATHER, "--quiet"]);
+        command.args(words.split(' ')).args(["--listen", "127.0.0.1:0", "--access"]).arg(&access);
+        command.arg("--out").arg(&out).args(more);
+        command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    let work =
+        || radwalk().args(["work", "--quiet", "--wait", "60", "--access"]).arg(&access).spawn().unwrap();
+    let mut coordinator = start(&[]);
+    wait_for("the access file", || access.exists().then_some(()));
+    let workers = [work(), work()];
+    let counts = out.join("daylight.counts.json");
+    wait_for("the first round", || counts.exists().then_some(()));
+    coordinator.kill().unwrap();
+    coordinator.wait().unwrap();
+    assert!(!out.join("annual.csv").exists(), "the coordinator was killed too late");
+    let coordinator = start(&["--resume"]);
+    assert_eq!(finish(coordinator).0, 1);
+    workers.into_iter().for_each(|worker| _ = finish(worker));
+    for file in FIGURES {
+        let [whole, killed] = ["whole", "killed"].map(|out| fs::read(path(&folder, out).join(file)).unwrap());
+        assert!(whole == killed, "{file}");
+    }
+    let (code, _, stderr) = daylight(&folder, "killed", &format!("{words} --resume --seed 7"));
+    assert!(code == 2 && stderr.contains("other surfaces, sensors, weather, seed"), "{stderr}");
+    fs::write(&counts, fs::read_to_string(&counts).unwrap().replacen('[', "[1,", 1)).unwrap();
+    let (code, _, stderr) = daylight(&folder, "killed", &format!("{words} --resume"));
+    assert!(code == 2 && stderr.contains("not those of the places"), "{stderr}");
+}
+
+/// A blind below the sky passes a part of it on: the daylight factor of a place below a wide one is its transmittance, within four standard errors of 262,144
+/// walks, wherever it looks from. Other commands refuse it, and so do surfaces that cannot be.
+#[test]
+fn a_blind_passes_diffuse_light() {
+    let folder = tempdir().unwrap();
+    let scene = |sides: u32, transmittance: f64| {
+        format!(
+            r#"
+            [material.blind]
+            reflectance   = 0.5
+            transmittance = {transmittance}
+            emittance     = 1.0
+            [[surface]]
+            name     = "blind"
+            material = "blind"
+            sides    = {sides}
+            quad     = [[-1e6,-1e6,2], [1e6,-1e6,2], [-1e6,1e6,2]]
+            [[sensor]]
+            name   = "below"
+            point  = [0, 0, 0]
+            normal = [0, 0, 1]
+            "#
+        )
+    };
+    let file = path(&folder, "blind.toml");
+    let file = file.to_str().unwrap();
+    fs::write(file, scene(2, 0.3)).unwrap();
+    let out = path(&folder, "out");
+    let words =
+        ["--weather", WEATHER, "--paths", "262144", "--tolerance", "1e-4", "--ground", "0", "--quiet"];
+    let words = [&["daylight", file, "--out", out.to_str().unwrap()][..], &words].concat();
+    let (code, _, stderr) = run(&[&words[..], &["--export", "npz,parquet,float-mtx"]].concat());
+    assert_eq!(code, 1, "{stderr}");
+    let factor = numbers(&columns(&out.join("annual.csv"))["daylight_factor"])[0];
+    // Three of ten walks see the sky; each brings L/(7/9) with L = (1 + 2 sin γ)/3, whose mean square is 51/49.
+    assert!((factor - 30.0).abs() < 4.0 * 100.0 * (0.3_f64 * 51.0 / 49.0 / 262_144.0).sqrt(), "{factor}");
+    assert!(fs::read(out.join("daylight.npz")).unwrap().starts_with(b"PK"));
+    assert!(fs::read(out.join("daylight.parquet")).unwrap().starts_with(b"PAR1"));
+    let [text, binary] = ["coefficients.mtx", "coefficients.float.mtx"]
+        .map(|name| sky::Matrix::read(&fs::read(out.join(name)).unwrap()).unwrap());
+    assert_eq!((text.rows, text.columns), (1, 146));
+    assert_eq!((text.rows, text.columns), (binary.rows, binary.columns));
+    assert!(text.numbers.iter().zip(&binary.numbers).all(|(a, b)| *a as f32 == *b as f32));
+    for command in ["run", "exact", "factors"] {
+        let out = path(&folder, command);
+        let (code, _, stderr) = run(&[command, file, "--out", out.to_str().unwrap()]);
+        assert!(code == 2 && stderr.contains("remove `transmittance`"), "{command}: {code} {stderr}");
+    }
+    for (sides, transmittance, said) in
+        [(1, 0.3, "write sides = 2"), (2, 0.5, "add up to 1"), (2, -0.1, "[0, 1)")]
+    {
+        fs::write(file, scene(sides, transmittance)).unwrap();
+        let (code, _, stderr) = run(&[&words[..], &["--force"]].concat());
+        assert!(code == 2 && stderr.contains(said), "{stderr}");
+    }
 }
 
 #[test]
@@ -157,4 +262,32 @@ fn what_cannot_be_is_refused_in_words() {
     assert!(code == 2 && stderr.contains("broken.epw:69: there is no day 31 in month 2"), "{stderr}");
     let (code, _, stderr) = run(&["sky", "--cie", "17"]);
     assert!(code == 2 && stderr.contains("17"), "{stderr}");
+}
+
+/// The commands of the guide run as they stand, and the first prints what the page says but for the time it takes.
+#[test]
+fn the_guide_of_daylight_runs() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = fs::read_to_string(root.join("docs/guide/daylight.md")).unwrap();
+    let blocks = |language: &str| -> Vec<String> {
+        let fence = format!("```{language}\n");
+        page.split(&*fence).skip(1).map(|rest| rest.split("```").next().unwrap().to_owned()).collect()
+    };
+    let folder = tempdir().unwrap();
+    let mut printed = Vec::new();
+    let commands: Vec<String> = blocks("sh").concat().lines().map(str::to_owned).collect();
+    for (number, line) in commands.iter().enumerate() {
+        let out = path(&folder, &format!("out{number}"));
+        let mut words: Vec<&str> = line.split_whitespace().skip(1).collect();
+        words.truncate(words.iter().position(|word| *word == "--out").unwrap_or(words.len()));
+        let (code, stdout, stderr) = run(&[&words[..], &["--out", out.to_str().unwrap()]].concat());
+        assert_eq!(code, 0, "{line}: {stderr}");
+        printed.push(stdout);
+    }
+    let timeless = |text: &str| -> Vec<String> {
+        text.lines().map(|line| line.split(" walks in ").next().unwrap().to_owned()).collect()
+    };
+    let expected = timeless(&blocks("text")[0]);
+    assert_eq!(commands.len(), 3);
+    assert_eq!(timeless(&printed[0])[..expected.len()], expected);
 }

@@ -83,7 +83,14 @@ fn every_toml_block_runs() {
         for block in blocks(&page, "toml") {
             let file = path(&folder, "block.toml");
             let out = path(&folder, "out");
-            if block.contains("[[surface]]") {
+            if block.contains("transmittance = 0.2") {
+                let scene = fs::read_to_string("configs/scenes/daylit.toml").unwrap();
+                fs::write(&file, format!("{scene}\n{block}")).unwrap();
+                let [file, out] = [&file, &out].map(|path| path.to_str().unwrap());
+                let words = ["daylight", file, "--weather", "configs/weather/made.epw", "--out", out];
+                let (code, _, stderr) = run(&[&words[..], &["--paths", "1e6", "--force"]].concat());
+                assert!(code <= 1, "{page:?}: {stderr}");
+            } else if block.contains("[[surface]]") {
                 scenes += 1;
                 fs::write(&file, &block).unwrap();
                 let (code, stdout, stderr) = run(&["check", file.to_str().unwrap(), "--fix-report"]);

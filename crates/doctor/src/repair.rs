@@ -145,6 +145,7 @@ mod tests {
             reflectance: 0.5.into(),
             emittance: Spectrum::BLACK,
             cell_emittance: vec![(shape.cell_index([2, 1]).unwrap(), 1.0.into())],
+            transmittance: Default::default(),
         };
         let lit = surface.clone();
         turn(&mut surface);

@@ -145,6 +145,7 @@ mod tests {
                 reflectance: 0.5.into(),
                 emittance: Spectrum::BLACK,
                 cell_emittance: Vec::new(),
+                transmittance: Default::default(),
             }
         };
         SceneSpec::new(faces.into_iter().enumerate().map(surface).collect())

@@ -15,6 +15,7 @@ fn quad(name: &str, corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> SurfaceSpec {
         reflectance: 0.5.into(),
         emittance: Spectrum::BLACK,
         cell_emittance: Vec::new(),
+        transmittance: Default::default(),
     }
 }
 

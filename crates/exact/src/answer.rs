@@ -70,6 +70,11 @@ pub enum ExactError {
         "the scene has panes, and the form factors of the system that is solved are those of free sight (light would be too much); remove each [[pane]], or run the job"
     )]
     Panes,
+    /// Light that comes through surfaces.
+    #[error(
+        "a surface transmits light, and each side of a patch is solved for by what comes in on it alone (light would be lost); remove `transmittance` from its material, or ask `radwalk daylight`, which takes it"
+    )]
+    Transmission,
     /// The system cannot be solved.
     #[error(transparent)]
     Singular(#[from] Singular),
@@ -117,6 +122,9 @@ impl Exact {
         check_size(spec)?;
         if !spec.panes.is_empty() {
             return Err(ExactError::Panes);
+        }
+        if spec.surfaces.iter().any(|surface| surface.transmittance.is_lit()) {
+            return Err(ExactError::Transmission);
         }
         let scene = Scene::build(spec, IndexChoice::Flat)?;
         let (form_factors, exchange) = match BoxScene::recognise(spec) {

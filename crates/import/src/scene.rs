@@ -349,6 +349,7 @@ impl Mesh {
             reflectance: finish.reflectance,
             emittance: finish.emittance,
             cell_emittance: Vec::new(),
+            transmittance: Default::default(),
         }
     }
 

@@ -14,6 +14,7 @@ pub(crate) struct MaterialTable {
     pub(crate) number: u32,
     pub(crate) reflectance: Spectrum,
     pub(crate) emittance: Spectrum,
+    pub(crate) transmittance: Spectrum,
     pub(crate) lines: Lines,
 }
 
@@ -44,6 +45,7 @@ fn read_material(value: Value<'_>) -> Result<MaterialTable, Error> {
         number: 0,
         reflectance: spectrum("reflectance")?,
         emittance: spectrum("emittance")?,
+        transmittance: spectrum("transmittance")?,
         lines,
     })
 }

@@ -279,6 +279,7 @@ impl SceneFile {
         scene.spec.lamps = LampsSpec::default();
         for (number, surface) in scene.spec.surfaces.iter_mut().enumerate() {
             surface.reflectance = reflectance(number).unwrap_or(surface.reflectance[channel]).into();
+            surface.transmittance = surface.transmittance[channel].into();
             surface.emittance = 1.0.into();
             surface.cell_emittance.clear();
         }

@@ -81,5 +81,6 @@ fn side(corner: DVec3, u: DVec3, v: DVec3, emittance: Spectrum) -> SurfaceSpec {
         reflectance: 0.0.into(),
         emittance,
         cell_emittance: Vec::new(),
+        transmittance: Default::default(),
     }
 }

@@ -88,10 +88,7 @@ fn of_batches(experiment: &Experiment, paths: u64) -> Limits {
 /// weight is above a threshold, or for a fixed length.
 fn longest_walk(experiment: &Experiment) -> u64 {
     let scene = experiment.scene();
-    let patches = scene.faces();
-    let channels = 0..scene.channels();
-    let reflectances = patches.iter().flat_map(|patch| channels.clone().map(move |c| patch.reflectance[c]));
-    let decay = -reflectances.fold(0.0, f64::max).ln();
+    let decay = -scene.max_reflectance().max().ln();
     let end = experiment.method().estimator().and_then(Estimator::infinite_end);
     let (weakest, length) = match end {
         Some(InfiniteEnd::Roulette { threshold } | InfiniteEnd::Cutoff { threshold }) => {

@@ -63,6 +63,8 @@ pub(crate) enum Study {
     Closed(Words),
     /// Time births at lamps, and count how often intervals of planes hold: FOLDER [RUNS] → lamps.md
     Lamps(Words),
+    /// Count how often intervals of daylight hold: FOLDER [SEEDS] → daylight.md
+    Daylight(Words),
     /// Print a made scene as a scene file: cornell | cube CELLS_PER_EDGE | interior TRIANGLES | two-rooms REFLECTANCE
     Write(Words),
 }
@@ -91,6 +93,7 @@ impl Study {
             Study::Brute(args) => kernel::brute::run(&args.words),
             Study::Closed(args) => kernel::closed::run(&args.words),
             Study::Lamps(args) => kernel::lamps::run(&args.words),
+            Study::Daylight(args) => kernel::daylight::run(&args.words),
             Study::Write(args) => kernel::write::run(&args.words),
         }
     }

@@ -87,14 +87,16 @@ pub mod boards {
 
 /// Walks from cells of sensors that count the patches of a sky.
 pub mod daylight {
-    pub use crate::experiment::daylight::{Coefficients, SkyTally};
+    pub use crate::experiment::daylight::{Coefficients, DaylightSpec, SkyTally, sky_rows, sky_tallies};
+    pub use crate::experiment::segments::Segment;
 }
 
 /// Walks that are counted by the group that takes them.
 pub mod exchange {
     pub use crate::experiment::exchange::{
-        ExchangeRows, ExchangeSpec, FactorKind, RowBoard, Segment, exchange_counts,
+        ExchangeRows, ExchangeSpec, FactorKind, RowBoard, exchange_counts,
     };
+    pub use crate::experiment::segments::Segment;
 }
 
 /// What looks into walks, chains and traces one by one: the product replays a walk, all else is for measurements.

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use radiosity::{
-    IndexChoice, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides, SkyPatches, SurfaceSpec,
-    Unfit,
-    daylight::{Coefficients, SkyTally},
+    Experiment, IndexChoice, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides, SkyPatches,
+    SurfaceSpec, Unfit,
+    daylight::{Coefficients, DaylightSpec, Segment, SkyTally, sky_tallies},
 };
 
 /// A square of side 2 a around the z axis at height z.
@@ -22,6 +22,7 @@ fn square(a: f64, z: f64, reflectance: f64) -> SurfaceSpec {
         // Walks from sensors ask nothing of light, but a scene has some.
         emittance: 1.0.into(),
         cell_emittance: Vec::new(),
+        transmittance: Default::default(),
     }
 }
 
@@ -65,7 +66,7 @@ fn facing(a: f64, h: f64) -> f64 {
 fn a_sensor_in_the_open_sees_the_whole_sky() {
     let open = coefficients(vec![square(1.0, -3.0, 0.5)], &[point(0.0, DVec3::Z)]);
     let tally = walked(&open, 0, 1 << 20);
-    assert_eq!((tally.walks, tally.rays, tally.backs, tally.straight[0]), (1 << 20, 1 << 20, 0, 0));
+    assert_eq!((tally.walks, tally.backs, tally.straight[0]), (1 << 20, 0, 0));
     assert_eq!(tally.straight.iter().sum::<u64>(), 1 << 20);
     let z = deviation(&tally.straight[1..], 1 << 20, open.sky().horizontal_factors().into_iter());
     assert!(z.abs() < 4.0, "{z}");
@@ -127,6 +128,37 @@ fn the_sun_is_seen_where_nothing_is_in_its_way() {
     assert_eq!(room.receives(0, at(0.999)), 0.0);
     assert_eq!(room.receives(0, at(1.001)), at(1.001)[2]);
     assert_eq!(room.receives(0, [0.0, 0.6, -0.8]), 0.0);
+}
+
+/// An experiment counts the walks of [`Coefficients`] segment by segment, however they are shared out, and refuses cells and skies that are not there.
+#[test]
+fn experiments_count_the_same_walks() {
+    let sensors = [point(0.0, DVec3::Z), point(1.0, -DVec3::Z)];
+    let scene = Scene::build(&SceneSpec::new(vec![square(1.0, 2.0, 0.5)]), IndexChoice::Auto).unwrap();
+    let segment = |group, first, walks| Segment { group, first, walks };
+    let with = |patches, segments: &[Segment]| {
+        let spec = DaylightSpec { sensors: sensors.to_vec(), patches, segments: segments.to_vec() };
+        Experiment::of_daylight(scene.clone(), spec.clone()).map(|experiment| (experiment, spec))
+    };
+    let (experiment, spec) =
+        with(145, &[segment(1, 100, 700), segment(0, 0, 1000), segment(1, 50, 3)]).unwrap();
+    let (sequence, mut board, mut tally) = (Sequence::new(7), experiment.board(), experiment.tally());
+    for walks in [900..1703, 0..1, 1..900] {
+        experiment.walk(&sequence, walks, &mut board);
+        board.add_to(&mut tally).unwrap();
+    }
+    assert_eq!((tally.counts.walks, tally.patches()), (1703, 3 * 293));
+    let direct = Coefficients::new(scene.clone(), &sensors, SkyPatches::new(145).unwrap()).unwrap();
+    let tallies = sky_tallies(&tally, &spec);
+    assert!(tallies.iter().all(|tally| tally.is_of(145) && !tally.is_of(577)));
+    for (Segment { group, first, walks }, found) in spec.segments.iter().zip(&tallies) {
+        let mut expected = SkyTally::new(145);
+        direct.walk(&sequence, *group as usize, *first..first + walks, &mut expected);
+        assert_eq!(*found, expected);
+    }
+    assert_eq!(with(145, &[segment(2, 0, 1)]).unwrap_err(), Unfit::NoSuchCells);
+    assert_eq!(with(145, &[segment(0, 1 << 40, 1)]).unwrap_err(), Unfit::NoSuchCells);
+    assert_eq!(with(146, &[]).unwrap_err(), Unfit::NoSuchSky { patches: 146 });
 }
 
 #[test]

@@ -20,6 +20,7 @@ mod scene;
 mod sealed;
 mod sensors;
 mod sequences;
+mod sheets;
 mod solution;
 mod walks;
 mod watertight;

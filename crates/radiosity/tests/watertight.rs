@@ -58,6 +58,7 @@ fn doubled(spec: &SceneSpec) -> SceneSpec {
         shape: flipped(surface.shape.clone()),
         emittance: Spectrum::BLACK,
         cell_emittance: vec![],
+        transmittance: Default::default(),
         ..surface.clone()
     };
     surfaces.extend(spec.surfaces.iter().map(dark));

@@ -220,6 +220,7 @@ mod tests {
             reflectance: 0.5.into(),
             emittance: 1.0.into(),
             cell_emittance: vec![],
+            transmittance: Default::default(),
         };
         let spec = SceneSpec::new((0..triangles).map(|i| triangle(f64::from(i))).collect());
         Scene::build(&spec, IndexChoice::Flat).unwrap().faces().clone()

@@ -47,7 +47,7 @@ pub use accuracy::{AccuracySummary, TotalSummary};
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, write_soon};
 pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};
-pub use daylight::{DaylightRow, DaylightSummary, LevelSummary, write_daylight, write_ill};
+pub use daylight::{DaylightArrays, DaylightRow, DaylightSummary, LevelSummary, write_daylight, write_ill};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use export::{

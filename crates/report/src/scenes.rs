@@ -16,6 +16,7 @@ pub(crate) fn quad(name: &str, corners: [[f64; 3]; 3], cells: [u32; 2], reflecta
         reflectance: reflectance.into(),
         emittance: Spectrum::BLACK,
         cell_emittance: vec![],
+        transmittance: Default::default(),
     }
 }
 

@@ -35,6 +35,22 @@ pub enum Error {
         /// The least for each.
         fewest: u64,
     },
+    /// The counts are those of another question.
+    #[error(
+        "the counts in {} are those of other surfaces, sensors, weather, seed, accuracy or budget; use another --out, or --force in place of --resume", path.display()
+    )]
+    OtherDaylight {
+        /// The file of the counts.
+        path: PathBuf,
+    },
+    /// The counts cannot be read.
+    #[error("the counts in {} cannot be read ({reason}); use --force in place of --resume", path.display())]
+    UnreadableDaylight {
+        /// The file of the counts.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A file of counted rows cannot be read or written.
     #[error("the rows in {} cannot be read or written ({source}); see to the file, or count anew with --force", path.display())]
     Rows {

@@ -5,6 +5,7 @@
 //! follow from the tally. Later, results are opened ([`Kept`]), [`merge`]d, held against each other ([`compare`]), and
 //! audited ([`audit`]: some of their walks are traced again), and mixtures of their sources are told of ([`combine`]).
 //!
+//! Counts that no `tally.bin` keeps are walked round by round ([`Round`]), on the same workers.
 //! [`factors`] is a namespace of its own: exchange factors, whose walks are counted and kept otherwise. [`daylight`] is another: coefficients of the sky,
 //! and what a year of weather makes of them.
 //!
@@ -36,6 +37,7 @@ mod outputs;
 mod pilot;
 mod replica;
 mod resume;
+mod rounds;
 mod settings;
 mod solo;
 mod told;
@@ -57,6 +59,7 @@ pub use pilot::{Chosen, Groups, PILOT, PilotBooks, Stage as PilotStage, Walked, 
 pub use protocol::Ending;
 pub use replica::Replica;
 pub use resume::{Resumed, resume};
+pub use rounds::{Round, Walked as RoundWalked};
 pub use settings::Settings;
 pub use solo::{Stage, walk_here};
 pub use told::summary_lines;

@@ -9,7 +9,7 @@ use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
 use radiosity::{
     Board, Experiment, IndexChoice, LampsSpec, Overflow, PaneSpec, Quantity, Scene, SceneSpec, Sequence,
-    Tally,
+    Spectrum, Tally, daylight::DaylightSpec,
 };
 use serde::{Deserialize, Serialize};
 
@@ -39,14 +39,19 @@ struct Packed<'a> {
     openings: Vec<LuminousOpening>,
     /// [`Settings::views`].
     views: Vec<NamedView>,
+    /// [`Settings::daylight`].
+    daylight: Option<DaylightSpec>,
+    /// [`SurfaceSpec::transmittance`](radiosity::SurfaceSpec::transmittance) of each surface; empty where none transmits.
+    transmittances: Vec<Spectrum>,
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
 /// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, the
 /// quantity that a target is about, whether the program chose the method, from where the picture looks, the two lists of lamps, panes, what is demanded
-/// of planes, the openings of luminaires, and views with names.
-const LATER_SETTINGS: usize = 26;
+/// of planes, the openings of luminaires, views with names, daylight coefficients, and
+/// transmittances.
+const LATER_SETTINGS: usize = 28;
 
 /// The bytes of a job.
 ///
@@ -66,6 +71,8 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
         demands: settings.demands.clone(),
         openings: spec.lamps.openings.clone(),
         views: settings.views.clone(),
+        daylight: settings.daylight.clone(),
+        transmittances: transmittances(spec),
     })
 }
 
@@ -80,6 +87,14 @@ pub(crate) fn repack(bytes: &[u8], change: impl FnOnce(&mut Settings)) -> Result
     packed.vantage = packed.settings.view.from;
     packed.views.clone_from(&packed.settings.views);
     encode_serde(&packed).map_err(|error| error.to_string())
+}
+
+/// The transmittance of each surface; empty where none transmits.
+fn transmittances(spec: &SceneSpec) -> Vec<Spectrum> {
+    match spec.surfaces.iter().any(|surface| surface.transmittance.is_lit()) {
+        true => spec.surfaces.iter().map(|surface| surface.transmittance).collect(),
+        false => Vec::new(),
+    }
 }
 
 /// The quantity that the job's target is about.
@@ -99,6 +114,9 @@ fn decode(bytes: &[u8]) -> Result<Packed<'static>, String> {
     scene.lamps.clone_from(&packed.lamps);
     scene.lamps.openings.clone_from(&packed.openings);
     scene.panes.clone_from(&packed.panes);
+    for (surface, transmittance) in scene.surfaces.iter_mut().zip(&packed.transmittances) {
+        surface.transmittance = *transmittance;
+    }
     if let Some(target) = &mut packed.settings.target {
         target.quantity = packed.quantity;
     }
@@ -106,6 +124,7 @@ fn decode(bytes: &[u8]) -> Result<Packed<'static>, String> {
     packed.settings.view.from = packed.vantage;
     packed.settings.demands.clone_from(&packed.demands);
     packed.settings.views.clone_from(&packed.views);
+    packed.settings.daylight.clone_from(&packed.daylight);
     Ok(packed)
 }
 
@@ -135,6 +154,11 @@ pub(crate) fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
     let Packed { scene: spec, tree, settings, .. } = decode(bytes)?;
     let index = if tree { IndexChoice::Tree } else { IndexChoice::Flat };
     let scene = Scene::build(&spec, index).map_err(|error| error.to_string())?;
+    if let Some(daylight) = &settings.daylight {
+        let experiment =
+            Experiment::of_daylight(scene, daylight.clone()).map_err(|error| error.to_string())?;
+        return Ok((settings, experiment));
+    }
     let experiment = Experiment::new(scene, settings.method.walks())
         .and_then(|experiment| experiment.with_sensors(&settings.sensors))
         .and_then(|experiment| experiment.with_groups(&settings.sources, &settings.sensitivity))

@@ -7,7 +7,8 @@ use job::{
 };
 use judge::target::{Observer, SensorGoal, judge, total_is_met};
 use radiosity::{
-    Estimates, Experiment, Groups, PatchGroup, Scene, SensorSpec, Shape, Tally, exchange::ExchangeSpec,
+    Estimates, Experiment, Groups, PatchGroup, Scene, SensorSpec, Shape, Tally, daylight::DaylightSpec,
+    exchange::ExchangeSpec,
 };
 use serde::{Deserialize, Serialize};
 
@@ -67,6 +68,9 @@ pub struct Settings {
     /// Views beside [`Settings::view`]. They travel behind the openings of luminaires.
     #[serde(skip)]
     pub views: Vec<NamedView>,
+    /// Daylight coefficients that are counted in place of light. They travel behind the views.
+    #[serde(skip)]
+    pub daylight: Option<DaylightSpec>,
 }
 
 impl Settings {
@@ -98,6 +102,7 @@ impl Settings {
             chooses_method: job.chooses_method,
             demands: job.scene.demands().to_vec(),
             views: job.views.clone(),
+            daylight: None,
         }
     }
 

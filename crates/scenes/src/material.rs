@@ -47,6 +47,7 @@ impl SceneMaterial {
             reflectance: self.reflectance.into(),
             emittance: self.emittance.into(),
             cell_emittance: vec![],
+            transmittance: Default::default(),
         }
     }
 }

@@ -43,6 +43,12 @@ impl SkyPatchCounts {
         each.map(|(straight, reflected)| PI * (straight + reflected) as f64 / self.walks as f64)
     }
 
+    /// The standard errors of [`SkyPatchCounts::coefficients`] [sr]: π·√(p·(1 − p)/N).
+    pub fn coefficient_errors(&self) -> Vec<f64> {
+        let parts = self.coefficients().map(|coefficient| coefficient / PI);
+        parts.map(|p| PI * (p * (1.0 - p) / self.walks as f64).sqrt()).collect()
+    }
+
     /// What the sensor receives from a sky vector, and from the vector of the sun besides where walks have been reflected.
     ///
     /// Few walks find the sun, and each of them brings much. So what these say has an interval of its own, and the ends of both intervals are
@@ -259,6 +265,8 @@ pub(crate) mod tests {
             (row(580, 1).light(&vector, &[(7, 100.0)], 0.95).value - 500.0 - PI * 100.0 / 580.0).abs() < 1e-9
         );
         assert!((row(580, 1).coefficients().sum::<f64>() - 0.5 * PI).abs() < 1e-12);
+        let (error, p) = (row(580, 1).coefficient_errors()[7], 2.0 / 580.0);
+        assert!((error - PI * (p * (1.0 - p) / 580.0_f64).sqrt()).abs() < 1e-15);
     }
 
     /// Of intervals of single hours 94–97 % hold the truth: 300 seeds × 40 hours. Hours of one seed share walks, so that the error of the

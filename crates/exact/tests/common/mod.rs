@@ -76,6 +76,7 @@ pub fn surface(rectangle: &Rectangle, turn: u32, cells: [u32; 2], r: f64, e: f64
         reflectance: r.into(),
         emittance: e.into(),
         cell_emittance: vec![],
+        transmittance: Default::default(),
     }
 }
 

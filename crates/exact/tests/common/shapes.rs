@@ -13,6 +13,7 @@ pub fn grey(shape: Shape, r: f64, e: f64) -> SurfaceSpec {
         reflectance: r.into(),
         emittance: e.into(),
         cell_emittance: vec![],
+        transmittance: Default::default(),
     }
 }
 

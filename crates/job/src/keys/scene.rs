@@ -48,9 +48,14 @@ pub(crate) const SKY: [Key; 1] = [Key::new(
 pub(crate) const SKY_KEYS: &[&str] = &names(&SKY);
 
 /// The keys of `[material.NAME]`.
-pub(crate) const MATERIAL: [Key; 2] = [
+pub(crate) const MATERIAL: [Key; 3] = [
     Key::new("reflectance", reflectance, "In [0, 1); a number, or [red, green, blue]. Default: 0."),
     Key::new("emittance", light, "Emitted power per area; a number, or [red, green, blue]. Default: 0."),
+    Key::new(
+        "transmittance",
+        reflectance,
+        "The part of the light that leaves the other side, diffusely, below 1 with the reflectance; for surfaces with sides = 2, in `radwalk daylight`. Default: 0.",
+    ),
 ];
 
 pub(crate) const MATERIAL_KEYS: &[&str] = &names(&MATERIAL);

@@ -148,6 +148,7 @@ impl<'a, 'o> SceneReader<'a, 'o> {
                 reflectance: material.reflectance,
                 emittance: material.emittance,
                 cell_emittance: Vec::new(),
+                transmittance: material.transmittance,
             };
             self.scene.push(surface, site);
         }
@@ -172,7 +173,12 @@ impl<'a, 'o> SceneReader<'a, 'o> {
             self.meshes.take().map(|meshes| meshes.tables(LISTS[1])).transpose()?.unwrap_or_default();
         for (number, value) in meshes.into_iter().enumerate() {
             let (file, imported, finish, options) = self.mesh(value, number)?;
+            let first = self.scene.spec.surfaces.len();
             self.scene.add(&file, imported, finish.as_deref(), &options);
+            let material = finish.and_then(|name| self.materials.get(&name));
+            for surface in &mut self.scene.spec.surfaces[first..] {
+                surface.transmittance = material.map_or(Spectrum::BLACK, |material| material.transmittance);
+            }
         }
         if let Some(emittance) = self.sky {
             self.scene.add_sky(emittance);

@@ -44,6 +44,7 @@ pub(super) fn read_surface(
         reflectance: material.reflectance,
         emittance: material.emittance,
         cell_emittance: cell_emittance.unwrap_or_default(),
+        transmittance: material.transmittance,
     };
     Ok((surface, SurfaceSite { material: material.number, header, keys }, auto))
 }

@@ -3,6 +3,7 @@
 pub(crate) mod brute;
 pub(crate) mod ceiling;
 pub(crate) mod closed;
+pub(crate) mod daylight;
 pub(crate) mod embree;
 pub(crate) mod gain;
 pub(crate) mod gather;

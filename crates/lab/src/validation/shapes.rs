@@ -15,6 +15,7 @@ pub(super) fn grey(shape: Shape, reflectance: f64) -> SurfaceSpec {
         reflectance: reflectance.into(),
         emittance: 1.0.into(),
         cell_emittance: Vec::new(),
+        transmittance: Default::default(),
     }
 }
 

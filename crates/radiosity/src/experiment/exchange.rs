@@ -11,6 +11,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::segments::{Segment, SegmentPart, Segments, WALKS_OF_A_GROUP};
 use super::unfit::Unfit;
 use crate::geometry::face::Face;
 use crate::geometry::sky::SkyPatches;
@@ -43,17 +44,6 @@ impl FactorKind {
     }
 }
 
-/// Walks of one group: `first` and those that follow, of the group's own walks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Segment {
-    /// The group that they are born in.
-    pub group: u32,
-    /// The number of the first among the group's walks.
-    pub first: u64,
-    /// The number of these walks.
-    pub walks: u64,
-}
-
 /// Which exchange factors are counted, between which groups, by which walks.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ExchangeSpec {
@@ -73,9 +63,6 @@ impl ExchangeSpec {
         self.segments.iter().map(|segment| segment.walks).sum()
     }
 }
-
-/// Walk n of group i is walk i·2⁴⁰ + n of the sequence, whatever the other groups walk.
-const WALKS_OF_A_GROUP: u64 = 1 << 40;
 
 /// Groups whose walks have places of their own in the sequence, below those of other rays.
 const MOST_GROUPS: u32 = 1 << 22;
@@ -107,52 +94,28 @@ fn births_of_groups(
 /// What exchange needs beyond the scene.
 #[derive(Clone, Debug)]
 pub(super) struct Exchange {
-    spec: ExchangeSpec,
+    kind: FactorKind,
+    group_of_face: Vec<u32>,
+    groups: u32,
     births: Vec<Births>,
-    /// The number of the walk behind each segment.
-    ends: Vec<u64>,
+    segments: Segments,
 }
 
 impl Exchange {
     pub(super) fn new(scene: &Scene, spec: ExchangeSpec) -> Result<Self, Unfit> {
-        let ExchangeSpec { kind, group_of_face, groups, segments } = &spec;
-        let births = births_of_groups(scene, *kind, (group_of_face, *groups))?;
-        let fits = segments.iter().all(|segment| {
-            let end = segment.first.checked_add(segment.walks);
-            segment.group < *groups && end.is_some_and(|end| end <= WALKS_OF_A_GROUP)
-        });
-        if !fits {
-            return Err(Unfit::NoSuchGroups);
-        }
-        let ends = segments.iter().scan(0, |end, segment| {
-            *end += segment.walks;
-            Some(*end)
-        });
-        Ok(Exchange { ends: ends.collect(), births, spec })
+        let ExchangeSpec { kind, group_of_face, groups, segments } = spec;
+        let births = births_of_groups(scene, kind, (&group_of_face, groups))?;
+        let segments = Segments::new(segments, groups).ok_or(Unfit::NoSuchGroups)?;
+        Ok(Exchange { kind, group_of_face, groups, births, segments })
     }
 
     /// Rows of each group in a tally.
     fn columns(&self) -> u32 {
-        self.spec.groups + 2
+        self.groups + 2
     }
 
     pub(super) fn rows(&self) -> usize {
-        self.spec.groups as usize * self.columns() as usize
-    }
-
-    /// Some walks of the experiment, as groups and walks of the sequence.
-    fn parts(&self, walks: Range<u64>) -> impl Iterator<Item = (u32, Range<u64>)> {
-        let first = self.ends.partition_point(|&end| end <= walks.start);
-        let segments = self.spec.segments.iter().zip(&self.ends).skip(first);
-        segments.map_while(move |(segment, &end)| {
-            let begin = end - segment.walks;
-            if begin >= walks.end {
-                return None;
-            }
-            let [from, to] = [walks.start.max(begin), walks.end.min(end)].map(|walk| walk - begin);
-            let of_group = u64::from(segment.group) * WALKS_OF_A_GROUP + segment.first;
-            Some((segment.group, of_group + from..of_group + to))
-        })
+        self.groups as usize * self.columns() as usize
     }
 
     /// Some walks of a sequence onto a board with these rows.
@@ -163,13 +126,15 @@ impl Exchange {
         (sequence, walks): (&Sequence, Range<u64>),
         board: &mut Scoreboard<u64, (), 1>,
     ) {
-        for (group, walks) in self.parts(walks) {
+        for SegmentPart { group, walks, .. } in self.segments.parts(walks) {
             let first_row = group * self.columns();
             let births = &self.births[group as usize];
-            let mut score = Exchanged::new(board, &self.spec.group_of_face, first_row);
-            let fate = Analog { ends_at_once: self.spec.kind == FactorKind::FirstHit };
+            let mut score = Exchanged::new(board, &self.group_of_face, first_row);
+            let fate = Analog { ends_at_once: self.kind == FactorKind::FirstHit };
+            let of_group = u64::from(group) * WALKS_OF_A_GROUP;
+            let walks = of_group + walks.start..of_group + walks.end;
             let counts = walk_all(scene, births, space, sequence, walks, fate, &mut score);
-            let backs = first_row + self.spec.groups;
+            let backs = first_row + self.groups;
             board.add_walks_of_one(backs, counts.absorbed_back);
             board.add_walks_of_one(backs + 1, counts.escaped);
             board.counts.add(&counts).expect("64 bits outlast any process");

@@ -19,6 +19,7 @@ pub(crate) mod precision;
 pub(crate) mod readings;
 pub(crate) mod replay;
 mod run;
+pub(crate) mod segments;
 mod sensing;
 pub(crate) mod slopes;
 pub(crate) mod solution;
@@ -42,9 +43,10 @@ use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{ColouredBoard, Layout, LinearBoard, Scoreboard, Tally};
-use crate::walk::estimator::Course;
+use crate::walk::estimator::{Course, Estimator};
 use crate::walk::marks::{MarkBoard, Marked};
 use board::{GroupSums, Scores, Sensing, with_board};
+use daylight::{Daylight, DaylightSpec};
 use exchange::{Exchange, ExchangeSpec};
 use gathering::Gathering;
 use groups::Mixture;
@@ -70,6 +72,8 @@ pub struct Experiment {
     mixture: Option<Arc<Mixture>>,
     /// Groups of faces that walks are counted by; `None` where faces score.
     exchange: Option<Arc<Exchange>>,
+    /// Places whose walks to the sky are counted; `None` where faces score.
+    daylight: Option<Arc<Daylight>>,
     /// What lamps without area bring to the points of sensors, once that is asked for.
     lamps_at_cells: OnceLock<Arc<LampsAtCells>>,
     /// The part of the rays of a chain that each face shoots, once a chain has asked.
@@ -84,6 +88,11 @@ impl Experiment {
     pub fn new(scene: Scene, method: impl Into<Method>) -> Result<Self, Unfit> {
         let method = method.into();
         check(&scene, &method)?;
+        Experiment::unchecked(scene, method)
+    }
+
+    /// [`Experiment::new`], whatever [`check`] says of the answer.
+    pub(crate) fn unchecked(scene: Scene, method: Method) -> Result<Self, Unfit> {
         let gathering = match &method {
             Method::Walks(walks) => match &walks.direction {
                 Direction::Gathering(birth) => Some(Gathering::new(&scene, birth, walks.score)?),
@@ -107,6 +116,7 @@ impl Experiment {
             groups: None,
             mixture: None,
             exchange: None,
+            daylight: None,
             lamps_at_cells: OnceLock::new(),
             aim: OnceLock::new(),
         })
@@ -183,6 +193,22 @@ impl Experiment {
         Ok(self)
     }
 
+    /// Walks that count daylight coefficients. Light plays no part.
+    ///
+    /// # Errors
+    /// A scene in colour, or sensors, a sky and walks that cannot be.
+    pub fn of_daylight(scene: Scene, spec: DaylightSpec) -> Result<Self, Unfit> {
+        let daylight = Daylight::new(&scene, spec)?;
+        let method = Method::shooting(Estimator::Collision);
+        Ok(Experiment { daylight: Some(daylight.into()), ..Experiment::unchecked(scene, method)? })
+    }
+
+    /// Rows of what is counted in place of light; `None` where light is.
+    fn counted_rows(&self) -> Option<usize> {
+        let exchange = self.exchange.as_ref().map(|exchange| exchange.rows());
+        exchange.or_else(|| self.daylight.as_ref().map(|daylight| daylight.rows()))
+    }
+
     /// The sensors, where there are any.
     pub fn sensors(&self) -> Option<&Sensors> {
         self.sensors.as_deref()
@@ -230,10 +256,11 @@ impl Experiment {
     }
 
     /// Rows of a tally: the faces; where groups are told apart those of every class but the first, and of materials; where there are sensors
-    /// one that counts their samples, and their cells, for all sources together and for each. Of exchange factors: those of [`ExchangeSpec`].
+    /// one that counts their samples, and their cells, for all sources together and for each. Of exchange factors: those of [`ExchangeSpec`]; of daylight
+    /// coefficients: [`daylight::sky_rows`] for each segment.
     pub fn rows(&self) -> usize {
-        if let Some(exchange) = &self.exchange {
-            return exchange.rows();
+        if let Some(rows) = self.counted_rows() {
+            return rows;
         }
         let of_sensors = self.sensors().map_or(0, |_| 1 + self.sensor_rows());
         self.face_rows() + self.groups().map_or(0, Groups::material_rows) + of_sensors
@@ -250,9 +277,10 @@ impl Experiment {
             let faces = [self.scene.faces().len(), self.face_rows()];
             Sensing::new(faces, self.sensor_rows(), self.layout())
         });
-        let faces = self.exchange.as_ref().map_or(self.scene.faces().len(), |exchange| exchange.rows());
-        // Exchange factors are counted in place of light.
-        let groups = self.groups().filter(|_| self.exchange.is_none());
+        let counted = self.counted_rows();
+        let faces = counted.unwrap_or(self.scene.faces().len());
+        // Light is not told apart where it is not counted.
+        let groups = self.groups().filter(|_| counted.is_none());
         let slots = faces + groups.map_or(0, Groups::class_rows);
         Board { scores: self.scores(slots), sensing, apart: groups.map(|groups| self.apart(groups)) }
     }

@@ -80,6 +80,10 @@ impl Experiment {
             let Scores::Hits(board) = scores else { wrong_board() };
             return exchange.walk(&self.scene, self.method.space(), (sequence, walks), board);
         }
+        if let Some(daylight) = &self.daylight {
+            let Scores::Hits(board) = scores else { wrong_board() };
+            return daylight.walk((sequence, walks), board);
+        }
         let counts = match (&self.method, &mut *scores) {
             (Method::Walks(plan), scores) => {
                 return match self.sensors().zip(sensing.as_mut()) {

@@ -22,6 +22,11 @@ pub enum Unfit {
         "gathering walks find light where they meet what emits, and a [[lamp]] has no area that they could meet (shadow rays from arrivals would score 1/d², which has no bound near a lamp); write walk = \"shooting\" or walk = \"jacobi\""
     )]
     GatheredLamps,
+    /// Radiosities of sheets follow from the light of both sides.
+    #[error(
+        "a surface transmits light, and the radiosity of a side follows here from what comes in on that side alone (light would be lost); remove `transmittance` from its material, or ask `radwalk daylight`, which takes it"
+    )]
+    Transmission,
     /// All rays of chains that land count alike.
     #[error(
         "the rays of chains count alike where they land, and panes pass a part of the light (it would be too much); write walk = \"shooting\", or remove each [[pane]]"
@@ -76,6 +81,17 @@ pub enum Unfit {
         "the groups of the exchange factors are not those of the scene (each face belongs to one, each has a face), or one walks more than 2⁴⁰ walks; change groups or walks"
     )]
     NoSuchGroups,
+    /// Segments of daylight coefficients that no cell has.
+    #[error(
+        "the walks of the daylight coefficients are not those of the scene's sensors (each is of a cell, which walks up to 2⁴⁰ walks); change sensors or walks"
+    )]
+    NoSuchCells,
+    /// Patches of the sky that are neither Tregenza's nor Reinhart's.
+    #[error("{patches} patches of the sky (Tregenza has 145, Reinhart 577 or 2305); choose one of these")]
+    NoSuchSky {
+        /// The number of patches.
+        patches: u32,
+    },
     /// A sensor that cannot measure anything.
     #[error(transparent)]
     Sensor(#[from] SensorError),
@@ -156,6 +172,9 @@ pub enum Unfit {
 pub(super) fn check(scene: &Scene, method: &Method) -> Result<(), Unfit> {
     if method.is_mix() && scene.channels() > 1 {
         return Err(Unfit::MixInColour);
+    }
+    if scene.transmits() {
+        return Err(Unfit::Transmission);
     }
     if scene.lamp_count() > 0 {
         check_lamps(method)?;

@@ -95,7 +95,7 @@ impl Side {
 }
 
 /// A reflectance or an emittance: one number per channel (red, green, blue). Grey where they are equal.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum([f64; 3]);
 
 impl Spectrum {
@@ -157,6 +157,10 @@ pub struct SurfaceSpec {
     pub emittance: Spectrum,
     /// (cell index within the surface, E [W/m²]).
     pub cell_emittance: Vec<(u32, Spectrum)>,
+    /// Transmittance T, R + T below 1: what comes in on one side leaves the other with the cosine about its normal as density. By reciprocity it is the
+    /// same for both sides. A job carries it behind all else, so that jobs from before stay readable.
+    #[serde(skip)]
+    pub transmittance: Spectrum,
 }
 
 impl SurfaceSpec {
@@ -169,7 +173,18 @@ impl SurfaceSpec {
             reflectance: reflectance.into(),
             emittance: Spectrum::BLACK,
             cell_emittance: Vec::new(),
+            transmittance: Spectrum::BLACK,
         }
+    }
+
+    /// R + T, channel by channel: the probability that light goes on from the surface.
+    pub fn passed_on(&self) -> Spectrum {
+        Spectrum::rgb(std::array::from_fn(|c| self.reflectance[c] + self.transmittance[c]))
+    }
+
+    /// The surface with two sides that passes a part of the light on to the other side.
+    pub fn transmitting(self, transmittance: impl Into<Spectrum>) -> Self {
+        SurfaceSpec { transmittance: transmittance.into(), sides: Sides::Both, ..self }
     }
 
     /// The surface with an emittance [W/m²] on all of it.
@@ -252,6 +267,7 @@ impl SceneSpec {
         let grey = |surface: &SurfaceSpec| {
             let mut cells = surface.cell_emittance.iter();
             surface.reflectance.is_grey()
+                && surface.transmittance.is_grey()
                 && surface.emittance.is_grey()
                 && cells.all(|(_, emittance)| emittance.is_grey())
         };
@@ -264,7 +280,8 @@ impl SceneSpec {
         let mut grey = self.clone();
         for surface in &mut grey.surfaces {
             let cells = surface.cell_emittance.iter_mut().map(|(_, emittance)| emittance);
-            for spectrum in [&mut surface.reflectance, &mut surface.emittance].into_iter().chain(cells) {
+            let whole = [&mut surface.reflectance, &mut surface.emittance, &mut surface.transmittance];
+            for spectrum in whole.into_iter().chain(cells) {
                 *spectrum = spectrum[channel].into();
             }
         }

@@ -301,6 +301,7 @@ mod tests {
                 reflectance: (0.4 + 0.1 * i as f64).into(),
                 emittance: if i == 0 { 1.0.into() } else { Spectrum::BLACK },
                 cell_emittance: vec![],
+                transmittance: Default::default(),
             }
         };
         Scene::build(&SceneSpec::new((0..6).map(wall).collect()), IndexChoice::Auto).unwrap()

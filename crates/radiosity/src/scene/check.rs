@@ -1,7 +1,7 @@
 //! Whether the surfaces of a scene can be walked in.
 
 use super::SceneError;
-use crate::geometry::spec::{SceneSpec, Shape, Spectrum, SurfaceSpec};
+use crate::geometry::spec::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 /// The most patches a scene may have: patch numbers are 32 bits wide.
 const MAX_PATCHES: u64 = 1 << 31;
@@ -76,6 +76,7 @@ fn check_surface(surface: &SurfaceSpec) -> Result<(), SceneFault> {
         return Err(("patches", format!("more than {MAX_PATCHES} patches on one surface; use fewer")));
     }
     check_reflectance(surface.reflectance).map_err(|problem| ("reflectance", problem))?;
+    check_transmittance(surface)?;
     check_emittance(surface.emittance).map_err(|problem| ("emittance", problem))?;
     for &(cell, emittance) in &surface.cell_emittance {
         if u64::from(cell) >= surface.shape.cell_count() {
@@ -93,6 +94,31 @@ fn check_reflectance(reflectance: Spectrum) -> Result<(), String> {
             "{outside} is outside [0, 1) (walks would never end, or power be negative); choose 0 ≤ reflectance < 1"
         ))
     })
+}
+
+fn check_transmittance(surface: &SurfaceSpec) -> Result<(), SceneFault> {
+    let outside = surface.transmittance.channels().into_iter().find(|channel| !(0.0..1.0).contains(channel));
+    if let Some(outside) = outside {
+        return Err((
+            "transmittance",
+            format!("{outside} is outside [0, 1) (it is a part of the light); choose 0 ≤ transmittance < 1"),
+        ));
+    }
+    if let Some(sum) = surface.passed_on().channels().into_iter().find(|&sum| sum >= 1.0) {
+        return Err((
+            "transmittance",
+            format!(
+                "reflectance and transmittance add up to {sum} (more light would go on than comes in, or walks never end); choose them below 1 together"
+            ),
+        ));
+    }
+    match surface.transmittance.is_lit() && surface.sides == Sides::Front {
+        true => Err((
+            "transmittance",
+            "a surface with one active side passes light on to the other (which is not active, and absorbs all); write sides = 2 for the surface".into(),
+        )),
+        false => Ok(()),
+    }
 }
 
 fn check_emittance(emittance: Spectrum) -> Result<(), String> {

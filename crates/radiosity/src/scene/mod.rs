@@ -10,6 +10,7 @@ pub(crate) mod repeat;
 pub(crate) mod retracing;
 pub(crate) mod scatter;
 pub(crate) mod sealed;
+pub(crate) mod sheets;
 pub(crate) mod tables;
 mod traced;
 pub(crate) mod view;
@@ -46,6 +47,7 @@ pub use lit_parts::{Executor, in_turn};
 use panes::Panes;
 use scatter::Scatter;
 use sealed::Sealed;
+use sheets::Sheets;
 
 /// What is wrong with a scene. `surface` counts from 0.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -94,6 +96,7 @@ pub(crate) struct Parts {
     emitters: Births,
     pub(crate) lamps: PointLamps,
     pub(crate) panes: Panes,
+    pub(crate) sheets: Sheets,
     /// How the scene repeats; `None` where there is one copy of it.
     pub(crate) repeat: Option<repeat::Repeat>,
     /// Points of patches that are groups of cells, made when a walk first asks for them; `None` where every cell is a patch.
@@ -217,8 +220,9 @@ impl Scene {
         let (emitters, power) = emission(&surfaces, &faces, &lamps, channels)?;
         let traced::Traced { frames, stacks, facets, index } = trace(&mut surfaces);
         let places = Places::new(&surfaces, &faces);
+        let sheets = Sheets::new(&spec.surfaces, &stacks)?;
         let hash = hash(spec, !stacks.is_empty());
-        let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
+        let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.passed_on()[c]));
         let parts = Parts {
             names: names(spec),
             isa,
@@ -237,6 +241,7 @@ impl Scene {
             emitters,
             lamps,
             panes,
+            sheets,
             repeat: None,
             max_reflectance: Spectrum::rgb(std::array::from_fn(most)),
             origin,
@@ -273,7 +278,7 @@ impl Scene {
         self.parts.power[channel]
     }
 
-    /// The highest reflectance in the scene, channel by channel.
+    /// The highest probability in the scene that light goes on, by reflection or transmission, channel by channel.
     pub fn max_reflectance(&self) -> Spectrum {
         self.parts.max_reflectance
     }
@@ -311,6 +316,7 @@ impl Scene {
             parts.emitters.bytes(),
             parts.lamps.bytes(),
             parts.panes.bytes(),
+            parts.sheets.bytes(),
             parts.scatter.get().and_then(Option::as_ref).map_or(0, Scatter::bytes),
             parts.frames.bytes(),
             parts.landings.bytes(),
@@ -541,6 +547,12 @@ fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
         hasher.update(b"lamps");
         let tables = spec.lamps.tables.iter().flat_map(|table| table.numbers());
         for number in spec.lamps.list.iter().flat_map(LampSpec::numbers).chain(tables) {
+            hasher.update(&number.to_bits().to_le_bytes());
+        }
+    }
+    if spec.surfaces.iter().any(|surface| surface.transmittance.is_lit()) {
+        hasher.update(b"transmittances");
+        for number in spec.surfaces.iter().flat_map(|surface| surface.transmittance.channels()) {
             hasher.update(&number.to_bits().to_le_bytes());
         }
     }

@@ -220,10 +220,13 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
     /// All leave from where they have arrived; those that have ended are replaced.
     #[inline(always)]
     fn go_on(&mut self, hits: &Hits, arrivals: &Arrivals, survived: Lanes, draws: &[[u64; WIDTH]; 3]) {
-        let [_, points, directions] = draws;
+        let [survival, points, directions] = draws;
         self.departures.bind();
         self.departures.surface = hits.surface;
         self.departures.facing = hits.facing;
+        if self.scene.transmits() {
+            self.scene.parts.sheets.pass(survived, hits, survival, &mut self.departures.facing);
+        }
         self.departures.uv = arrivals.uv;
         self.departures.direction = *directions;
         if self.space == Space::Discrete
@@ -338,6 +341,7 @@ mod tests {
             reflectance: (0.3 + 0.1 * i as f64).into(),
             emittance: (i as f64).into(),
             cell_emittance: vec![],
+            transmittance: Default::default(),
         };
         SceneSpec::new(shapes.into_iter().enumerate().map(surface).collect())
     }
@@ -432,6 +436,15 @@ mod tests {
         spec
     }
 
+    /// The room with lamps and panes, whose plate and triangle pass light on.
+    fn room_with_sheets() -> SceneSpec {
+        let mut spec = room_with_panes();
+        for (surface, transmittance) in [(3, 0.35), (4, 0.2)] {
+            spec.surfaces[surface].transmittance = transmittance.into();
+        }
+        spec
+    }
+
     /// A closed cube in which walks are long.
     fn bright_cube() -> SceneSpec {
         let (o, e, axes) = (DVec3::ZERO, DVec3::ONE, DVec3::AXES);
@@ -453,13 +466,14 @@ mod tests {
                 reflectance: 0.99.into(),
                 emittance: 1.0.into(),
                 cell_emittance: vec![],
+                transmittance: Default::default(),
             }
         };
         SceneSpec::new((0..6).map(surface).collect())
     }
 
     fn tally(scene: Scene, method: &Walks) -> Tally {
-        let experiment = Experiment::new(scene, method.clone()).unwrap();
+        let experiment = Experiment::unchecked(scene, method.clone().into()).unwrap();
         let mut board = experiment.board();
         experiment.walk(&Sequence::new(7), 5..4_005, &mut board);
         board.take().unwrap()
@@ -480,6 +494,8 @@ mod tests {
             (room_with_lamps(), IndexChoice::Tree),
             (room_with_panes(), IndexChoice::Flat),
             (room_with_panes(), IndexChoice::Tree),
+            (room_with_sheets(), IndexChoice::Flat),
+            (room_with_sheets(), IndexChoice::Tree),
             (bright_cube(), IndexChoice::Flat),
         ] {
             for space in [Space::Discrete, Space::Continuous] {
@@ -519,7 +535,9 @@ mod tests {
     fn every_instruction_set_gives_the_same_bits() {
         let end = InfiniteEnd::Roulette { threshold: 0.01 };
         let scores: [fn(Estimator) -> Score; 2] = [Score::Of, Score::Linear];
-        for spec in [room(), grouped_room(), divided_room(), room_with_lamps(), room_with_panes()] {
+        for spec in
+            [room(), grouped_room(), divided_room(), room_with_lamps(), room_with_panes(), room_with_sheets()]
+        {
             let on = |isa| Scene::build_for(&spec, IndexChoice::Flat, isa).unwrap();
             for estimator in [Estimator::Collision, Estimator::Absorption, Estimator::Infinite(end)] {
                 for space in [Space::Discrete, Space::Continuous] {

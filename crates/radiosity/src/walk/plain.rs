@@ -42,6 +42,8 @@ pub fn walk(scene: &Scene, space: Space, mut rng: WalkRng, mut arrived: impl FnM
         if !survives {
             return WalkEnd::Absorbed;
         }
+        // A sheet passes some of the survivors on to its other side.
+        let side = scene.parts.sheets.leaves(hit.surface, hit.side, survival);
         // Scatter: from a fresh point of the patch, or from the hit point (BS §2). The cosine of the angle to the normal is the density
         // of directions.
         let (from, point) = match space {
@@ -49,7 +51,7 @@ pub fn walk(scene: &Scene, space: Space, mut rng: WalkRng, mut arrived: impl FnM
             Space::Continuous => (hit.surface, surface.inside(hit.uv)),
         };
         let surface = &scene.surfaces()[from as usize];
-        let (origin, direction) = (surface.point(point), surface.direction(hit.side, rng.bits()));
+        let (origin, direction) = (surface.point(point), surface.direction(side, rng.bits()));
         ray = Ray { origin, direction, from };
     }
 }

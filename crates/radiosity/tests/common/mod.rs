@@ -18,6 +18,7 @@ pub(crate) fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
         reflectance: reflectance.into(),
         emittance: Spectrum::BLACK,
         cell_emittance: vec![],
+        transmittance: Default::default(),
     }
 }
 

@@ -20,6 +20,7 @@ pub use glb::write_glb;
 pub use matrix_market::write as write_mtx;
 pub use matrix_rows::{MatrixRow, MatrixRows};
 pub use netcdf::write_udales_netcdf;
+pub(crate) use parquet::write_columns_parquet;
 pub use parquet::{FactorEntry, write_factors_parquet, write_parquet};
 pub use table::{Column, ColumnCells, columns, corners, read_table};
 pub use view_factors::{

@@ -39,6 +39,20 @@ pub fn write_parquet(writer: impl Write + Send, estimates: &Estimates) -> std::i
     file.close().map(drop).map_err(std::io::Error::other)
 }
 
+/// Writes columns in so many parts, which all have those of the first.
+///
+/// # Errors
+/// Those of `writer`.
+pub(crate) fn write_columns_parquet(
+    writer: impl Write + Send,
+    parts: usize,
+    part: impl Fn(usize) -> Vec<Column>,
+) -> io::Result<()> {
+    let mut file = open(writer, &part(0)).map_err(io::Error::other)?;
+    (0..parts).try_for_each(|number| write_group(&mut file, &part(number)).map_err(io::Error::other))?;
+    file.close().map(drop).map_err(io::Error::other)
+}
+
 /// A counted factor that is not 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FactorEntry {

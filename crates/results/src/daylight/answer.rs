@@ -4,10 +4,11 @@ use std::f64::consts::PI;
 
 use parallel::on_threads;
 use report::words::{counted, percent};
-use report::{DaylightRow, DaylightSummary, LevelSummary, OutputFolder};
+use report::{DaylightArrays, DaylightRow, DaylightSummary, LevelSummary, OutputFolder};
 use sky::{BoundedValue, Encoding, Level, Matrix, Metrics, STANDARD_SKIES, Sky, SkyPatchCounts, TARGETS};
 
 use super::count::{DaylightCounted, row};
+use super::kept::COUNTS;
 use super::question::DaylightQuestion;
 use crate::error::Error;
 
@@ -16,9 +17,24 @@ const COEFFICIENTS: &str = "coefficients.mtx";
 const HOURS: &str = "annual.ill";
 const ERRORS: &str = "annual-error.ill";
 const SUMMARY: &str = "daylight.json";
+const NUMPY: &str = "daylight.npz";
+const PARQUET: &str = "daylight.parquet";
+const BINARY_COEFFICIENTS: &str = "coefficients.float.mtx";
 
 /// All files that are written.
-pub const FILES: [&str; 5] = [TABLE, COEFFICIENTS, HOURS, ERRORS, SUMMARY];
+pub const FILES: [&str; 9] =
+    [TABLE, COEFFICIENTS, HOURS, ERRORS, SUMMARY, COUNTS, NUMPY, PARQUET, BINARY_COEFFICIENTS];
+
+/// A file that is written where it is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DaylightFile {
+    /// Arrays of coefficients and hours for NumPy.
+    Npz,
+    /// A row for each place and hour.
+    Parquet,
+    /// The coefficients in Radiance's 32-bit numbers.
+    FloatMtx,
+}
 
 /// The figures of every place.
 pub struct DaylightAnswer<'a> {
@@ -49,11 +65,11 @@ impl<'a> DaylightAnswer<'a> {
         DaylightAnswer { question, counted, places }
     }
 
-    /// Writes all files.
+    /// Writes all files, and those that are asked for besides.
     ///
     /// # Errors
     /// Where a file cannot be written.
-    pub fn write(&self, folder: &OutputFolder) -> Result<(), Error> {
+    pub fn write(&self, folder: &OutputFolder, exports: &[DaylightFile]) -> Result<(), Error> {
         let rows: Vec<DaylightRow<'_>> = (0..self.places.len()).map(|cell| self.row(cell)).collect();
         folder.write(TABLE, |file| report::write_daylight(file, &rows))?;
         let matrix = self.matrix();
@@ -62,8 +78,35 @@ impl<'a> DaylightAnswer<'a> {
             let light = self.places.iter().map(|place| place.light.iter().map(move |hour| hour[which]));
             folder.write(name, |file| report::write_ill(file, light))?;
         }
+        self.export(folder, (&rows, &matrix), exports)?;
         let summary = self.summary();
         Ok(folder.write(SUMMARY, |file| summary.write(file))?)
+    }
+
+    fn export(
+        &self,
+        folder: &OutputFolder,
+        (rows, matrix): (&[DaylightRow<'_>], &Matrix),
+        exports: &[DaylightFile],
+    ) -> Result<(), Error> {
+        let errors = Matrix {
+            numbers: self.counted.tallies.iter().flat_map(|tally| row(tally).coefficient_errors()).collect(),
+            ..*matrix
+        };
+        let hours: Vec<[u32; 3]> = self.question.year.hours.iter().map(|hour| hour.time).collect();
+        let light: Vec<&[[f64; 2]]> = self.places.iter().map(|place| &place.light[..]).collect();
+        let coefficients = [matrix, &errors];
+        let arrays = DaylightArrays { rows, coefficients, hours: &hours, light: &light };
+        for export in exports {
+            match export {
+                DaylightFile::Npz => folder.write(NUMPY, |file| arrays.write_npz(file))?,
+                DaylightFile::Parquet => folder.write(PARQUET, |file| arrays.write_parquet(file))?,
+                DaylightFile::FloatMtx => {
+                    folder.write(BINARY_COEFFICIENTS, |file| matrix.write(Encoding::Float, file))?;
+                }
+            }
+        }
+        Ok(())
     }
 
     fn row(&self, cell: usize) -> DaylightRow<'_> {
@@ -116,7 +159,7 @@ impl<'a> DaylightAnswer<'a> {
             ground: *ground,
             places: self.places.len(),
             walks: sum(|tally| tally.walks),
-            rays: sum(|tally| tally.rays),
+            rays: self.counted.cost.rays,
             back: sum(|tally| tally.backs) as f64 / sum(|tally| tally.walks) as f64,
             confidence: wanted.confidence,
             tolerance: *tolerance,
@@ -126,7 +169,8 @@ impl<'a> DaylightAnswer<'a> {
             occupied: wanted.occupied,
             sun_smear: self.smear(),
             levels: self.levels(),
-            seconds: self.counted.seconds,
+            seconds: self.counted.cost.seconds,
+            cpu_seconds: self.counted.cost.cpu_seconds,
         }
     }
 

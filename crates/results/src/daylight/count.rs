@@ -1,19 +1,23 @@
-//! The walks of daylight coefficients, from look to look.
+//! The walks of daylight coefficients, from look to look, and what is kept of them.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::Instant;
-
-use parallel::on_threads;
-use radiosity::{Sequence, daylight::SkyTally};
+use radiosity::{
+    Tally,
+    daylight::{DaylightSpec, Segment, SkyTally, sky_rows, sky_tallies},
+};
+use report::OutputFolder;
 use sky::SkyPatchCounts;
 
+use super::kept::{COUNTS, KeptCounts};
 use super::question::DaylightQuestion;
+use crate::error::Error;
+use crate::rounds::{Cost, Round, RoundCounts, RoundPlan, Walked, walk_rounds};
+use crate::settings::Settings;
 
 /// Walks of each cell at the first look.
 pub(super) const FEWEST: u64 = 1 << 12;
 
-/// The most walks that a thread takes at once.
-const PART: u64 = 1 << 16;
+/// The most rows of a round's tally: a look at more cells takes several rounds.
+const MOST_ROWS: usize = 1 << 20;
 
 /// By how many times the walks of a cell grow at most from one look to the next.
 const GROWTH: f64 = 16.0;
@@ -24,35 +28,102 @@ const MARGIN: f64 = 1.1;
 /// What was counted, cell by cell.
 pub struct DaylightCounted {
     pub(super) tallies: Vec<SkyTally>,
+    pub(super) cost: Cost,
     /// Whether the tolerance is met at every cell.
     pub reached: bool,
-    /// Wall time of walking [s].
-    pub seconds: f64,
+    /// Whether a signal ended it.
+    pub interrupted: bool,
 }
 
-/// Walks on some threads until the yearly mean of each cell is known as well as is asked, or the budget is spent. Walks of a cell are
-/// powers of two, chosen by what it has counted: neither threads nor other cells play a part. `watch` hears what part of a look is done, and
-/// says whether to go on; `None` where it does not.
-pub fn count(
+/// Walks until the yearly mean of each cell is known as well as is asked, or the budget is spent. Walks of a cell are powers of two, chosen by what
+/// it has counted: no other cell plays a part. Every round is kept in the folder, from which `resume` goes on. `walk` walks a round, and returns
+/// nothing where a signal ended it; `watch` is told what part of a look is done.
+///
+/// # Errors
+/// Those of `walk`, and where counts cannot be read or written.
+pub fn count<E: From<Error>>(
     question: &DaylightQuestion,
-    threads: usize,
-    watch: &(dyn Fn(f64) -> bool + Sync),
-) -> Option<DaylightCounted> {
-    let began = Instant::now();
-    let cells = question.cells();
-    let most = 1 << (question.job.budget.paths / cells as u64).ilog2();
-    let mut tallies = vec![SkyTally::new(question.dome.patches().count()); cells];
-    let mut wanted = vec![FEWEST; cells];
-    loop {
-        walk(question, &mut tallies, &wanted, threads, watch)?;
-        let next: Vec<u64> = tallies.iter().map(|tally| needed(question, tally).min(most)).collect();
-        if next == wanted {
-            break;
+    build: &str,
+    (folder, resume): (&OutputFolder, bool),
+    walk: &mut dyn FnMut(Round<'_>) -> Result<Option<Walked>, E>,
+    watch: &dyn Fn(f64),
+) -> Result<DaylightCounted, E> {
+    let path = folder.file(COUNTS);
+    let counts = match resume && path.exists() {
+        true => KeptCounts::of_question(&path, question)?,
+        false => KeptCounts::none(question),
+    };
+    let mut looks = Looks { question, counts, under_way: None };
+    let done = walk_rounds(&mut looks, (&question.job, build), folder, walk, watch)?;
+    let KeptCounts { tallies, cost, .. } = looks.counts;
+    let reached = done && tallies.iter().all(|tally| excess(question, tally) <= 1.0);
+    Ok(DaylightCounted { tallies, cost, reached, interrupted: !done })
+}
+
+/// The counts of a question, look by look.
+struct Looks<'a> {
+    question: &'a DaylightQuestion,
+    counts: KeptCounts,
+    /// What the round under way walks.
+    under_way: Option<DaylightSpec>,
+}
+
+impl RoundCounts for Looks<'_> {
+    fn next(&mut self) -> Result<Option<RoundPlan>, Error> {
+        let job = &self.question.job;
+        let mut missing = self.missing();
+        if missing.is_empty() {
+            self.look();
+            missing = self.missing();
         }
-        wanted = next;
+        let all: u64 = missing.iter().map(|segment| segment.walks).sum();
+        let done = self.counts.tallies.iter().map(|tally| tally.walks).sum::<u64>();
+        missing.truncate(MOST_ROWS / sky_rows(self.question.dome.patches().count()));
+        let walks = missing.iter().map(|segment| segment.walks).sum();
+        if walks == 0 {
+            return Ok(None);
+        }
+        let experiment = self.question.experiment(missing.clone())?;
+        let spec = self.question.spec(missing);
+        let settings = Settings { sensors: Vec::new(), daylight: Some(spec.clone()), ..Settings::of(job) };
+        self.under_way = Some(spec);
+        let parts = [done, done + walks].map(|done_then| done_then as f64 / (done + all) as f64);
+        Ok(Some(RoundPlan { experiment, settings, walks, parts }))
     }
-    let reached = tallies.iter().all(|tally| excess(question, tally) <= 1.0);
-    Some(DaylightCounted { tallies, reached, seconds: began.elapsed().as_secs_f64() })
+
+    fn add(&mut self, tally: &Tally, cost: Cost) {
+        let spec = self.under_way.take().expect("a round was under way");
+        for (segment, tally) in spec.segments.iter().zip(sky_tallies(tally, &spec)) {
+            self.counts.tallies[segment.group as usize].add(&tally);
+        }
+        self.counts.cost.add(cost);
+    }
+
+    fn keep(&self, folder: &OutputFolder) -> Result<(), Error> {
+        self.counts.write(folder)
+    }
+}
+
+impl Looks<'_> {
+    /// The walks that cells have fewer than they are to have.
+    fn missing(&self) -> Vec<Segment> {
+        let cells = self.counts.tallies.iter().zip(&self.counts.wanted).enumerate();
+        cells
+            .map(|(cell, (tally, &wanted))| Segment {
+                group: cell as u32,
+                first: tally.walks,
+                walks: wanted.saturating_sub(tally.walks),
+            })
+            .filter(|segment| segment.walks > 0)
+            .collect()
+    }
+
+    /// Looks at what cells have counted, and says how many walks they are to have.
+    fn look(&mut self) {
+        let most = self.question.most_walks();
+        let wanted = self.counts.tallies.iter().map(|tally| needed(self.question, tally).min(most));
+        self.counts.wanted = wanted.collect();
+    }
 }
 
 /// The counts of a cell, as figures take them.
@@ -79,37 +150,4 @@ fn needed(question: &DaylightQuestion, tally: &SkyTally) -> u64 {
     // Where no walk has found the sky there is no excess that were a number.
     let growth = if excess.is_finite() { (MARGIN * excess * excess).clamp(2.0, GROWTH) } else { GROWTH };
     ((tally.walks as f64 * growth).ceil() as u64).next_power_of_two()
-}
-
-/// Walks what each cell has fewer than `wanted`.
-fn walk(
-    question: &DaylightQuestion,
-    tallies: &mut [SkyTally],
-    wanted: &[u64],
-    threads: usize,
-    watch: &(dyn Fn(f64) -> bool + Sync),
-) -> Option<()> {
-    let sequence = Sequence::new(question.job.seed);
-    let parts: Vec<(usize, u64, u64)> = (0..tallies.len())
-        .flat_map(|cell| {
-            let (first, end) = (tallies[cell].walks, wanted[cell]);
-            (first..end).step_by(PART as usize).map(move |first| (cell, first, end.min(first + PART)))
-        })
-        .collect();
-    let (done, goes_on) = (AtomicUsize::new(0), AtomicBool::new(true));
-    let tally = |(): &mut (), number: usize| {
-        let (cell, first, end) = parts[number];
-        let mut tally = SkyTally::new(question.dome.patches().count());
-        if goes_on.load(Ordering::Relaxed) {
-            question.coefficients.walk(&sequence, cell, first..end, &mut tally);
-            let part = done.fetch_add(1, Ordering::Relaxed) as f64 / parts.len() as f64;
-            if !watch(part) {
-                goes_on.store(false, Ordering::Relaxed);
-            }
-        }
-        tally
-    };
-    let walked = on_threads(threads, parts.len(), || (), tally);
-    parts.iter().zip(&walked).for_each(|(&(cell, ..), tally)| tallies[cell].add(tally));
-    goes_on.into_inner().then_some(())
 }

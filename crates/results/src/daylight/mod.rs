@@ -1,12 +1,13 @@
 //! Daylight: what `radwalk daylight` counts and writes.
 //!
-//! A [`DaylightQuestion`] is made of a job, a weather file and of what is [`Wished`]; [`count`] walks on threads of this process; a
+//! A [`DaylightQuestion`] is made of a job, a weather file and of what is [`Wished`]; [`count`] walks, round by round, by processes of the caller; a
 //! [`DaylightAnswer`] holds the figures of every sensor, and writes the files.
 
 mod answer;
 mod count;
+mod kept;
 mod question;
 
-pub use answer::{DaylightAnswer, FILES as DAYLIGHT_FILES};
+pub use answer::{DaylightAnswer, DaylightFile, FILES as DAYLIGHT_FILES};
 pub use count::{DaylightCounted, count};
 pub use question::{DaylightQuestion, Wished};

@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
-use job::Job;
-use radiosity::{SkyPatches, daylight::Coefficients};
+use job::{Job, MethodTable};
+use radiosity::{
+    Experiment, Scene, SkyPatches, Unfit,
+    daylight::{Coefficients, DaylightSpec, Segment},
+};
 use sky::{Dome, SkyUnit, Wanted, Weather, Year};
 
 use super::count::FEWEST;
@@ -30,6 +33,8 @@ pub struct Wished<'a> {
 pub struct DaylightQuestion {
     /// The job.
     pub job: Job,
+    /// The scene of the job, in one channel.
+    pub scene: Scene,
     /// The weather.
     pub weather: Weather,
     pub(super) coefficients: Coefficients,
@@ -55,7 +60,12 @@ impl DaylightQuestion {
         }
         job.scene = job.scene.for_daylight(wished.channel.unwrap_or(0));
         let sky = wished.patches.clone();
-        let coefficients = Coefficients::new(job.build_scene()?, job.scene.sensors(), sky.clone())?;
+        // Coefficients are counted by single walks, from places that sensors are asked for by themselves.
+        job.method = MethodTable::default();
+        (job.budget.first_path, job.budget.wall_seconds) = (0, None);
+        (job.sources, job.sensitivity) = (Vec::new(), Vec::new());
+        let scene = job.build_scene()?;
+        let coefficients = Coefficients::new(scene.clone(), job.scene.sensors(), sky.clone())?;
         let cells = coefficients.sensors().cell_count() as u64;
         if job.budget.paths / cells < FEWEST {
             return Err(Error::FewDaylightWalks { paths: job.budget.paths, cells, fewest: FEWEST });
@@ -68,6 +78,7 @@ impl DaylightQuestion {
             tolerance: wished.tolerance,
             ground: wished.ground,
             job,
+            scene,
             weather,
             coefficients,
             dome,
@@ -79,5 +90,27 @@ impl DaylightQuestion {
     /// How many places are measured.
     pub(super) fn cells(&self) -> usize {
         self.coefficients.sensors().cell_count()
+    }
+
+    /// What walks of cells count.
+    pub(super) fn spec(&self, segments: Vec<Segment>) -> DaylightSpec {
+        DaylightSpec {
+            sensors: self.job.scene.sensors().to_vec(),
+            patches: self.dome.patches().count() as u32,
+            segments,
+        }
+    }
+
+    /// The experiment of these walks.
+    ///
+    /// # Errors
+    /// Where a segment is not one of the cells.
+    pub fn experiment(&self, segments: Vec<Segment>) -> Result<Experiment, Unfit> {
+        Experiment::of_daylight(self.scene.clone(), self.spec(segments))
+    }
+
+    /// The most walks of a place: its part of the budget, down to a power of two.
+    pub(super) fn most_walks(&self) -> u64 {
+        1 << (self.job.budget.paths / self.cells() as u64).ilog2()
     }
 }

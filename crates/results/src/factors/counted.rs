@@ -1,7 +1,8 @@
 //! What was counted of exchange factors, and what the walks have cost.
 
 use exchange::ExchangeCounts;
-use serde::{Deserialize, Serialize};
+
+use crate::rounds::Cost;
 
 /// The file of counts, which is written after every look.
 pub(super) const COUNTS: &str = "factors.counts.json";
@@ -14,23 +15,6 @@ pub struct Counted {
     pub(super) cost: Cost,
     /// Whether a signal ended it.
     pub interrupted: bool,
-}
-
-/// What walks have cost.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Cost {
-    pub(super) rays: u64,
-    pub(super) seconds: f64,
-    pub(super) cpu_seconds: f64,
-}
-
-impl Cost {
-    /// Adds what other walks have cost.
-    pub(super) fn add(&mut self, other: Cost) {
-        self.rays += other.rays;
-        self.seconds += other.seconds;
-        self.cpu_seconds += other.cpu_seconds;
-    }
 }
 
 impl Counted {

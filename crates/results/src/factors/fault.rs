@@ -17,6 +17,11 @@ pub enum FactorsFault {
         "the scene has panes, and exchange factors are those of rays that end where they land; remove each [[pane]], or run the job"
     )]
     Panes,
+    /// Light that comes through surfaces.
+    #[error(
+        "a surface transmits light, and exchange factors are those of surfaces that reflect alone; remove `transmittance` from its material"
+    )]
+    Transmission,
     /// The table would be too large.
     #[error(
         "there are {groups} groups, more than {most} (every pair of them is a row of factors.csv); give --sparse, or choose coarser --groups: by-surface, by-material or a file"

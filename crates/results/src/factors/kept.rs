@@ -8,11 +8,12 @@ use report::OutputFolder;
 use serde::{Deserialize, Serialize};
 
 use super::answer::FactorsAnswer;
-use super::counted::{COUNTS, Cost, Counted};
+use super::counted::{COUNTS, Counted};
 use super::fault::FactorsFault;
 use super::question::FactorsQuestion;
 use super::subject::Subject;
 use crate::error::Error;
+use crate::rounds::Cost;
 
 /// The contents of the file [`COUNTS`].
 #[derive(Clone, Serialize, Deserialize)]

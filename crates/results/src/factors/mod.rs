@@ -13,7 +13,7 @@ mod sparse;
 mod subject;
 
 pub use answer::{FILES, FactorsAnswer, MatrixFile, matrices_in};
-pub use count::{Round, Walked, count};
+pub use count::count;
 pub use counted::Counted;
 pub use fault::FactorsFault;
 pub use kept::{KeptCounts, is_counted, merge};

@@ -72,6 +72,9 @@ impl FactorsQuestion {
         if !job.scene.spec().panes.is_empty() {
             return Err(FactorsFault::Panes.into());
         }
+        if job.scene.spec().surfaces.iter().any(|surface| surface.transmittance.is_lit()) {
+            return Err(FactorsFault::Transmission.into());
+        }
         let channels = job.scene.spec().channels();
         if channels > 1 && kind == FactorKind::Absorbed && asked.channel.is_none() {
             return Err(FactorsFault::NoChannel.into());

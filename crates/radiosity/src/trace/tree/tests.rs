@@ -40,6 +40,7 @@ fn crowd(count: usize, seed: u64) -> Vec<SurfaceSpec> {
             reflectance: 0.5.into(),
             emittance: 1.0.into(),
             cell_emittance: vec![],
+            transmittance: Default::default(),
         };
         let copies = 1 + usize::from(rng.bits().is_multiple_of(8));
         surfaces.extend(std::iter::repeat_n(surface, copies));
@@ -200,6 +201,7 @@ fn a_start_within_the_slack_of_a_plane_is_on_it_side_by_side_too() {
         reflectance: 0.5.into(),
         emittance: 1.0.into(),
         cell_emittance: vec![],
+        transmittance: Default::default(),
     };
     let spec = mapped(&[quad(DVec3::X, DVec3::Y), quad(DVec3::Y, DVec3::Z)], |p| p + DVec3::splat(1e9));
     let scene = Scene::build(&spec, IndexChoice::Flat).unwrap();

@@ -20,7 +20,15 @@ fn cube(reflectance: Spectrum, emittance: Spectrum) -> SceneSpec {
         let (corner, u, v) = if i < 3 { (o, u, v) } else { (e, -v, -u) };
         let (corner_u, corner_v) = (corner + u, corner + v);
         let shape = Shape::Parallelogram { corner, corner_u, corner_v, cells: [5, 1] };
-        SurfaceSpec { name: None, shape, sides: Sides::Front, reflectance, emittance, cell_emittance: vec![] }
+        SurfaceSpec {
+            name: None,
+            shape,
+            sides: Sides::Front,
+            reflectance,
+            emittance,
+            cell_emittance: vec![],
+            transmittance: Default::default(),
+        }
     };
     SceneSpec::new((0..6).map(surface).collect())
 }
