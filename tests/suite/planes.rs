@@ -210,8 +210,10 @@ fn what_cannot_be_is_refused_in_words() {
     let job = room(&folder, 0.5, LAMP);
     let (code, _, stderr) = run(&["run", job.to_str().unwrap(), "--set", "method.walk=gathering"]);
     assert!(code == 2 && stderr.contains("[[lamp]]"), "{stderr}");
-    let (code, _, stderr) = run(&["exact", job.to_str().unwrap()]);
-    assert!(code == 2 && stderr.contains("lamps without area"), "{stderr}");
+    let job = room(&folder, 0.5, "[[lamp]]\nilluminance = 5.0\naim = [0, 0, -1]\n");
+    let out = folder.path().join("exact");
+    let (code, _, stderr) = run(&["exact", job.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    assert!(code == 2 && stderr.contains("a distant lamp"), "{stderr}");
 }
 
 /// Cylinders at the points of a plane have their mean and minimum, their light over that of the plane, and rows of their own; half ones need a

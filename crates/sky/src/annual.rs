@@ -81,11 +81,6 @@ impl SkyPatchCounts {
         ]
     }
 
-    /// What walks say of an hour, without an interval.
-    pub(crate) fn mean_light(&self, hour: &Hour) -> f64 {
-        self.samples(&hour.sky, &hour.sun).iter().map(|(scores, _)| scores.mean().unwrap_or(0.0)).sum()
-    }
-
     /// Walks by number, straight ones first, where there are any: the number, whether they were reflected, how many.
     pub(crate) fn classes(&self) -> impl Iterator<Item = (usize, bool, u64)> + '_ {
         let straight = self.straight.iter().enumerate().map(|(j, &n)| (j, false, n));

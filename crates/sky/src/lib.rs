@@ -25,6 +25,6 @@ pub use dome::{Dome, SUN_PATCHES};
 pub use epw::{MalformedWeather, Weather, WeatherHour};
 pub use luminance::{STANDARD_SKIES, Sky};
 pub use matrix::{EFFICACY, Encoding, Matrix, MatrixError};
-pub use metrics::{Level, Metrics, TARGETS, Wanted};
+pub use metrics::{Level, Metrics, SensorYear, TARGETS, Wanted};
 pub use perez::{Conditions, SkyUnit};
 pub use sun::{SUN_ANGLE, Site, SunPosition};

@@ -142,20 +142,20 @@ impl<'a> Calendar<'a> {
     /// What replicates say of each figure.
     fn replicates(
         &self,
-        (moved, found): (&Moved, &[(usize, f64)]),
+        (moved, lit): (&Moved, &[usize]),
         (light, errors): (&[f64], &[f64]),
     ) -> [Vec<f64>; FIGURES] {
         let borders: Vec<f64> = self.parts().into_iter().flat_map(|(borders, _)| borders).collect();
         let unclear = |&i: &usize| {
-            let hour = found[i].0;
+            let hour = lit[i];
             borders.iter().any(|border| (light[hour] - border).abs() <= CLEAR * errors[hour])
         };
-        let unclear: Vec<usize> = (0..found.len()).filter(unclear).collect();
+        let unclear: Vec<usize> = (0..lit.len()).filter(unclear).collect();
         let mut replicates = [const { Vec::new() }; FIGURES];
         let mut other = light.to_vec();
         for number in 0..REPLICATES as u64 {
             for (&i, step) in unclear.iter().zip(moved.replicate(number, &unclear)) {
-                other[found[i].0] = light[found[i].0] + step;
+                other[lit[i]] = light[lit[i]] + step;
             }
             replicates.iter_mut().zip(self.figures(&other)).for_each(|(all, one)| all.push(one));
         }
@@ -163,44 +163,46 @@ impl<'a> Calendar<'a> {
     }
 }
 
+/// The hours of a year at a sensor.
+pub struct SensorYear<'a> {
+    year: &'a Year,
+    row: &'a SkyPatchCounts,
+    /// Hours with light, by number.
+    lit: Vec<usize>,
+    moved: Moved,
+    /// Hour by hour, the light of the sun that shines on the sensor straight.
+    beam: &'a [f64],
+}
+
 impl Year {
-    /// The light of each hour as a row says it, the sun that shines on the sensor straight given; and its standard error.
-    pub fn light(&self, row: &SkyPatchCounts, beam: &[f64]) -> Vec<[f64; 2]> {
-        let (moved, found) = self.moved(row);
-        let mut light: Vec<[f64; 2]> = beam.iter().map(|&beam| [beam, 0.0]).collect();
-        for (i, &(hour, mean)) in found.iter().enumerate() {
-            light[hour] = [mean + beam[hour], moved.error(i)];
+    /// The year at a sensor by its counts, given hour by hour the light of the sun that shines on it straight.
+    pub fn at<'a>(&'a self, row: &'a SkyPatchCounts, beam: &'a [f64]) -> SensorYear<'a> {
+        let lit: Vec<usize> = (0..self.hours.len()).filter(|&hour| !self.hours[hour].is_dark()).collect();
+        let moved = Moved::new(row, lit.iter().map(|&hour| &self.hours[hour]));
+        SensorYear { year: self, row, lit, moved, beam }
+    }
+}
+
+impl SensorYear<'_> {
+    /// The light of each hour, and its standard error.
+    pub fn light(&self) -> Vec<[f64; 2]> {
+        let mut light: Vec<[f64; 2]> = self.beam.iter().map(|&beam| [beam, 0.0]).collect();
+        for (i, &hour) in self.lit.iter().enumerate() {
+            light[hour] = [self.moved.means[i] + self.beam[hour], self.moved.error(i)];
         }
         light
     }
 
-    /// Hours with light by number, with what comes from walks, and how they move.
-    fn moved(&self, row: &SkyPatchCounts) -> (Moved, Vec<(usize, f64)>) {
-        let lit = self.hours.iter().enumerate().filter(|(_, hour)| !hour.is_dark());
-        let found: Vec<(usize, f64)> = lit.map(|(i, hour)| (i, row.mean_light(hour))).collect();
-        (Moved::new(row, found.iter().map(|&(i, mean)| (&self.hours[i], mean))), found)
-    }
-
-    /// The figures of a sensor, given the light of the sun that shines on it straight and what [`Year::mean`] says.
+    /// The figures of the sensor, given what [`Year::mean`] says.
     ///
     /// An interval of a part of hours has two parts, added in squares. What hours err alike is in the percentiles of replicates, the farther of the two ends
     /// for both, since few walks err by more below than above. What each hour errs alone carries some over a border, more from where more of
     /// them are: replicates begin at the estimate, and do not tell on which side these were. So each of them counts besides, as if its error were its own.
-    pub fn metrics(
-        &self,
-        row: &SkyPatchCounts,
-        beam: &[f64],
-        mean: (&[f64], &[(usize, f64)]),
-        wanted: &Wanted,
-    ) -> Metrics {
-        let calendar = Calendar::new(&self.hours, wanted);
-        let (moved, found) = self.moved(row);
-        let (mut light, mut errors) = (beam.to_vec(), vec![0.0; beam.len()]);
-        for (i, &(hour, mean)) in found.iter().enumerate() {
-            light[hour] += mean;
-            errors[hour] = moved.error(i);
-        }
-        let replicates = calendar.replicates((&moved, &found), (&light, &errors));
+    pub fn metrics(&self, mean: (&[f64], &[(usize, f64)]), wanted: &Wanted) -> Metrics {
+        let calendar = Calendar::new(&self.year.hours, wanted);
+        let (light, errors): (Vec<f64>, Vec<f64>) =
+            self.light().into_iter().map(|[light, error]| (light, error)).unzip();
+        let replicates = calendar.replicates((&self.moved, &self.lit), (&light, &errors));
         let alone = calendar.alone(&light, &errors);
         let z = -normal_quantile(0.5 * (1.0 - wanted.confidence));
         let mut known = calendar.figures(&light).into_iter().zip(replicates).zip(alone).map(
@@ -211,8 +213,8 @@ impl Year {
             },
         );
         let mut next = || known.next().expect("there are that many figures");
-        let always = beam.iter().sum::<f64>() / beam.len().max(1) as f64;
-        let BoundedValue { value, low, high } = row.light(mean.0, mean.1, wanted.confidence);
+        let always = self.beam.iter().sum::<f64>() / self.beam.len().max(1) as f64;
+        let BoundedValue { value, low, high } = self.row.light(mean.0, mean.1, wanted.confidence);
         Metrics {
             mean: BoundedValue { value: value + always, low: low + always, high: high + always },
             enough: next(),
@@ -251,7 +253,7 @@ mod tests {
             let mut coverages = [Coverage::default(); 6];
             for seed in 0..250 {
                 let row = counted(&p, walks, seed);
-                let found = year.metrics(&row, &beam, (&mean.0, &mean.1), &wanted);
+                let found = year.at(&row, &beam).metrics((&mean.0, &mean.1), &wanted);
                 let all = exact.iter().sum::<f64>() / exact.len() as f64;
                 let [_, three, five, _] = found.daylight;
                 let known = [found.mean, found.enough, found.useful, found.excess, three, five];
@@ -275,7 +277,7 @@ mod tests {
         let (year, p) = (weather(&dome, 50), window(&dome));
         let (row, mean) = (counted(&p, 1 << 14, 1), year.mean(&dome));
         let wanted = Wanted { enough: 1.0, useful: [1e-3, 1e9], ..Wanted::default() };
-        let found = year.metrics(&row, &[5.0; 50], (&mean.0, &mean.1), &wanted);
+        let found = year.at(&row, &[5.0; 50]).metrics((&mean.0, &mean.1), &wanted);
         assert_eq!(found.enough, BoundedValue { value: 1.0, low: 1.0, high: 1.0 });
         assert_eq!((found.useful.value, found.excess.high), (1.0, 0.0));
     }

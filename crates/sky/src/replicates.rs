@@ -11,6 +11,9 @@ use stats::normal_quantile;
 
 use crate::annual::{Hour, SkyPatchCounts};
 
+/// Sums that grow side by side: one alone would wait for each addition.
+const SUMS: usize = 8;
+
 /// Replicates from which an interval is made: its ends at 95 % are the 10th and the 390th.
 pub(crate) const REPLICATES: usize = 399;
 
@@ -19,35 +22,47 @@ const SEED: u64 = 0x5eed_0f5c_1e5a;
 
 /// The hours of a sensor that replicates move.
 pub(crate) struct Moved {
+    /// Hour by hour, E.
+    pub(crate) means: Vec<f64>,
     /// Hour by hour, √p_c·(x_c − E)/√N of each class.
     steps: Vec<Vec<f64>>,
     classes: usize,
 }
 
 impl Moved {
-    /// Hours, of which a row says E.
-    pub(crate) fn new<'a>(row: &SkyPatchCounts, hours: impl Iterator<Item = (&'a Hour, f64)>) -> Self {
-        let classes: Vec<(usize, bool, u64)> = row.classes().collect();
+    /// Hours by what a row says of them.
+    pub(crate) fn new<'a>(row: &SkyPatchCounts, hours: impl Iterator<Item = &'a Hour>) -> Self {
+        let (numbers, mut counts): (Vec<(usize, bool)>, Vec<f64>) =
+            row.classes().map(|(number, reflected, n)| ((number, reflected), n as f64)).unzip();
+        // The class of walks that were reflected and left for a number.
+        let mut reflected = vec![None; row.reflected.len()];
+        for (class, &(number, _)) in numbers.iter().enumerate().filter(|(_, (_, reflected))| *reflected) {
+            reflected[number] = Some(class);
+        }
         let walks = row.walks as f64;
-        let ended = row.walks - classes.iter().map(|&(_, _, n)| n).sum::<u64>();
-        let step = |x: f64, mean: f64, n: u64| (n as f64).sqrt() * (x - mean) / walks;
-        let steps = hours.map(|(hour, mean)| {
-            let score = |&(number, reflected, n): &(usize, bool, u64)| {
-                let sun = hour
-                    .sun
-                    .iter()
-                    .find(|&&(lit, _)| reflected && lit == number)
-                    .map_or(0.0, |&(_, radiance)| radiance);
-                step(PI * (hour.sky[number] + sun), mean, n)
-            };
-            classes.iter().map(score).chain([step(0.0, mean, ended)]).collect()
-        });
-        Moved { steps: steps.collect(), classes: classes.len() + 1 }
+        // Those that end score nothing.
+        counts.push(walks - counts.iter().sum::<f64>());
+        let weights: Vec<f64> = counts.iter().map(|n| n.sqrt() / walks).collect();
+        let (means, steps) = hours
+            .map(|hour| {
+                let mut scores: Vec<f64> =
+                    numbers.iter().map(|&(number, _)| PI * hour.sky[number]).chain([0.0]).collect();
+                for &(patch, radiance) in &hour.sun {
+                    if let Some(class) = reflected[patch] {
+                        scores[class] += PI * radiance;
+                    }
+                }
+                let mean = product(&counts, &scores) / walks;
+                scores.iter_mut().zip(&weights).for_each(|(score, weight)| *score = weight * (*score - mean));
+                (mean, scores)
+            })
+            .unzip();
+        Moved { means, steps, classes: counts.len() }
     }
 
     /// The standard error of an hour.
     pub(crate) fn error(&self, hour: usize) -> f64 {
-        self.steps[hour].iter().map(|step| step * step).sum::<f64>().sqrt()
+        product(&self.steps[hour], &self.steps[hour]).sqrt()
     }
 
     /// By how much a replicate moves each of some hours.
@@ -56,8 +71,19 @@ impl Moved {
         let xi: Vec<f64> = (0..self.classes)
             .map(|_| normal_quantile((rng.pair()[0] + 0.5_f64.powi(33)).min(1.0 - 1e-12)))
             .collect();
-        hours.iter().map(|&hour| self.steps[hour].iter().zip(&xi).map(|(step, xi)| step * xi).sum()).collect()
+        hours.iter().map(|&hour| product(&self.steps[hour], &xi)).collect()
     }
+}
+
+/// Σ a·b.
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; SUMS];
+    let (a, b) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a.zip(b) {
+        (0..SUMS).for_each(|i| sums[i] += a[i] * b[i]);
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 /// The interval of a number by its replicates, which holds the estimate: the percentiles. Where one error moves all hours alike these are exact, whatever
@@ -84,7 +110,10 @@ mod tests {
         let row = counted(&p, 1 << 14, 3);
         let means: Vec<f64> =
             year.hours.iter().map(|hour| row.light(&hour.sky, &hour.sun, 0.95).value).collect();
-        let moved = Moved::new(&row, year.hours.iter().zip(means.iter().copied()));
+        let moved = Moved::new(&row, year.hours.iter());
+        for (mean, light) in moved.means.iter().zip(&means) {
+            assert!((mean / light - 1.0).abs() < 1e-12, "{mean} {light}");
+        }
         let product =
             |a: usize, b: usize| moved.steps[a].iter().zip(&moved.steps[b]).map(|(x, y)| x * y).sum::<f64>();
         let n = 4000;

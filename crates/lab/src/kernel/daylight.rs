@@ -113,7 +113,7 @@ impl Study {
         let hours = lit.map(|hour| row.light(&hour.sky, &hour.sun, level)).collect();
         let beam = vec![0.0; self.year.hours.len()];
         let Metrics { mean, enough, useful, excess, daylight } =
-            self.year.metrics(row, &beam, (&self.mean.0, &self.mean.1), &self.wanted);
+            self.year.at(row, &beam).metrics((&self.mean.0, &self.mean.1), &self.wanted);
         let factor = row.light(&self.overcast, &[], level);
         let figures = [factor, mean, enough, useful, excess].into_iter().chain(daylight).collect();
         Told { hours, figures }

@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
-use std::time::Instant;
 
 use glam::DVec3;
 use photometry::{Distribution, Luminaire};
@@ -16,6 +15,7 @@ use scenes::interior;
 use stats::{Coverage, Interval};
 
 use super::{Failure, median};
+use crate::clock::thread_seconds;
 use crate::edition::origin;
 
 /// Walks of one measurement of time, and how many there are of each.
@@ -101,12 +101,12 @@ fn experiment(mut spec: SceneSpec, emission: Option<Emission>) -> Result<Experim
     Ok(Experiment::new(scene, Method::shooting(Estimator::Collision))?)
 }
 
-/// Rays and seconds of a measurement.
+/// Rays and processor time [s] of a measurement.
 fn seconds(experiment: &Experiment, turn: u64) -> (u64, f64) {
     let mut board = experiment.board();
-    let start = Instant::now();
+    let start = thread_seconds();
     experiment.walk(&Sequence::new(turn), 0..WALKS, &mut board);
-    let seconds = start.elapsed().as_secs_f64();
+    let seconds = thread_seconds() - start;
     (board.take().map_or(0, |tally| tally.counts.rays), seconds)
 }
 

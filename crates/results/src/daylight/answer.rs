@@ -257,12 +257,13 @@ fn place(question: &DaylightQuestion, cell: usize, row: &SkyPatchCounts, overcas
         false => 0.0,
     };
     let beam: Vec<f64> = year.hours.iter().map(straight).collect();
-    let metrics = year.metrics(row, &beam, (&mean.0, &mean.1), wanted);
+    let year = year.at(row, &beam);
+    let metrics = year.metrics((&mean.0, &mean.1), wanted);
     SensorFigures {
         factor: row.light(overcast, &[], wanted.confidence),
         smear: smear(question, row) / metrics.mean.value.max(f64::MIN_POSITIVE),
         metrics,
-        light: year.light(row, &beam),
+        light: year.light(),
     }
 }
 
