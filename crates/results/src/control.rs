@@ -14,7 +14,7 @@ const SHARES: [u64; 2] = [4, 16];
 /// A control has so many walks at least, where there are as many, and at most.
 const WALKS: [u64; 2] = [1 << 14, 1 << 18];
 
-/// Of light that is taken for even it has so many at least, for runs of fewer walks, too: nothing but a control can say that it is not.
+/// The least walks of a control of light that is taken for even, in runs of fewer walks too: nothing but a control can say that it is not.
 const EVEN_WALKS: u64 = 1 << 17;
 
 /// It has so many arrivals at most, as far as the rays of a pilot foretell: what hits tell does not depend on how many walks they are of, and all are kept
