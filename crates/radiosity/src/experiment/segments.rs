@@ -19,7 +19,7 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// Whether its group is one of `groups`, and has places for so many walks.
+    /// Whether the segment is of one of `groups` and its walks have numbers there.
     fn fits(&self, groups: u32) -> bool {
         let end = self.first.checked_add(self.walks);
         self.group < groups && end.is_some_and(|end| end <= WALKS_OF_A_GROUP)

@@ -39,7 +39,7 @@ pub fn write_parquet(writer: impl Write + Send, estimates: &Estimates) -> std::i
     file.close().map(drop).map_err(std::io::Error::other)
 }
 
-/// Writes columns in so many parts, which all have those of the first.
+/// Writes columns part by part; all parts have the columns of the first.
 ///
 /// # Errors
 /// Those of `writer`.
