@@ -516,7 +516,7 @@ pub(crate) enum MatrixWord {
     UdalesNetcdf,
     /// factors.idf: ZoneProperty:UserViewFactors:BySurfaceName of EnergyPlus (--sparse)
     Energyplus,
-    /// F and globalFaceFaces of OpenFOAM (--sparse)
+    /// F, globalFaceFaces and the maps of one processor of OpenFOAM (--sparse)
     Openfoam,
 }
 

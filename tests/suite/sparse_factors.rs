@@ -143,8 +143,9 @@ fn the_rows_are_a_function_of_the_job() {
     assert!(start(resume).wait().unwrap().success());
     let files =
         ["factors.rows", "factors.mtx", "factors.npz", "factors.vf", "vfsparse.inp", "vf.nc.inp", "svf.inp"];
-    let others = ["factors.idf", "F", "globalFaceFaces", "groups.csv", "smoothed.npz", "factors.parquet"];
-    for file in files.iter().chain(&others) {
+    let others = ["factors.idf", "F", "globalFaceFaces", "subMap", "constructMap", "constructMapDim"];
+    let more = ["groups.csv", "smoothed.npz", "factors.parquet"];
+    for file in files.iter().chain(&others).chain(&more) {
         let read = |out: &str| fs::read(path(&folder, out).join(file)).unwrap();
         let one = read("one");
         for other in ["five", "joined", "killed"] {

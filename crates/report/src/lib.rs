@@ -53,7 +53,8 @@ pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use export::{
     Column, ColumnCells, CsrKind, CsrNumbers, FactorEntry, FoamList, MatrixRow, MatrixRows, columns, corners,
     read_table, write_csr, write_energyplus, write_factors_parquet, write_glb, write_mtx, write_openfoam,
-    write_parquet, write_udales, write_udales_netcdf, write_udales_sky, write_view3d, write_vtu,
+    write_openfoam_map, write_parquet, write_udales, write_udales_netcdf, write_udales_sky, write_view3d,
+    write_vtu,
 };
 pub use factors::{
     BACK, DroppedSummary, ESCAPE, FactorsSummary, GroupRow, REST, SmoothingSummary, SparseSummary,

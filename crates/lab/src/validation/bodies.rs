@@ -38,6 +38,7 @@ fn spheres() -> Vec<KnownFactor> {
             from: 0,
             to: 1,
             truth: closed_forms::sphere_to_corner_or_disc(None, disc / h),
+            periods: [0.0; 2],
         });
     }
     for (a, b, h) in [(1.0, 1.0, 1.0), (3.0, 0.5, 0.8)] {
@@ -52,6 +53,7 @@ fn spheres() -> Vec<KnownFactor> {
             from: 0,
             to: 1,
             truth: closed_forms::sphere_to_corner_or_disc(Some(a / h), b / h),
+            periods: [0.0; 2],
         });
     }
     for (r, to) in [(0.5, 0), (0.5, 1), (0.9, 0)] {
@@ -65,6 +67,7 @@ fn spheres() -> Vec<KnownFactor> {
             from: 1,
             to,
             truth: if to == 0 { r * r } else { 1.0 - r * r },
+            periods: [0.0; 2],
         });
     }
     pairs
@@ -90,6 +93,7 @@ fn coaxial() -> Vec<KnownFactor> {
             from: 1,
             to,
             truth: closed_forms::coaxial_cylinders(r, h)[to as usize],
+            periods: [0.0; 2],
         });
     }
     pairs
@@ -115,6 +119,7 @@ fn tubes() -> Vec<KnownFactor> {
             from: 1,
             to: 0,
             truth: 1.0 - closed_forms::coaxial_discs(1.0 / h, 1.0 / h),
+            periods: [0.0; 2],
         });
     }
     pairs
@@ -130,6 +135,7 @@ fn beside() -> Vec<KnownFactor> {
             from: 0,
             to: 1,
             truth: closed_forms::parallel_cylinders(gap),
+            periods: [0.0; 2],
         });
     }
     for [a, b, l] in [[-1.0, 1.0, 1.5], [0.5, 4.0, 2.0]] {
@@ -140,6 +146,7 @@ fn beside() -> Vec<KnownFactor> {
             from: 0,
             to: 1,
             truth: closed_forms::strip_to_cylinder([a, b], l),
+            periods: [0.0; 2],
         });
     }
     pairs

@@ -192,6 +192,7 @@ fn skylight() -> Vec<KnownFactor> {
                 from: 0,
                 to,
                 truth,
+                periods: [0.0; 2],
             });
         }
     }

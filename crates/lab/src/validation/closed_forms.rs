@@ -129,6 +129,84 @@ pub(super) fn tube_to_itself(h: f64) -> f64 {
     1.0 + 0.5 * h - (0.5 * h).hypot(1.0)
 }
 
+/// From a ring of a tube of radius 1 to another one of it, by their lengths and the gap between them (Howell C-78 and the algebra of factors).
+pub(super) fn tube_rings([from, to]: [f64; 2], gap: f64) -> f64 {
+    // What a tube of length h exchanges with itself, over 2π.
+    let own = |h: f64| h * tube_to_itself(h);
+    (own(from + gap + to) - own(from + gap) - own(gap + to) + own(gap)) / (2.0 * from)
+}
+
+/// Between coaxial cylinders of length h and radii 1 and r, and the rings that close their ends (Howell C-91 and the algebra of factors).
+pub(super) struct RingFactors {
+    pub(super) inner_to_ring: f64,
+    pub(super) outer_to_ring: f64,
+    pub(super) ring_to_inner: f64,
+    pub(super) ring_to_outer: f64,
+    pub(super) ring_to_ring: f64,
+}
+
+pub(super) fn rings(r: f64, h: f64) -> RingFactors {
+    let [to_inner, own] = coaxial_cylinders(r, h);
+    let [inner_to_ring, outer_to_ring] = [1.0 - r * to_inner, 1.0 - to_inner - own].map(|ends| 0.5 * ends);
+    // Areas of the cylinders over that of a ring.
+    let over_ring = 2.0 * h / (r * r - 1.0);
+    let [ring_to_inner, ring_to_outer] = [over_ring * inner_to_ring, over_ring * r * outer_to_ring];
+    let ring_to_ring = 1.0 - ring_to_inner - ring_to_outer;
+    RingFactors { inner_to_ring, outer_to_ring, ring_to_inner, ring_to_outer, ring_to_ring }
+}
+
+/// From the first end of a frustum of height 1 and these radii to its wall, from the wall to this end, and from the wall to itself (Howell C-41 and
+/// the algebra of factors).
+pub(super) fn frustum([r1, r2]: [f64; 2]) -> [f64; 3] {
+    let wall = (r1 + r2) * (r1 - r2).hypot(1.0);
+    let [first, second] = [[r1, r2], [r2, r1]].map(|[r, s]| 1.0 - coaxial_discs(r, s));
+    let [to_first, to_second] = [r1 * r1 * first / wall, r2 * r2 * second / wall];
+    [first, to_first, 1.0 - to_first - to_second]
+}
+
+/// From the inside of a cone of height h on a base of radius 1 to itself: its base has the part 1/√(1 + h²) of its area.
+pub(super) fn cone_to_itself(h: f64) -> f64 {
+    1.0 - 1.0 / h.hypot(1.0)
+}
+
+/// From the inside of a part of a sphere of radius 1 and some height to itself: its opening has the part 1 − h/2 of its area.
+pub(super) fn bowl_to_itself(height: f64) -> f64 {
+    0.5 * height
+}
+
+/// From a sphere to the wall of a coaxial tube of radius R around it, whose ends are h away from its centre.
+pub(super) fn sphere_to_tube(r: f64, h: f64) -> f64 {
+    h / h.hypot(r)
+}
+
+/// From an element that faces up to a sphere of radius r about a point at x and z, all of which lies above it (Howell, class B).
+pub(super) fn element_to_sphere(r: f64, [x, z]: [f64; 2]) -> f64 {
+    r * r * z / x.hypot(z).powi(3)
+}
+
+/// From a plane to an endless row of parallel tubes of diameter d at steps of 1 before it (Hottel).
+pub(super) fn plane_to_tubes(d: f64) -> f64 {
+    let gap = (1.0 - d * d).sqrt();
+    1.0 - gap + d * (gap / d).atan()
+}
+
+/// From the rectangle x by y of a floor to y by z of the wall at x = 0 (Howell C-15).
+pub(super) fn floor_to_wall([x, y]: [[f64; 2]; 2], [s, z]: [[f64; 2]; 2]) -> f64 {
+    // The indefinite fourfold integral.
+    let integral = |x: f64, z: f64, w: f64| {
+        let (c, w) = (x.hypot(z), w.abs());
+        let logarithm = (c * c - w * w) * c.hypot(w).max(f64::MIN_POSITIVE).ln();
+        (w * c * w.atan2(c) - 0.5 * logarithm) / (2.0 * PI)
+    };
+    let mut sum = 0.0;
+    for corners in 0..16_u32 {
+        let [i, j, k, l] = [0, 1, 2, 3].map(|bit| (corners >> bit & 1) as usize);
+        let sign = if corners.count_ones() % 2 == 0 { 1.0 } else { -1.0 };
+        sum += sign * integral(x[i], z[l], y[j] - s[k]);
+    }
+    sum / ((x[1] - x[0]) * (y[1] - y[0]))
+}
+
 /// From one endless cylinder of radius 1 to another, with a gap between them (crossed strings).
 pub(super) fn parallel_cylinders(gap: f64) -> f64 {
     let x = 1.0 + 0.5 * gap;
@@ -192,6 +270,18 @@ mod tests {
         );
         assert!(
             (perpendicular_strips([0.0, 2.0], [0.0, 0.5]) - perpendicular_rectangles(2.0, 0.5)).abs() < 1e-15
+        );
+        let (x, z) = ([0.5, 1.5], [0.25, 1.0]);
+        let strips = floor_to_wall([x, units[0]], [units[0], z]);
+        assert!((strips - perpendicular_strips(x, z)).abs() < 1e-14, "{strips}");
+        let [whole, parts @ ..] =
+            [[0.5, 2.0], [0.5, 1.2], [1.2, 2.0]].map(|y| floor_to_wall([x, units[0]], [y, z]));
+        assert!((whole - parts[0] - parts[1]).abs() < 1e-14, "{whole} {parts:?}");
+        assert!(
+            (floor_to_wall([[0.0, 2.0], units[0]], [units[0], [0.0, 0.5]])
+                - perpendicular_rectangles(2.0, 0.5))
+            .abs()
+                < 1e-14
         );
         // Of the absorbed part the body keeps the rest: as much as reciprocity tells of B₂₁.
         let (e1, e2, f) = (0.7, 0.4, 0.25);
@@ -296,6 +386,30 @@ mod tests {
             let found = to_cylinder(strip, [0.0, l]);
             assert!((found - strip_to_cylinder([a, b], l)).abs() < 1e-6, "{a} {b} {l}: {found}");
         }
+    }
+
+    /// Rings of a tube, a frustum that is nearly a tube or a cone, rings that are narrow or wide, a row of tubes that touch.
+    #[test]
+    fn factors_of_bodies_of_revolution_have_their_limits() {
+        // What a tube sees of itself is what its halves see of themselves and of each other.
+        let halves = tube_to_itself(0.7) + tube_rings([0.7, 0.7], 0.0);
+        assert!((halves - tube_to_itself(1.4)).abs() < 1e-15, "{halves}");
+        let [there, back] = [0.5 * tube_rings([0.5, 2.0], 0.3), 2.0 * tube_rings([2.0, 0.5], 0.3)];
+        assert!((there - back).abs() < 1e-15, "{there} {back}");
+        let ends = 2.0 * frustum([1.0, 1.0])[1] + frustum([1.0, 1.0])[2];
+        assert!((ends - 1.0).abs() < 1e-15 && (frustum([1.0, 1.0])[2] - tube_to_itself(1.0)).abs() < 1e-15);
+        assert!((frustum([1.0, 1e-9])[2] - cone_to_itself(1.0)).abs() < 1e-8);
+        assert!((frustum([1.0, 1e-9])[0] - 1.0).abs() < 1e-8);
+        let far = rings(1.5, 1e-4);
+        assert!((far.ring_to_ring - 1.0).abs() < 1e-3, "{}", far.ring_to_ring);
+        assert!((rings(1e4, 1.0).ring_to_ring - 1.0).abs() < 1e-3);
+        assert!((plane_to_tubes(1.0) - 1.0).abs() < 1e-15);
+        // A tube's part of a hemisphere that is far away: by the angle that its diameter takes of the half-turn.
+        assert!((plane_to_tubes(1e-3) / (0.5 * PI * 1e-3) - 1.0).abs() < 1e-3);
+        assert!((sphere_to_tube(1.0, 2.0) + 2.0 * sphere_to_corner_or_disc(None, 0.5) - 1.0).abs() < 1e-15);
+        assert!(
+            (element_to_sphere(0.8, [0.0, 1.6]) - element_to_disc(0.5_f64.asin().tan(), 0.0)).abs() < 1e-15
+        );
     }
 
     /// The solid angle that a sphere's centre sees, by quadrature; plates at a right angle and long ones in closed form.

@@ -95,6 +95,7 @@ fn elements() -> Vec<KnownFactor> {
             from: 0,
             to: 1,
             truth: closed_forms::element_to_disc(r, away),
+            periods: [0.0; 2],
         });
     }
     pairs
@@ -108,6 +109,7 @@ fn annuli() -> Vec<KnownFactor> {
         from: 0,
         to: 2,
         truth: closed_forms::disc_to_annulus(r1, [r2, r3]),
+        periods: [0.0; 2],
     };
     vec![ring(1.0, [0.5, 1.0]), ring(0.5, [1.0, 3.0])]
 }

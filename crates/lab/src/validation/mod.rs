@@ -5,7 +5,9 @@
 mod bodies;
 mod cie;
 mod closed_forms;
+mod cones;
 mod elements;
+mod intervals;
 mod shapes;
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_6};
@@ -22,7 +24,7 @@ use crate::papers::{Chapter, Findings};
 use crate::walking;
 
 /// All chapters, in the order of the page.
-pub const CHAPTERS: [Chapter; 7] = [
+pub const CHAPTERS: [Chapter; 9] = [
     Chapter { name: "catalogue", title: "Form factors of the catalogue", run: catalogue },
     Chapter {
         name: "elements",
@@ -30,8 +32,10 @@ pub const CHAPTERS: [Chapter; 7] = [
         run: elements::run,
     },
     Chapter { name: "bodies", title: "Spheres, cylinders and plates in a V", run: bodies::run },
+    Chapter { name: "cones", title: "Cones, rings, tubes and cells that repeat", run: cones::run },
     Chapter { name: "cie", title: "Test cases of CIE 171", run: cie::run },
     Chapter { name: "enclosures", title: "Cavities, enclosures and streets", run: enclosures },
+    Chapter { name: "intervals", title: "Intervals of factors and of heat", run: intervals::run },
     Chapter { name: "gebhart", title: "Heat between a cube and the cube around it", run: gebhart },
     Chapter { name: "closed", title: "Light in closed rooms", run: closed },
 ];
@@ -52,23 +56,30 @@ struct KnownFactor {
     /// A group; the number of groups for what ends on backs, one more for what escapes.
     to: u32,
     truth: f64,
+    /// The steps along x and y at which the scene repeats; 0 where it does not.
+    periods: [f64; 2],
 }
 
 impl KnownFactor {
     /// From the first surface to the second.
     fn of_surfaces(label: String, spec: SceneSpec, truth: f64) -> Self {
-        KnownFactor { label, spec, group: |surface| surface, from: 0, to: 1, truth }
+        KnownFactor { label, spec, group: |surface| surface, from: 0, to: 1, truth, periods: [0.0; 2] }
     }
 
     /// From a cavity to itself.
     fn to_itself(cavity: String, spec: SceneSpec, truth: f64) -> Self {
-        KnownFactor { label: format!("{cavity}: to itself"), spec, group: |_| 0, from: 0, to: 0, truth }
+        let label = format!("{cavity}: to itself");
+        KnownFactor { label, spec, group: |_| 0, from: 0, to: 0, truth, periods: [0.0; 2] }
     }
 
     /// The factor by walks of its first group, a row of sparse factors.
     fn measure(&self, lab: &Lab, kind: FactorKind, seed: u64) -> Claim {
         let walks: u64 = lab.pick(1 << 15, 1 << 22);
         let scene = Scene::build(&self.spec, IndexChoice::Auto).expect("the scene is valid");
+        let scene = match self.periods {
+            [0.0, 0.0] => scene,
+            periods => scene.repeated(periods).expect("the scene is no longer than its periods"),
+        };
         let group_of_face: Vec<u32> = scene.faces().iter().map(|face| (self.group)(face.surface)).collect();
         let groups = 1 + group_of_face.iter().max().expect("a scene has faces");
         let rows = ExchangeRows::new(scene, (kind, Space::Discrete), (group_of_face, groups), None)
@@ -123,6 +134,7 @@ fn catalogue(lab: &Lab) -> Findings {
             from: 0,
             to: 1,
             truth: closed_forms::coaxial_discs(r1, r2),
+            periods: [0.0; 2],
         });
     }
     for h in [0.25, 2.0] {
@@ -172,6 +184,7 @@ fn enclosures(lab: &Lab) -> Findings {
             from,
             to,
             truth,
+            periods: [0.0; 2],
         });
     }
     for cuts in [1, 3] {
@@ -190,6 +203,7 @@ fn enclosures(lab: &Lab) -> Findings {
             // What escapes.
             to: 3 + 1,
             truth: closed_forms::strips(h),
+            periods: [0.0; 2],
         });
     }
     Findings {
@@ -212,6 +226,7 @@ fn gebhart(lab: &Lab) -> Findings {
             from: 0,
             to: 1,
             truth: closed_forms::absorbed_by_enclosure(e1, e2, 0.25),
+            periods: [0.0; 2],
         })
         .collect();
     Findings {

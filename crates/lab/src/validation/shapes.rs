@@ -167,7 +167,12 @@ pub(super) fn prism(a: f64, b: f64, c: f64) -> SceneSpec {
 
 /// An endless street of width 1 between walls of height h.
 pub(super) fn street(h: f64) -> SceneSpec {
-    let (edge, up) = ([0.0, ENDLESS, 0.0], [0.0, 0.0, h]);
+    piece_of_street(h, ENDLESS)
+}
+
+/// A piece of a street of width 1 between walls of height h.
+pub(super) fn piece_of_street(h: f64, length: f64) -> SceneSpec {
+    let (edge, up) = ([0.0, length, 0.0], [0.0, 0.0, h]);
     black([quad([0.0; 3], [1.0, 0.0, 0.0], edge), quad([0.0; 3], edge, up), quad([1.0, 0.0, 0.0], up, edge)])
 }
 
@@ -237,6 +242,82 @@ pub(super) fn endless_cylinders(gap: f64) -> SceneSpec {
 /// An endless cylinder of radius 1 about the point x, z, seen from outside.
 fn endless_cylinder([x, z]: [f64; 2]) -> SceneSpec {
     staves(false, |sin, cos| [x + sin, 0.0, z + cos], [0.0, ENDLESS, 0.0])
+}
+
+/// Pieces of length 1 of coaxial cylinders of radii 1, seen from outside, and r, seen from inside, about a horizontal axis.
+pub(super) fn pieces_of_coaxial_cylinders(r: f64) -> SceneSpec {
+    let mut spec = staves(false, |sin, cos| [sin, 0.0, cos], [0.0, 1.0, 0.0]);
+    spec.surfaces.extend(staves(true, |sin, cos| [r * sin, 0.0, r * cos], [0.0, 1.0, 0.0]).surfaces);
+    spec
+}
+
+/// A piece of 1 × 1 of a plane, and above its middle a piece of a tube along y of some radius, seen from outside.
+pub(super) fn plane_and_tube(radius: f64) -> SceneSpec {
+    let mut spec = black([quad([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])]);
+    let corner = |sin: f64, cos: f64| [0.5 + radius * sin, 0.0, 1.0 + radius * cos];
+    spec.surfaces.extend(staves(false, corner, [0.0, 1.0, 0.0]).surfaces);
+    spec
+}
+
+/// A piece of 1.5 × 1 of a floor, and above it a slat of some width that faces it.
+pub(super) fn floor_and_slat(width: f64) -> SceneSpec {
+    let edge = [0.0, 1.0, 0.0];
+    black([quad([0.0; 3], [1.5, 0.0, 0.0], edge), quad([0.3, 0.0, 0.7], edge, [width, 0.0, 0.0])])
+}
+
+/// The triangles that [`bands`] makes of a piece of its path.
+pub(super) const BAND: u32 = 2 * STAVES;
+
+/// A path of radius and height turned about the z axis, [`BAND`] triangles a piece; their fronts are on the right of the path, where up is up and
+/// radii grow to the right. Where the path meets the axis there are half as many.
+pub(super) fn bands(path: &[[f64; 2]]) -> impl Iterator<Item = SurfaceSpec> + '_ {
+    let corner = |k: u32, [radius, z]: [f64; 2]| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(STAVES)).sin_cos();
+        DVec3::new(radius * cos, radius * sin, z)
+    };
+    path.windows(2).flat_map(move |ends| {
+        (0..STAVES).flat_map(move |k| {
+            let [a, b] = [k, (k + 1) % STAVES].map(|k| corner(k, ends[0]));
+            let [d, c] = [k, (k + 1) % STAVES].map(|k| corner(k, ends[1]));
+            let halves = [(ends[0][0], [a, b, c]), (ends[1][0], [a, c, d])];
+            let halves = halves.into_iter().filter(|(radius, _)| *radius > 0.0);
+            halves.map(|(_, [a, b, c])| grey(Shape::Triangle { a, b, c, rows: 1 }, 0.0))
+        })
+    })
+}
+
+/// A part of a sphere of radius 1 about the origin, seen from inside: what lies up to a height above its lowest point.
+pub(super) fn bowl(height: f64) -> SceneSpec {
+    const RINGS: u32 = 64;
+    let most = (1.0 - height).acos();
+    let point = |k: u32| {
+        let (sin, cos) = (most * f64::from(RINGS - k) / f64::from(RINGS)).sin_cos();
+        [sin, -cos]
+    };
+    let path: Vec<[f64; 2]> = (0..=RINGS).map(point).collect();
+    SceneSpec::new(bands(&path).collect())
+}
+
+/// An element at the origin that faces up, and a sphere of some radius about a point over x and z: its triangles have the area of the round one, so
+/// that in the mean over directions they look as large.
+pub(super) fn element_and_sphere(radius: f64, [x, z]: [f64; 2]) -> SceneSpec {
+    let round = 4.0 * std::f64::consts::PI;
+    let mut ball = sphere(1.0, 0.0);
+    let scale = radius * (round / areas(&ball).0).sqrt();
+    for surface in &mut ball.surfaces {
+        if let Shape::Triangle { a, b, c, .. } = &mut surface.shape {
+            [*a, *b, *c] = [*a, *b, *c].map(|point| scale * point + DVec3::new(x, 0.0, z));
+        }
+    }
+    let mut spec = element([]);
+    spec.surfaces.extend(ball.surfaces);
+    spec
+}
+
+/// Rectangles at right angles: x by y of a floor, and y by z of the wall at x = 0 above it.
+pub(super) fn floor_and_wall([x, y]: [[f64; 2]; 2], [s, z]: [[f64; 2]; 2]) -> SceneSpec {
+    let floor = quad([x[0], y[0], 0.0], [x[1] - x[0], 0.0, 0.0], [0.0, y[1] - y[0], 0.0]);
+    black([floor, quad([0.0, s[0], z[0]], [0.0, s[1] - s[0], 0.0], [0.0, 0.0, z[1] - z[0]])])
 }
 
 /// An endless strip of the floor between two places, and an endless cylinder of radius 1 with its axis above 0.

@@ -24,6 +24,7 @@ pub(crate) use parquet::write_columns_parquet;
 pub use parquet::{FactorEntry, write_factors_parquet, write_parquet};
 pub use table::{Column, ColumnCells, columns, corners, read_table};
 pub use view_factors::{
-    FoamList, write_energyplus, write_openfoam, write_udales, write_udales_sky, write_view3d,
+    FoamList, write_energyplus, write_openfoam, write_openfoam_map, write_udales, write_udales_sky,
+    write_view3d,
 };
 pub use vtu::write_vtu;

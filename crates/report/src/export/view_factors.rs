@@ -97,6 +97,14 @@ pub enum FoamList {
     Columns,
 }
 
+/// Writes the header of a file of OpenFOAM in text.
+fn write_foam_header(mut writer: impl Write, class: &str, object: &str) -> io::Result<()> {
+    writeln!(
+        writer,
+        "FoamFile\n{{\n    version     2.0;\n    format      ascii;\n    class       {class};\n    location    \"constant\";\n    object      {object};\n}}\n"
+    )
+}
+
 /// Writes `F` or `globalFaceFaces` of OpenFOAM as text: for each row a list.
 ///
 /// # Errors
@@ -106,11 +114,8 @@ pub fn write_openfoam(mut writer: impl Write, list: FoamList, matrix: &dyn Matri
         FoamList::Factors => ("scalarListList", "F"),
         FoamList::Columns => ("labelListList", "globalFaceFaces"),
     };
-    writeln!(
-        writer,
-        "FoamFile\n{{\n    version     2.0;\n    format      ascii;\n    class       {class};\n    location    \"constant\";\n    object      {object};\n}}\n\n{}\n(",
-        matrix.rows()
-    )?;
+    write_foam_header(&mut writer, class, object)?;
+    writeln!(writer, "{}\n(", matrix.rows())?;
     matrix.each(&mut |row| {
         let entries = square(matrix, &row);
         write!(writer, "{}(", entries.len())?;
@@ -124,6 +129,22 @@ pub fn write_openfoam(mut writer: impl Write, list: FoamList, matrix: &dyn Matri
         writeln!(writer, ")")
     })?;
     writeln!(writer, ")")
+}
+
+/// Writes one of the maps by which OpenFOAM's processors exchange faces, for a case on one processor: `subMap` and `constructMap` are the list
+/// of all faces, `constructMapDim` is how many there are.
+///
+/// # Errors
+/// Those of `writer`.
+pub fn write_openfoam_map(mut writer: impl Write, object: &str, faces: usize) -> io::Result<()> {
+    if object == "constructMapDim" {
+        write_foam_header(&mut writer, "labelList", object)?;
+        return writeln!(writer, "1({faces})");
+    }
+    write_foam_header(&mut writer, "labelListList", object)?;
+    write!(writer, "1\n(\n{faces}(")?;
+    (0..faces).try_for_each(|face| write!(writer, "{}{face}", if face == 0 { "" } else { " " }))?;
+    writeln!(writer, ")\n)")
 }
 
 #[cfg(test)]
@@ -188,5 +209,19 @@ mod tests {
         assert!(factors.ends_with("\n3\n(\n1(0.25)\n2(0.125 0.375)\n1(1)\n)\n"), "{factors}");
         let columns = text(|writer| write_openfoam(writer, FoamList::Columns, &matrix()));
         assert!(columns.ends_with("\n3\n(\n1(1)\n2(0 2)\n1(1)\n)\n"), "{columns}");
+    }
+
+    /// As `viewFactor.C` of the OpenFOAM Foundation reads them beside `F`: a list for each processor, and a list of one number.
+    #[test]
+    fn openfoam_reads_the_maps_of_one_processor() {
+        for object in ["subMap", "constructMap"] {
+            let map = text(|writer| write_openfoam_map(writer, object, 3));
+            assert!(
+                map.contains("class       labelListList;") && map.contains(&format!("object      {object};"))
+            );
+            assert!(map.ends_with("}\n\n1\n(\n3(0 1 2)\n)\n"), "{map}");
+        }
+        let size = text(|writer| write_openfoam_map(writer, "constructMapDim", 3));
+        assert!(size.contains("class       labelList;") && size.ends_with("}\n\n1(3)\n"), "{size}");
     }
 }

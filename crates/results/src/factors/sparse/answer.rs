@@ -37,7 +37,7 @@ pub enum SparseFile {
     UdalesNetcdf,
     /// `factors.idf`: EnergyPlus.
     EnergyPlus,
-    /// `F` and `globalFaceFaces`: OpenFOAM.
+    /// `F`, `globalFaceFaces` and the maps of one processor: OpenFOAM.
     OpenFoam,
 }
 
@@ -64,7 +64,7 @@ impl SparseFile {
             SparseFile::Udales => &["vfsparse.inp", "svf.inp"],
             SparseFile::UdalesNetcdf => &["vf.nc.inp", "svf.inp"],
             SparseFile::EnergyPlus => &["factors.idf"],
-            SparseFile::OpenFoam => &["F", "globalFaceFaces"],
+            SparseFile::OpenFoam => &["F", "globalFaceFaces", "subMap", "constructMap", "constructMapDim"],
         }
     }
 }
@@ -211,6 +211,9 @@ impl SparseAnswer {
             SparseFile::OpenFoam => {
                 folder.write(names[0], |file| report::write_openfoam(file, FoamList::Factors, factors))?;
                 folder.write(names[1], |file| report::write_openfoam(file, FoamList::Columns, factors))?;
+                for map in &names[2..] {
+                    folder.write(map, |file| report::write_openfoam_map(file, map, factors.rows()))?;
+                }
             }
         }
         Ok(())
