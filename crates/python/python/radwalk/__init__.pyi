@@ -5,6 +5,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+__all__ = [
+    "Doubt",
+    "Error",
+    "ExactResult",
+    "Progress",
+    "Result",
+    "Scene",
+    "Table",
+    "__git__",
+    "__version__",
+    "exact",
+    "factors",
+    "load",
+    "run",
+]
+
 __version__: str
 __git__: str
 
@@ -96,7 +112,7 @@ class ExactResult:
     @property
     def radiosity_error(self) -> NDArray[np.float64]: ...
 
-Values = ArrayLike | Mapping[str, ArrayLike]
+_Values = ArrayLike | Mapping[str, ArrayLike]
 
 class Scene:
     vertices: NDArray[np.float64]
@@ -106,21 +122,21 @@ class Scene:
         self,
         vertices: ArrayLike,
         faces: ArrayLike,
-        reflectance: Values = ...,
-        emittance: Values = ...,
+        reflectance: _Values = ...,
+        emittance: _Values = ...,
         *,
         material: Iterable[str] | None = ...,
-        sides: Values | None = ...,
+        sides: _Values | None = ...,
         name: str = ...,
     ) -> None: ...
     @classmethod
     def from_trimesh(
         cls,
         mesh: Any,
-        reflectance: Values = ...,
-        emittance: Values = ...,
+        reflectance: _Values = ...,
+        emittance: _Values = ...,
         *,
-        sides: Values | None = ...,
+        sides: _Values | None = ...,
         name: str | None = ...,
     ) -> Scene: ...
 
