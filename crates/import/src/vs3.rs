@@ -1,8 +1,8 @@
 //! View3D's input: vertices, and surfaces of three or four of them (G. N. Walton, NISTIR 6925; `doc/view3d-manual.tex` of View3D).
 //!
 //! A line is `V` number x y z, or `S` number v1 v2 v3 v4 base cmb emit name, v4 being 0 in a triangle; `O` is a surface that obstructs
-//! alone. The front is where corners run counter-clockwise. Each surface is a part of the mesh; its emissivity is 1 − reflectance.
-//! Surfaces that mask others, lie on others or are combined with others are refused.
+//! alone. The front is where corners run counter-clockwise. Each surface is a face of the mesh, together with those that are combined with it; its
+//! emissivity is 1 − reflectance. Surfaces that mask others or lie on others are refused.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -34,6 +34,8 @@ struct Vs3Reader {
     parts: MeshParts,
     /// The materials by the bits of their emissivity.
     materials: HashMap<u64, u32>,
+    /// The part and face of each surface, in the order of their numbers.
+    surfaces: Vec<(u32, u32)>,
 }
 
 impl Vs3Reader {
@@ -72,16 +74,21 @@ impl Vs3Reader {
         line: usize,
     ) -> Result<(), UnplacedError> {
         let [_, v1, v2, v3, v4, base, combined] = numbers(words)?;
-        if base != 0.0 || combined != 0.0 {
-            return Err(composed("surfaces with a base, or combined with another"));
+        if base != 0.0 {
+            return Err(composed("surfaces with a base"));
         }
         let emissivity = number(words.next())?;
-        let title = words.next().map_or_else(|| format!("surface {}", self.mesh.parts.len() + 1), name);
+        let title = words.next().map_or_else(|| format!("surface {}", self.surfaces.len() + 1), name);
         let corners = [v1, v2, v3].map(|vertex| self.corner(vertex));
         let [a, b, c] = [corners[0].clone()?, corners[1].clone()?, corners[2].clone()?];
         let material = self.material(emissivity)?;
-        self.parts.enter(&mut self.mesh, &title);
-        let (part, face) = self.parts.next_face(&mut self.mesh, &title);
+        let (part, face) = if combined == 0.0 {
+            self.parts.enter(&mut self.mesh, &title);
+            self.parts.next_face(&mut self.mesh, &title)
+        } else {
+            self.combined(combined)?
+        };
+        self.surfaces.push((part, face));
         let triangle = |corners| Triangle { corners, part, face, material, line: line as u32 };
         self.mesh.triangles.push(triangle([a, b, c]));
         if v4 != 0.0 {
@@ -89,6 +96,19 @@ impl Vs3Reader {
             self.mesh.triangles.push(triangle([a, c, d]));
         }
         room(&self.mesh)
+    }
+
+    /// The part and face of a surface that is written above, by its number.
+    fn combined(&self, surface: f64) -> Result<(u32, u32), UnplacedError> {
+        let known = self.surfaces.len();
+        let fits = surface.fract() == 0.0 && (1.0..=known as f64).contains(&surface);
+        fits.then(|| self.surfaces[surface as usize - 1]).ok_or_else(|| {
+            UnplacedError::new(
+                format!("there is no surface {surface} to combine with"),
+                format!("{known} are written above"),
+                "combine surfaces with one of a lower number",
+            )
+        })
     }
 
     /// The index of a vertex that is written above.

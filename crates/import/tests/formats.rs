@@ -81,6 +81,17 @@ fn view3d_has_surfaces_with_emissivities() {
     assert!(mesh.materials.iter().all(|material| material.sides == Some(radiosity::Sides::Front)));
 }
 
+/// A surface that is combined with another is of its face, whose emissivities may differ; one without a name is called by its number.
+#[test]
+fn view3d_combines_surfaces() {
+    let vertices = "V 1 0 0 0\nV 2 1 0 0\nV 3 1 1 0\nV 4 0 1 0\n";
+    let surfaces = "S 1 1 2 3 0 0 0 0.5 wall\nS 2 1 3 4 0 0 1 0.9 other\nS 3 4 3 2 1 0 0 0.5\nS 4 1 2 3 0 0 2 0.5 third\n";
+    let mesh = read("a.vs3", format!("{vertices}{surfaces}").as_bytes()).unwrap();
+    assert_eq!(mesh.parts, ["wall", "surface 3"]);
+    let faces = mesh.triangles.iter().map(|face| (face.part, face.face, face.material));
+    assert_eq!(faces.collect::<Vec<_>>(), [(0, 0, 0), (0, 0, 1), (1, 0, 0), (1, 0, 0), (0, 0, 0)]);
+}
+
 /// Grids and polygons as VTK 9.7 and meshio 5.3 write them, in every encoding: a pentagon of the facet 12, a square of facet 3, a line, and
 /// a rectangle of facet 7 as two triangles or as a strip. Coordinates that were written as text or as f32 are those of the mesh.
 #[test]
@@ -625,6 +636,7 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("a.vs3", "V 2 0 0 0\n", &["a.vs3:1: ", "out of order"]),
     ("a.vs3", "V 1 0 0 0\nS 1 1 2 3 0 0 0 0.5 a\n", &["a.vs3:2: ", "no vertex 2"]),
     ("a.vs3", "V 1 0 0 0\nS 1 1 1 1 0 2 0 0.5 a\n", &["a.vs3:2: ", "are not read"]),
+    ("a.vs3", "V 1 0 0 0\nS 1 1 1 1 0 0 1 0.5 a\n", &["a.vs3:2: ", "no surface 1 to combine with"]),
     ("a.vs3", "V 1 0 0 0\nS 1 1 1 1 0 0 0 1.5 a\n", &["a.vs3:2: ", "emissivity is 1.5"]),
     ("a.vtk", "# vtk\n\nASCII\nDATASET STRUCTURED_GRID\n", &["a.vtk:4: ", "STRUCTURED_GRID", "POLYDATA"]),
     ("a.vtk", "# vtk\n\nASCII\nPOINTS 1 float\n0 0\n", &["a.vtk:6: ", "ends here"]),
