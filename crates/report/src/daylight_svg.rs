@@ -9,7 +9,6 @@ use glam::DVec3;
 use crate::daylight::{DaylightArrays, DaylightRow};
 use crate::isolux::{PlaneGrid, colour, draw, whole};
 use crate::picture::Picture;
-use crate::words::quantity;
 
 /// The width of a calendar, the height of its hours, and the room for words about them [px].
 const WIDTH: f64 = 624.0;
@@ -54,12 +53,11 @@ impl DaylightArrays<'_> {
         let (mut body, mut top) = (String::new(), 0.0);
         for places in self.sensors() {
             let Some((size, step)) = grid(places) else { continue };
-            let factor = |row: &DaylightRow<'_>| row.daylight_factor.value;
-            let autonomy = |row: &DaylightRow<'_>| 100.0 * row.metrics.enough.value;
-            let figures: [(&str, &dyn Fn(&DaylightRow<'_>) -> f64); 2] =
-                [("daylight factor", &factor), ("autonomy", &autonomy)];
-            for (word, value) in figures {
-                let map = PlaneGrid { size, step, values: places.iter().map(value).collect() };
+            let figures =
+                |row: &DaylightRow<'_>| [row.daylight_factor.value, 100.0 * row.metrics.enough.value];
+            for (which, word) in ["daylight factor", "autonomy"].into_iter().enumerate() {
+                let map =
+                    PlaneGrid { size, step, values: places.iter().map(|row| figures(row)[which]).collect() };
                 top += draw(&mut body, &map, &format!("{}, {word}", places[0].sensor), ("%", top));
             }
         }
@@ -121,7 +119,7 @@ impl Calendar {
         }
         let bar = first + height + 28.0;
         text([MARGIN - 6.0, bar + 11.0], "end", "0");
-        text([MARGIN + 0.4 * WIDTH + 6.0, bar + 11.0], "start", &format!("{} lx and more", quantity(most)));
+        text([MARGIN + 0.4 * WIDTH + 6.0, bar + 11.0], "start", &format!("{most:.0} lx and more"));
         let hours = |x: usize, y: usize| self.light[x][DAY - 1 - y] / most.max(f64::MIN_POSITIVE);
         image(body, [MARGIN, first, WIDTH, height], [self.days.len(), DAY], hours);
         image(body, [MARGIN, bar, 0.4 * WIDTH, 14.0], [STEPS, 1], |x, _| x as f64 / (STEPS - 1) as f64);
