@@ -176,7 +176,8 @@ impl SensorYear<'_> {
     /// The figures of the sensor, given what [`Year::mean`] says.
     ///
     /// The interval of a part of hours is that of its replicates: each moves all hours by errors with the covariance of the counts, and counts the hours
-    /// within the borders again. So it holds the errors that hours share as well as those that each has alone. It ends at whole hours: where only a few
+    /// within the borders again. The farther of the two ends is taken for both: replicates begin at the estimate, and lie beyond it where errors of hours
+    /// carry more of them over a border from one side. So it holds the errors that hours share as well as those that each has alone. It ends at whole hours: where only a few
     /// hours are near a border, it holds the truth more often than its level says.
     pub fn metrics(&self, mean: (&[f64], &[(usize, f64)]), wanted: &Wanted) -> Metrics {
         let calendar = Calendar::new(&self.year.hours, wanted);
@@ -184,7 +185,8 @@ impl SensorYear<'_> {
         let replicates = calendar.replicates((&self.moved, &self.lit), &light);
         let mut known = calendar.figures(&light).into_iter().zip(replicates).map(|(value, replicates)| {
             let [low, high] = interval(value, replicates, wanted.confidence);
-            BoundedValue { value, low, high }
+            let half = (value - low).max(high - value);
+            BoundedValue { value, low: (value - half).max(0.0), high: (value + half).min(1.0) }
         });
         let mut next = || known.next().expect("there are that many figures");
         let always = self.beam.iter().sum::<f64>() / self.beam.len().max(1) as f64;
