@@ -42,7 +42,8 @@ patches = [2, 2]
 const WEATHER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/weather/made.epw");
 
 /// The files whose bytes are a function of the job.
-const FIGURES: [&str; 4] = ["annual.csv", "annual.ill", "annual-error.ill", "coefficients.mtx"];
+const FIGURES: [&str; 6] =
+    ["annual.csv", "annual.ill", "annual-error.ill", "coefficients.mtx", "calendar.svg", "maps.svg"];
 
 fn daylight(folder: &TempDir, out: &str, words: &str) -> (i32, String, String) {
     let (scene, out) = (path(folder, "scene.toml"), path(folder, out));

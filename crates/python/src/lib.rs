@@ -6,6 +6,7 @@
 #![warn(unreachable_pub, unnameable_types)]
 
 mod answer;
+mod daylight;
 mod factors;
 mod mesh;
 mod refusal;
@@ -20,6 +21,8 @@ mod _radwalk {
 
     #[pymodule_export]
     use crate::answer::Answer;
+    #[pymodule_export]
+    use crate::daylight::daylight;
     #[pymodule_export]
     use crate::factors::factors;
     #[pymodule_export]

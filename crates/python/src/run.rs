@@ -40,6 +40,15 @@ impl JobSource<'_> {
         .map_err(refuse)
     }
 
+    /// The job as it is written, with the patches that the scene has.
+    pub(crate) fn as_written(&self, overrides: &[String]) -> PyResult<Job> {
+        match self {
+            JobSource::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
+            JobSource::File(path) => job::load_as_written(path, overrides),
+        }
+        .map_err(refuse)
+    }
+
     /// The job, with the patches that a pilot chooses where it leaves them open.
     fn job(&self, overrides: &[String]) -> PyResult<Job> {
         let job = match self {

@@ -31,19 +31,42 @@ pub struct DaylightRow<'a> {
 /// Those of `writer`.
 pub fn write_daylight(writer: impl Write, rows: &[DaylightRow<'_>]) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
-    let known = ["daylight_factor", "mean", "autonomy", "useful", "excess"].map(String::from);
-    let daylight = TARGETS.map(|target| format!("daylight_{target}"));
-    let figures = known.iter().chain(&daylight);
     let place = ["sensor", "u", "v", "x", "y", "z", "walks"].map(String::from);
-    let columns = figures.flat_map(|name| [name.clone(), format!("{name}_low"), format!("{name}_high")]);
+    let columns = figure_names()
+        .into_iter()
+        .flat_map(|name| [name.clone(), format!("{name}_low"), format!("{name}_high")]);
     table.write_record(place.into_iter().chain(columns))?;
-    for DaylightRow { sensor, cell, middle, walks, daylight_factor, metrics } in rows {
-        let Metrics { mean, enough, useful, excess, daylight } = metrics;
-        let all = [daylight_factor, mean, enough, useful, excess].into_iter().chain(daylight);
-        let numbers: Vec<f64> = all.flat_map(|known| [known.value, known.low, known.high]).collect();
+    for row in rows {
+        let DaylightRow { sensor, cell, middle, walks, .. } = row;
+        let numbers: Vec<f64> =
+            row.figures().iter().flat_map(|known| [known.value, known.low, known.high]).collect();
         table.serialize((sensor, cell, middle, walks, numbers))?;
     }
     table.flush()
+}
+
+/// The figures of a place.
+const FIGURES: usize = 5 + TARGETS.len();
+
+/// The names of the figures, as in [`DaylightRow::figures`].
+fn figure_names() -> [String; FIGURES] {
+    let known = ["daylight_factor", "mean", "autonomy", "useful", "excess"];
+    std::array::from_fn(|figure| match known.get(figure) {
+        Some(&name) => name.into(),
+        None => format!("daylight_{}", TARGETS[figure - known.len()]),
+    })
+}
+
+impl DaylightRow<'_> {
+    /// All figures of the place.
+    fn figures(&self) -> [BoundedValue; FIGURES] {
+        let Metrics { mean, enough, useful, excess, daylight } = self.metrics;
+        let known = [self.daylight_factor, mean, enough, useful, excess];
+        std::array::from_fn(|figure| match known.get(figure) {
+            Some(&known) => known,
+            None => daylight[figure - known.len()],
+        })
+    }
 }
 
 /// Writes the light of every place in a line, hour by hour, to a hundredth.
@@ -75,7 +98,8 @@ pub struct DaylightArrays<'a> {
 
 impl DaylightArrays<'_> {
     /// Writes arrays for NumPy: `sensor`, `cell` and `middle` of the places, `coefficients` and `coefficients_error` by place and number of the sky
-    /// vector, `time` by hour, `light` and `light_error` by place and hour.
+    /// vector, `time` by hour, `light` and `light_error` by place and hour, `walks` by place, and under its name in `annual.csv` each figure with the
+    /// ends of its interval by place.
     ///
     /// # Errors
     /// Those of `writer`.
@@ -94,6 +118,14 @@ impl DaylightArrays<'_> {
         for (which, name) in ["light", "light_error"].into_iter().enumerate() {
             let light = self.light.iter().map(|place| place.iter().map(|hour| hour[which]).collect());
             archive.matrix(name, &light.collect::<Vec<Vec<f64>>>())?;
+        }
+        archive.matrix("walks", &places(&|row| vec![row.walks as f64]))?;
+        for (figure, name) in figure_names().iter().enumerate() {
+            let ends = |row: &DaylightRow<'_>| {
+                let BoundedValue { value, low, high } = row.figures()[figure];
+                vec![value, low, high]
+            };
+            archive.matrix(name, &places(&ends))?;
         }
         archive.finish()
     }
@@ -229,9 +261,12 @@ mod tests {
         all.write_npz(&mut bytes).unwrap();
         let found = arrays(bytes.get_ref());
         let names: Vec<&str> = found.iter().map(|(name, _)| &**name).collect();
-        let expected = "sensor cell middle coefficients coefficients_error time light light_error";
+        let expected = "sensor cell middle coefficients coefficients_error time light light_error walks daylight_factor mean autonomy useful excess daylight_100 daylight_300 daylight_500 daylight_750";
         assert_eq!(names.join(" ").replace(".npy", ""), expected);
         assert!(found[6].1.ends_with(&6.0_f64.to_le_bytes()) && found[3].1.ends_with(&7.0_f64.to_le_bytes()));
+        assert!(
+            [1.0_f64, 0.5, 1.5].iter().rev().zip(found[11].1.rchunks(8)).all(|(x, y)| x.to_le_bytes() == y)
+        );
         let header = String::from_utf8_lossy(&found[6].1[10..128]).into_owned();
         assert!(header.contains("'shape': (2, 3)"), "{header}");
 

@@ -89,7 +89,7 @@ impl PlaneGrid {
 }
 
 /// The colour of a part, 0 … 1, of the range; white where there is none.
-fn colour(part: f64) -> [u8; 3] {
+pub(crate) fn colour(part: f64) -> [u8; 3] {
     if part.is_nan() {
         return [255; 3];
     }
@@ -143,14 +143,15 @@ pub(crate) fn map_svg(grid: &PlaneGrid, name: &str, unit: &str) -> String {
     whole(&body, height)
 }
 
-fn whole(body: &str, height: f64) -> String {
+/// The drawing of a body of this height [px].
+pub(crate) fn whole(body: &str, height: f64) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height:.0}\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{body}</svg>\n"
     )
 }
 
 /// Draws a plane from `top` on and returns its height [px].
-fn draw(body: &mut String, grid: &PlaneGrid, name: &str, (unit, top): (&str, f64)) -> f64 {
+pub(crate) fn draw(body: &mut String, grid: &PlaneGrid, name: &str, (unit, top): (&str, f64)) -> f64 {
     let [nu, nv] = grid.size.map(|points| points as f64);
     let [wide, high] = [nu * grid.step[0], nv * grid.step[1]];
     let scale = (WIDTH - 2.0 * MARGIN) / wide.max(high);

@@ -10,6 +10,7 @@ mod bounds;
 mod camera;
 mod chart;
 mod daylight;
+mod daylight_svg;
 mod dials;
 mod error;
 mod exact_csv;

@@ -81,11 +81,12 @@ impl SkyPatchCounts {
         ]
     }
 
-    /// Walks by number, straight ones first, where there are any: the number, whether they were reflected, how many.
-    pub(crate) fn classes(&self) -> impl Iterator<Item = (usize, bool, u64)> + '_ {
+    /// Walks by number, straight ones first, where there are any, and those of these `besides` that were reflected: the number, whether they were
+    /// reflected, how many.
+    pub(crate) fn classes(&self, besides: &[bool]) -> impl Iterator<Item = (usize, bool, u64)> {
         let straight = self.straight.iter().enumerate().map(|(j, &n)| (j, false, n));
         let reflected = self.reflected.iter().enumerate().map(|(j, &n)| (j, true, n));
-        straight.chain(reflected).filter(|&(_, _, n)| n > 0)
+        straight.chain(reflected).filter(|&(j, reflected, n)| n > 0 || reflected && besides[j])
     }
 }
 

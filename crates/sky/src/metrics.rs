@@ -1,7 +1,5 @@
 //! Figures of a year: daylight autonomy, useful daylight, the daylight of EN 17037.
 
-use stats::{normal_cdf, normal_quantile};
-
 use crate::annual::{BoundedValue, Hour, SkyPatchCounts, Year};
 use crate::replicates::{Moved, REPLICATES, interval};
 
@@ -125,30 +123,12 @@ impl<'a> Calendar<'a> {
         })
     }
 
-    /// The standard deviation of each figure, were the errors of hours independent: √Σ φ(1 − φ) over their number, φ being the probability that an hour
-    /// is on the other side of a border.
-    fn alone(&self, light: &[f64], errors: &[f64]) -> [f64; FIGURES] {
-        self.parts().map(|(borders, hours)| {
-            let other = |(&hour, border): (&usize, f64)| {
-                let z = (light[hour] - border).abs() / errors[hour];
-                if z < CLEAR { normal_cdf(-z) } else { 0.0 }
-            };
-            let each = hours.iter().flat_map(|hour| borders.map(|border| (hour, border)));
-            let variance: f64 = each.map(other).map(|phi| phi * (1.0 - phi)).sum();
-            variance.sqrt() / hours.len().max(1) as f64
-        })
-    }
-
     /// What replicates say of each figure.
-    fn replicates(
-        &self,
-        (moved, lit): (&Moved, &[usize]),
-        (light, errors): (&[f64], &[f64]),
-    ) -> [Vec<f64>; FIGURES] {
+    fn replicates(&self, (moved, lit): (&Moved, &[usize]), light: &[f64]) -> [Vec<f64>; FIGURES] {
         let borders: Vec<f64> = self.parts().into_iter().flat_map(|(borders, _)| borders).collect();
         let unclear = |&i: &usize| {
-            let hour = lit[i];
-            borders.iter().any(|border| (light[hour] - border).abs() <= CLEAR * errors[hour])
+            let (light, reach) = (light[lit[i]], CLEAR * moved.spread(i));
+            borders.iter().any(|border| (light - border).abs() <= reach)
         };
         let unclear: Vec<usize> = (0..lit.len()).filter(unclear).collect();
         let mut replicates = [const { Vec::new() }; FIGURES];
@@ -188,30 +168,26 @@ impl SensorYear<'_> {
     pub fn light(&self) -> Vec<[f64; 2]> {
         let mut light: Vec<[f64; 2]> = self.beam.iter().map(|&beam| [beam, 0.0]).collect();
         for (i, &hour) in self.lit.iter().enumerate() {
-            light[hour] = [self.moved.means[i] + self.beam[hour], self.moved.error(i)];
+            light[hour] = [self.moved.means[i] + self.beam[hour], self.moved.errors[i]];
         }
         light
     }
 
     /// The figures of the sensor, given what [`Year::mean`] says.
     ///
-    /// An interval of a part of hours has two parts, added in squares. What hours err alike is in the percentiles of replicates, the farther of the two ends
-    /// for both, since few walks err by more below than above. What each hour errs alone carries some over a border, more from where more of
-    /// them are: replicates begin at the estimate, and do not tell on which side these were. So each of them counts besides, as if its error were its own.
+    /// The interval of a part of hours is that of its replicates: each moves all hours by errors with the covariance of the counts, and counts the hours
+    /// within the borders again. The farther of the two ends is taken for both: replicates begin at the estimate, and lie beyond it where errors of hours
+    /// carry more of them over a border from one side. So it holds the errors that hours share as well as those that each has alone. It ends at whole hours: where only a few
+    /// hours are near a border, it holds the truth more often than its level says.
     pub fn metrics(&self, mean: (&[f64], &[(usize, f64)]), wanted: &Wanted) -> Metrics {
         let calendar = Calendar::new(&self.year.hours, wanted);
-        let (light, errors): (Vec<f64>, Vec<f64>) =
-            self.light().into_iter().map(|[light, error]| (light, error)).unzip();
-        let replicates = calendar.replicates((&self.moved, &self.lit), (&light, &errors));
-        let alone = calendar.alone(&light, &errors);
-        let z = -normal_quantile(0.5 * (1.0 - wanted.confidence));
-        let mut known = calendar.figures(&light).into_iter().zip(replicates).zip(alone).map(
-            |((value, replicates), alone)| {
-                let [low, high] = interval(value, replicates, wanted.confidence);
-                let half = (value - low).max(high - value).hypot(z * alone);
-                BoundedValue { value, low: (value - half).max(0.0), high: (value + half).min(1.0) }
-            },
-        );
+        let light: Vec<f64> = self.light().into_iter().map(|[light, _]| light).collect();
+        let replicates = calendar.replicates((&self.moved, &self.lit), &light);
+        let mut known = calendar.figures(&light).into_iter().zip(replicates).map(|(value, replicates)| {
+            let [low, high] = interval(value, replicates, wanted.confidence);
+            let half = (value - low).max(high - value);
+            BoundedValue { value, low: (value - half).max(0.0), high: (value + half).min(1.0) }
+        });
         let mut next = || known.next().expect("there are that many figures");
         let always = self.beam.iter().sum::<f64>() / self.beam.len().max(1) as f64;
         let BoundedValue { value, low, high } = self.row.light(mean.0, mean.1, wanted.confidence);

@@ -1,8 +1,11 @@
 //! Replicates of the hours of a year: what other walks would have said.
 //!
-//! Counts of a row are multinomial. A replicate moves each hour by Σ_c √p_c·ξ_c·(x_c(t) − E_t)/√N with independent standard normal ξ_c,
-//! one for each class c of walks, those that end among them. The covariance of two hours is then (Σ p_c·x_c·x′_c − E·E′)/N, that of the counts, exactly.
-//! Numbers of replicates are fixed: the answer is a function of the counts.
+//! Counts of a row are multinomial. A replicate moves each hour by Σ_c √(n_c + a_c)·ξ_c·(x_c(t) − E_t)/N with independent standard normal ξ_c,
+//! one for each class c of walks, those that end among them. With a = 0 the covariance of two hours is (Σ p_c·x_c·x′_c − E·E′)/N, that of the counts.
+//!
+//! Few reflected walks leave for a patch that holds the sun, and each of them brings much. Where none of them did, the counts alone would say that none
+//! ever does. So a is ½ for the classes of reflected walks that bring the sun in some hour, the half of Jeffreys' prior of counts (H. Jeffreys, Proceedings of
+//! the Royal Society A 186 (1946) 453–461), and 0 for all others. Numbers of replicates are fixed: the answer is a function of the counts.
 
 use std::f64::consts::PI;
 
@@ -20,20 +23,27 @@ pub(crate) const REPLICATES: usize = 399;
 /// The seed of the numbers ξ.
 const SEED: u64 = 0x5eed_0f5c_1e5a;
 
+/// Walks that a class which brings the sun is given besides, a.
+const UNSEEN: f64 = 0.5;
+
 /// The hours of a sensor that replicates move.
 pub(crate) struct Moved {
     /// Hour by hour, E.
     pub(crate) means: Vec<f64>,
-    /// Hour by hour, √p_c·(x_c − E)/√N of each class.
+    /// Hour by hour, the standard error of E: √((Σ p_c·x_c² − E²)/N).
+    pub(crate) errors: Vec<f64>,
+    /// Hour by hour, √(n_c + a_c)·(x_c − E)/N of each class.
     steps: Vec<Vec<f64>>,
     classes: usize,
 }
 
 impl Moved {
     /// Hours by what a row says of them.
-    pub(crate) fn new<'a>(row: &SkyPatchCounts, hours: impl Iterator<Item = &'a Hour>) -> Self {
+    pub(crate) fn new<'a>(row: &SkyPatchCounts, hours: impl Iterator<Item = &'a Hour> + Clone) -> Self {
+        let mut sunny = vec![false; row.reflected.len()];
+        hours.clone().flat_map(|hour| &hour.sun).for_each(|&(patch, _)| sunny[patch] = true);
         let (numbers, mut counts): (Vec<(usize, bool)>, Vec<f64>) =
-            row.classes().map(|(number, reflected, n)| ((number, reflected), n as f64)).unzip();
+            row.classes(&sunny).map(|(number, reflected, n)| ((number, reflected), n as f64)).unzip();
         // The class of walks that were reflected and left for a number.
         let mut reflected = vec![None; row.reflected.len()];
         for (class, &(number, _)) in numbers.iter().enumerate().filter(|(_, (_, reflected))| *reflected) {
@@ -42,26 +52,40 @@ impl Moved {
         let walks = row.walks as f64;
         // Those that end score nothing.
         counts.push(walks - counts.iter().sum::<f64>());
-        let weights: Vec<f64> = counts.iter().map(|n| n.sqrt() / walks).collect();
-        let (means, steps) = hours
-            .map(|hour| {
-                let mut scores: Vec<f64> =
-                    numbers.iter().map(|&(number, _)| PI * hour.sky[number]).chain([0.0]).collect();
-                for &(patch, radiance) in &hour.sun {
-                    if let Some(class) = reflected[patch] {
-                        scores[class] += PI * radiance;
-                    }
+        let unseen = numbers.iter().map(|&(number, reflected)| match reflected && sunny[number] {
+            true => UNSEEN,
+            false => 0.0,
+        });
+        let more: Vec<f64> = unseen.chain([0.0]).collect();
+        let weights: Vec<f64> = counts.iter().zip(&more).map(|(n, more)| (n + more).sqrt() / walks).collect();
+        let mut moved =
+            Moved { means: Vec::new(), errors: Vec::new(), steps: Vec::new(), classes: counts.len() };
+        for hour in hours {
+            let mut scores: Vec<f64> =
+                numbers.iter().map(|&(number, _)| PI * hour.sky[number]).chain([0.0]).collect();
+            for &(patch, radiance) in &hour.sun {
+                if let Some(class) = reflected[patch] {
+                    scores[class] += PI * radiance;
                 }
-                let mean = product(&counts, &scores) / walks;
-                scores.iter_mut().zip(&weights).for_each(|(score, weight)| *score = weight * (*score - mean));
-                (mean, scores)
-            })
-            .unzip();
-        Moved { means, steps, classes: counts.len() }
+            }
+            let mean = product(&counts, &scores) / walks;
+            scores.iter_mut().zip(&weights).for_each(|(score, weight)| *score = weight * (*score - mean));
+            // Without what classes are given besides.
+            let besides: f64 = scores
+                .iter()
+                .zip(counts.iter().zip(&more))
+                .filter(|(_, (_, more))| **more > 0.0)
+                .map(|(step, (n, more))| step * step * more / (n + more))
+                .sum();
+            moved.means.push(mean);
+            moved.errors.push((product(&scores, &scores) - besides).max(0.0).sqrt());
+            moved.steps.push(scores);
+        }
+        moved
     }
 
-    /// The standard error of an hour.
-    pub(crate) fn error(&self, hour: usize) -> f64 {
+    /// The standard deviation of an hour over replicates.
+    pub(crate) fn spread(&self, hour: usize) -> f64 {
         product(&self.steps[hour], &self.steps[hour]).sqrt()
     }
 
@@ -102,7 +126,8 @@ mod tests {
     use crate::dome::Dome;
     use radiosity::SkyPatches;
 
-    /// Standard errors are those of the multinomial, and the covariance of replicates is that of counts: within 4 standard errors of 4,000 replicates.
+    /// Standard errors are those of the multinomial; the covariance of replicates is that of counts with half a walk more for each class that
+    /// brings the sun: within 4 standard errors of 4,000 replicates.
     #[test]
     fn replicates_have_the_covariance_of_counts() {
         let dome = Dome::new(SkyPatches::new(145).unwrap());
@@ -123,23 +148,29 @@ mod tests {
             both += moves[0] * moves[1] / n as f64;
             first += moves[0] * moves[0] / n as f64;
         }
-        let variance = moved.error(0).powi(2);
-        assert!((first / variance - 1.0).abs() < 4.0 * (2.0 / n as f64).sqrt());
-        let error = ((variance * moved.error(1).powi(2) + product(0, 1).powi(2)) / n as f64).sqrt();
+        let squares = [product(0, 0), product(1, 1)];
+        assert!((first / squares[0] - 1.0).abs() < 4.0 * (2.0 / n as f64).sqrt());
+        let error = ((squares[0] * squares[1] + product(0, 1).powi(2)) / n as f64).sqrt();
         assert!((both - product(0, 1)).abs() < 4.0 * error, "{both}, {}", product(0, 1));
-        // (Σ p x² − E²)/N.
-        let scores = row.classes().map(|(j, reflected, n)| {
-            let hour = &year.hours[0];
-            let sun = hour
-                .sun
-                .iter()
-                .find(|&&(lit, _)| reflected && lit == j)
-                .map_or(0.0, |&(_, radiance)| radiance);
-            n as f64 * (PI * (hour.sky[j] + sun)).powi(2)
-        });
+
+        // (Σ p x² − E²)/N; all of the patches around the sun, also those that no walk has found.
         let walks = row.walks as f64;
-        let expected = (scores.sum::<f64>() / walks - means[0] * means[0]) / walks;
-        assert!((variance / expected - 1.0).abs() < 1e-9);
+        for (i, hour) in year.hours.iter().enumerate() {
+            let sun_of = |j: usize| hour.sun.iter().find(|&&(lit, _)| lit == j).map_or(0.0, |&(_, sun)| sun);
+            let score =
+                |j: usize, reflected: bool| PI * (hour.sky[j] + if reflected { sun_of(j) } else { 0.0 });
+            let scores =
+                row.classes(&[false; 146]).map(|(j, reflected, n)| n as f64 * score(j, reflected).powi(2));
+            let expected = (scores.sum::<f64>() / walks - means[i] * means[i]) / walks;
+            assert!((moved.errors[i].powi(2) / expected - 1.0).abs() < 1e-9);
+            let mut sunny: Vec<usize> =
+                year.hours.iter().flat_map(|hour| hour.sun.iter().map(|&(patch, _)| patch)).collect();
+            sunny.sort_unstable();
+            sunny.dedup();
+            let besides =
+                sunny.iter().map(|&j| 0.5 * ((score(j, true) - means[i]) / walks).powi(2)).sum::<f64>();
+            assert!(besides > 0.0 && (product(i, i) / (expected + besides) - 1.0).abs() < 1e-9);
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@
 
 :func:`run` walks a job on threads of this process, :func:`exact` solves a small scene without randomness, :func:`load` opens the
 output folder of ``radwalk run``, and :class:`Scene` is a scene of arrays.
-:func:`factors` counts view factors into a sparse matrix. The answer is a function of the job: the numbers are those of
+:func:`factors` counts view factors into a sparse matrix, :func:`daylight` the daylight of a year into arrays. The answer is a function of the job: the numbers are those of
 ``radwalk run`` with the same job, to the last bit, on any number of threads.
 """
 
@@ -15,8 +15,10 @@ from .results import ExactResult, Result, Table
 from .running import Doubt, Progress, exact, load, run
 from .scene import Scene
 from .view_factors import factors
+from .year import Daylight, daylight
 
 __all__ = [
+    "Daylight",
     "Doubt",
     "Error",
     "ExactResult",
@@ -26,6 +28,7 @@ __all__ = [
     "Table",
     "__git__",
     "__version__",
+    "daylight",
     "exact",
     "factors",
     "load",

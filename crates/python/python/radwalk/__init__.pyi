@@ -168,3 +168,30 @@ def factors(
     progress: bool | Callable[[Progress], object] | None = ...,
     **keys: Any,
 ) -> Any: ...
+
+class Daylight:
+    sensor: NDArray[np.str_]
+    cell: NDArray[np.int64]
+    middle: NDArray[np.float64]
+    walks: NDArray[np.int64]
+    coefficients: NDArray[np.float64]
+    coefficients_error: NDArray[np.float64]
+    time: NDArray[np.int64]
+    light: NDArray[np.float64]
+    light_error: NDArray[np.float64]
+    figures: dict[str, NDArray[np.float64]]
+    reached: bool
+
+def daylight(
+    job_or_scene: str | PathLike[str] | Scene,
+    weather: str | PathLike[str],
+    *,
+    sky_patches: int = ...,
+    ground: float = ...,
+    channel: int | None = ...,
+    tolerance: float = ...,
+    enough: float = ...,
+    threads: int | None = ...,
+    progress: bool | Callable[[Progress], object] | None = ...,
+    **keys: Any,
+) -> Daylight: ...

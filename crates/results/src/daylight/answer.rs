@@ -1,6 +1,7 @@
 //! What the counts say: figures of every place, as tables and in words.
 
 use std::f64::consts::PI;
+use std::io::Write;
 
 use parallel::on_threads;
 use report::words::{counted, percent};
@@ -17,13 +18,26 @@ const COEFFICIENTS: &str = "coefficients.mtx";
 const HOURS: &str = "annual.ill";
 const ERRORS: &str = "annual-error.ill";
 const SUMMARY: &str = "daylight.json";
+const CALENDAR: &str = "calendar.svg";
+const MAPS: &str = "maps.svg";
 const NUMPY: &str = "daylight.npz";
 const PARQUET: &str = "daylight.parquet";
 const BINARY_COEFFICIENTS: &str = "coefficients.float.mtx";
 
 /// All files that are written.
-pub const FILES: [&str; 9] =
-    [TABLE, COEFFICIENTS, HOURS, ERRORS, SUMMARY, COUNTS, NUMPY, PARQUET, BINARY_COEFFICIENTS];
+pub const FILES: [&str; 11] = [
+    TABLE,
+    COEFFICIENTS,
+    HOURS,
+    ERRORS,
+    SUMMARY,
+    COUNTS,
+    CALENDAR,
+    MAPS,
+    NUMPY,
+    PARQUET,
+    BINARY_COEFFICIENTS,
+];
 
 /// A file that is written where it is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +79,7 @@ impl<'a> DaylightAnswer<'a> {
         DaylightAnswer { question, counted, places }
     }
 
-    /// Writes all files, and those that are asked for besides.
+    /// Writes all files, and those that are asked for besides. There are no maps where no sensor is a grid.
     ///
     /// # Errors
     /// Where a file cannot be written.
@@ -83,30 +97,55 @@ impl<'a> DaylightAnswer<'a> {
         Ok(folder.write(SUMMARY, |file| summary.write(file))?)
     }
 
+    /// Writes the arrays for NumPy alone.
+    ///
+    /// # Errors
+    /// Where the file cannot be written.
+    pub fn write_arrays(&self, folder: &OutputFolder) -> Result<(), Error> {
+        let rows: Vec<DaylightRow<'_>> = (0..self.places.len()).map(|cell| self.row(cell)).collect();
+        let matrix = self.matrix();
+        self.with_arrays((&rows, &matrix), |arrays| Ok(folder.write(NUMPY, |file| arrays.write_npz(file))?))
+    }
+
+    /// Writes the drawings and what is asked for besides.
     fn export(
         &self,
         folder: &OutputFolder,
         (rows, matrix): (&[DaylightRow<'_>], &Matrix),
         exports: &[DaylightFile],
     ) -> Result<(), Error> {
+        self.with_arrays((rows, matrix), |arrays| {
+            let drawings = [(CALENDAR, Some(arrays.calendar_svg())), (MAPS, arrays.maps_svg())];
+            for (name, drawing) in drawings {
+                let Some(drawing) = drawing else { continue };
+                folder.write(name, |file| file.write_all(drawing.as_bytes()))?;
+            }
+            for export in exports {
+                match export {
+                    DaylightFile::Npz => folder.write(NUMPY, |file| arrays.write_npz(file))?,
+                    DaylightFile::Parquet => folder.write(PARQUET, |file| arrays.write_parquet(file))?,
+                    DaylightFile::FloatMtx => {
+                        folder.write(BINARY_COEFFICIENTS, |file| matrix.write(Encoding::Float, file))?;
+                    }
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Does something with all that places have received.
+    fn with_arrays<T>(
+        &self,
+        (rows, matrix): (&[DaylightRow<'_>], &Matrix),
+        with: impl FnOnce(&DaylightArrays<'_>) -> T,
+    ) -> T {
         let errors = Matrix {
             numbers: self.counted.tallies.iter().flat_map(|tally| row(tally).coefficient_errors()).collect(),
             ..*matrix
         };
         let hours: Vec<[u32; 3]> = self.question.year.hours.iter().map(|hour| hour.time).collect();
         let light: Vec<&[[f64; 2]]> = self.places.iter().map(|place| &place.light[..]).collect();
-        let coefficients = [matrix, &errors];
-        let arrays = DaylightArrays { rows, coefficients, hours: &hours, light: &light };
-        for export in exports {
-            match export {
-                DaylightFile::Npz => folder.write(NUMPY, |file| arrays.write_npz(file))?,
-                DaylightFile::Parquet => folder.write(PARQUET, |file| arrays.write_parquet(file))?,
-                DaylightFile::FloatMtx => {
-                    folder.write(BINARY_COEFFICIENTS, |file| matrix.write(Encoding::Float, file))?;
-                }
-            }
-        }
-        Ok(())
+        with(&DaylightArrays { rows, coefficients: [matrix, &errors], hours: &hours, light: &light })
     }
 
     fn row(&self, cell: usize) -> DaylightRow<'_> {

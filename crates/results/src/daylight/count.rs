@@ -1,7 +1,10 @@
 //! The walks of daylight coefficients, from look to look, and what is kept of them.
 
+use std::time::Instant;
+
+use parallel::on_threads;
 use radiosity::{
-    Tally,
+    Sequence, Tally,
     daylight::{DaylightSpec, Segment, SkyTally, sky_rows, sky_tallies},
 };
 use report::OutputFolder;
@@ -24,6 +27,10 @@ const GROWTH: f64 = 16.0;
 
 /// More walks are given than a look says are needed, by this factor: the next look should be the last.
 const MARGIN: f64 = 1.1;
+
+/// The walks of a piece of work of a thread, and the pieces of each thread between two calls of the watcher.
+const PIECE: u64 = 1 << 14;
+const PIECES: usize = 32;
 
 /// What was counted, cell by cell.
 pub struct DaylightCounted {
@@ -55,9 +62,48 @@ pub fn count<E: From<Error>>(
     };
     let mut looks = Looks { question, counts, under_way: None };
     let done = walk_rounds(&mut looks, (&question.job, build), folder, walk, watch)?;
-    let KeptCounts { tallies, cost, .. } = looks.counts;
-    let reached = done && tallies.iter().all(|tally| excess(question, tally) <= 1.0);
-    Ok(DaylightCounted { tallies, cost, reached, interrupted: !done })
+    Ok(looks.end(done))
+}
+
+/// [`count`] on threads of this process, which keeps nothing: the counts are the same. `watch` is told what part of a look is done; where it says no,
+/// walks are given up.
+pub fn count_here(
+    question: &DaylightQuestion,
+    threads: usize,
+    watch: &mut dyn FnMut(f64) -> bool,
+) -> DaylightCounted {
+    let mut looks = Looks { question, counts: KeptCounts::none(question), under_way: None };
+    let sequence = Sequence::new(question.job.seed);
+    let (began, mut done) = (Instant::now(), true);
+    while done {
+        let parts: Vec<Segment> = looks.missing().into_iter().flat_map(pieces).collect();
+        if parts.is_empty() {
+            break;
+        }
+        let some = (threads * PIECES).min(parts.len());
+        let walk = |(): &mut (), part: usize| {
+            let Segment { group, first, walks } = parts[part];
+            let mut tally = SkyTally::new(question.dome.patches().count());
+            question.coefficients.walk(&sequence, group as usize, first..first + walks, &mut tally);
+            tally
+        };
+        let tallies = on_threads(threads, some, || (), walk);
+        for (part, tally) in parts.iter().zip(tallies) {
+            looks.counts.tallies[part.group as usize].add(&tally);
+        }
+        done = watch(some as f64 / parts.len() as f64);
+        if some == parts.len() {
+            looks.look();
+        }
+    }
+    looks.counts.cost.seconds = began.elapsed().as_secs_f64();
+    looks.end(done)
+}
+
+/// A segment in pieces of at most [`PIECE`] walks.
+fn pieces(Segment { group, first, walks }: Segment) -> impl Iterator<Item = Segment> {
+    let starts = (first..first + walks).step_by(PIECE as usize);
+    starts.map(move |start| Segment { group, first: start, walks: PIECE.min(first + walks - start) })
 }
 
 /// The counts of a question, look by look.
@@ -105,6 +151,13 @@ impl RoundCounts for Looks<'_> {
 }
 
 impl Looks<'_> {
+    /// What was counted, where walks are `done` or given up.
+    fn end(self, done: bool) -> DaylightCounted {
+        let KeptCounts { tallies, cost, .. } = self.counts;
+        let reached = done && tallies.iter().all(|tally| excess(self.question, tally) <= 1.0);
+        DaylightCounted { tallies, cost, reached, interrupted: !done }
+    }
+
     /// The walks that cells have fewer than they are to have.
     fn missing(&self) -> Vec<Segment> {
         let cells = self.counts.tallies.iter().zip(&self.counts.wanted).enumerate();
