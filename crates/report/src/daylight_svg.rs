@@ -207,7 +207,7 @@ mod tests {
 
         let maps = all.maps_svg().unwrap();
         assert_eq!(maps.matches("<image").count(), 2);
-        assert!(maps.contains("a &amp; b, daylight factor: 0.00 … 0.500 %, 2.00 × 6.00 m"), "{maps}");
+        assert!(maps.contains("a &amp; b, daylight factor: 0.00 … 0.50 %, 2.00 × 6.00 m"), "{maps}");
         assert!(maps.contains("a &amp; b, autonomy: 0.00 … 50.0 %"));
         let alone =
             DaylightArrays { rows: &rows[6..], light: &light[6..], coefficients: [&matrix, &matrix], ..all };
