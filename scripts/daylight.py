@@ -130,6 +130,17 @@ def vector(radwalk, folder, number):
     return 179 * np.array(body.split(), float)[::3]
 
 
+def compared(sky, ours, theirs):
+    """A row of a table: the light of the places under a sky by two programs, each with its standard errors."""
+    (light, error), (other, other_error) = ours, theirs
+    z = (light - other) / np.hypot(error, other_error)
+    change = light.sum() / other.sum() - 1
+    of_sum = np.hypot(np.hypot.reduce(error), np.hypot.reduce(other_error)) / other.sum()
+    return (
+        f"| {sky} | {light.mean():.1f} | {other.mean():.1f} | {100 * change:+.2f} ± {100 * of_sum:.2f} | {np.mean(z**2):.2f} | {np.abs(z).max():.1f} |"
+    )
+
+
 def beside_mitsuba(radwalk, version):
     mi.set_variant("llvm_ad_mono")
     text = SCENE.read_text()
@@ -149,19 +160,13 @@ def beside_mitsuba(radwalk, version):
             ours = parts @ scores
             error = np.sqrt((parts @ scores**2 - ours**2) / walks)
             theirs, their_error = by_mitsuba(text, (corners, u, v), number)
-            z = (ours - theirs) / np.hypot(error, their_error)
-            change = ours.sum() / theirs.sum() - 1
-            of_sum = np.hypot(np.hypot.reduce(error), np.hypot.reduce(their_error)) / theirs.sum()
-            rows.append(
-                f"| {number + 1} | {ours.mean():.1f} | {theirs.mean():.1f} | {100 * change:+.2f} ± {100 * of_sum:.2f} "
-                f"| {np.mean(z**2):.2f} | {np.abs(z).max():.1f} |"
-            )
+            rows.append(compared(number + 1, (ours, error), (theirs, their_error)))
             print(rows[-1], flush=True)
     return [
         MITSUBA, "",
         f"Made by `scripts/daylight.py RADWALK`: {version}, Mitsuba {mi.__version__}. The room of `{SCENE}` at 100 places under the 15 skies of the CIE, the sun "
-        f"at {ALTITUDE:.0f}° in the south and left out, {HORIZONTAL:.0f} lx on the ground. Mitsuba traces {RAYS} paths a place to an environment map by the formula of the sky; "
-        "radwalk's sky has 2,305 patches. Light is the mean of the places; z is the difference of a place over both standard errors, whose mean square is 1 where both "
+        f"at {ALTITUDE:.0f}° in the south and left out, {HORIZONTAL:.0f} lx on the ground. Mitsuba traces {RAYS} paths a place to an environment map by the formula of the sky. "
+        "radwalk's sky has 2,305 patches. Light is the mean of the places. z is the difference of a place over both standard errors. Its mean square is 1 where both "
         "programs compute the same.", "",
         "| sky | radwalk [lx] | Mitsuba [lx] | difference [%] | mean z² | worst \\|z\\| |", "|---|---|---|---|---|---|", *rows, "",
     ]
@@ -292,10 +297,7 @@ def beside_radiance(radwalk, version):
             error = np.sqrt((parts @ scores**2 - light**2) / WALKS)
             each = theirs @ sky
             other, other_error = each.mean(axis=0), each.std(axis=0, ddof=1) / np.sqrt(REPEATS)
-            z = (light - other) / np.hypot(error, other_error)
-            change = light.sum() / other.sum() - 1
-            of_sum = np.hypot(np.hypot.reduce(error), np.hypot.reduce(other_error)) / other.sum()
-            rows.append(f"| {name} | {light.mean():.1f} | {other.mean():.1f} | {100 * change:+.2f} ± {100 * of_sum:.2f} | {np.mean(z**2):.2f} | {np.abs(z).max():.1f} |")
+            rows.append(compared(name, (light, error), (other, other_error)))
             print(rows[-1], flush=True)
     return [
         RADIANCE, "",

@@ -10,6 +10,7 @@ use sky::Wanted;
 
 use crate::refusal::refuse;
 use crate::run::JobSource;
+use crate::watcher::Watcher;
 
 /// What of the daylight is asked for, as Python has it.
 #[derive(FromPyObject)]
@@ -56,25 +57,18 @@ pub(crate) fn daylight(
     watch: Option<Py<PyAny>>,
 ) -> PyResult<(bool, Vec<String>)> {
     let (job, wished) = (source.as_written(&overrides)?, wanted.wished()?);
-    let mut trouble = None;
-    let mut ask = |part: f64| {
-        let asked = Python::attach(|py| {
-            py.check_signals()?;
-            watch.as_ref().map_or(Ok(()), |watch| watch.call1(py, (part,)).map(drop))
-        });
-        trouble = asked.err();
-        trouble.is_none()
-    };
-    let count = || -> Result<(bool, Vec<String>), results::Error> {
+    let mut watcher = Watcher::new(watch);
+    let mut ask = |part: f64| watcher.tell((part,));
+    let count = || -> Result<Option<(bool, Vec<String>)>, results::Error> {
         let question = DaylightQuestion::of(job, &wished)?;
         let counted = count_here(&question, threads, &mut ask);
         if counted.interrupted {
-            return Ok((false, Vec::new()));
+            return Ok(None);
         }
         let answer = DaylightAnswer::of(&question, counted, threads);
         answer.write_arrays(&OutputFolder::claim(&folder, &DAYLIGHT_FILES, false)?)?;
-        Ok((answer.reached(), answer.warnings()))
+        Ok(Some((answer.reached(), answer.warnings())))
     };
     let done = py.detach(count).map_err(refuse)?;
-    trouble.map_or(Ok(done), Err)
+    watcher.end(done)
 }

@@ -11,6 +11,7 @@ use results::factors::{
 
 use crate::refusal::refuse;
 use crate::run::JobSource;
+use crate::watcher::Watcher;
 
 /// What of the factors is asked for, as Python has it.
 #[derive(FromPyObject)]
@@ -52,15 +53,8 @@ pub(crate) fn factors(
         ..Asked::default()
     };
     let job = source.surfaces(&overrides)?;
-    let mut trouble = None;
-    let mut ask = |part: f64| {
-        let asked = Python::attach(|py| {
-            py.check_signals()?;
-            watch.as_ref().map_or(Ok(()), |watch| watch.call1(py, (part,)).map(drop))
-        });
-        trouble = asked.err();
-        trouble.is_none()
-    };
+    let mut watcher = Watcher::new(watch);
+    let mut ask = |part: f64| watcher.tell((part,));
     let count = || -> Result<Option<Vec<String>>, results::Error> {
         let question = FactorsQuestion::of(job, &asked)?;
         let folder = OutputFolder::claim(&folder, &sparse_files(), false)?;
@@ -74,9 +68,5 @@ pub(crate) fn factors(
         Ok(Some(answer.warnings()))
     };
     let done = py.detach(count).map_err(refuse)?;
-    match (trouble, done) {
-        (Some(trouble), _) => Err(trouble),
-        (None, Some(warnings)) => Ok(warnings),
-        (None, None) => unreachable!("a count is given up for trouble alone"),
-    }
+    watcher.end(done)
 }

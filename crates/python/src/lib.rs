@@ -12,6 +12,7 @@ mod mesh;
 mod refusal;
 mod run;
 mod table;
+mod watcher;
 
 use pyo3::prelude::*;
 

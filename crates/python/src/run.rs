@@ -1,6 +1,6 @@
 //! Jobs, walked and solved.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
@@ -14,6 +14,7 @@ use crate::answer::Answer;
 use crate::mesh::ArrayMesh;
 use crate::refusal::refuse;
 use crate::table::{PyColumn, to_python};
+use crate::watcher::Watcher;
 
 /// Version and commit of the program.
 const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("RADWALK_GIT"));
@@ -30,34 +31,34 @@ pub(crate) enum JobSource<'py> {
     File(PathBuf),
 }
 
+/// Reads a job by its path and what replaces its keys.
+type Loader = fn(&Path, &[String]) -> Result<Job, job::Error>;
+
 impl JobSource<'_> {
     /// The job with the patches that the scene has, where light plays no part.
     pub(crate) fn surfaces(&self, overrides: &[String]) -> PyResult<Job> {
-        match self {
-            JobSource::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
-            JobSource::File(path) => job::load_surfaces(path, overrides),
-        }
-        .map_err(refuse)
+        self.loaded(job::load_surfaces, overrides)
     }
 
     /// The job as it is written, with the patches that the scene has.
     pub(crate) fn as_written(&self, overrides: &[String]) -> PyResult<Job> {
-        match self {
-            JobSource::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
-            JobSource::File(path) => job::load_as_written(path, overrides),
-        }
-        .map_err(refuse)
+        self.loaded(job::load_as_written, overrides)
     }
 
     /// The job, with the patches that a pilot chooses where it leaves them open.
     fn job(&self, overrides: &[String]) -> PyResult<Job> {
-        let job = match self {
-            JobSource::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
-            JobSource::File(path) => job::load(path, overrides),
-        }
-        .map_err(refuse)?;
+        let job = self.loaded(job::load, overrides)?;
         let Some(chosen) = choose(&job, all_threads()).map_err(refuse)? else { return Ok(job) };
         job.cut(overrides, &chosen.partition).map_err(refuse)
+    }
+
+    /// The job of the mesh, or what `load` makes of the file.
+    fn loaded(&self, load: Loader, overrides: &[String]) -> PyResult<Job> {
+        match self {
+            JobSource::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
+            JobSource::File(path) => load(path, overrides),
+        }
+        .map_err(refuse)
     }
 }
 
@@ -73,24 +74,12 @@ pub(crate) fn run(
 ) -> PyResult<Answer> {
     let job = source.job(&overrides)?;
     let threads = threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from));
-    let mut trouble = None;
-    // The interpreter is taken for as long as it takes to ask for signals and to call the watcher, and let go while walks go on.
-    let mut ask = |stage: Stage| {
-        let asked = Python::attach(|py| {
-            py.check_signals()?;
-            let Stage { paths, paths_total, seconds, median_relative_error } = stage;
-            let told = (paths, paths_total, seconds, median_relative_error);
-            watch.as_ref().map_or(Ok(()), |watch| watch.call1(py, told).map(drop))
-        });
-        trouble = asked.err();
-        trouble.is_none()
+    let mut watcher = Watcher::new(watch);
+    let mut ask = |Stage { paths, paths_total, seconds, median_relative_error }: Stage| {
+        watcher.tell((paths, paths_total, seconds, median_relative_error))
     };
-    let done = py.detach(|| walk(&job, threads, &mut ask));
-    match (trouble, done?) {
-        (Some(trouble), _) => Err(trouble),
-        (None, Some(answer)) => Ok(answer),
-        (None, None) => unreachable!("walks are given up for trouble alone"),
-    }
+    let done = py.detach(|| walk(&job, threads, &mut ask))?;
+    watcher.end(done)
 }
 
 fn walk(job: &Job, threads: usize, watch: &mut dyn FnMut(Stage) -> bool) -> PyResult<Option<Answer>> {

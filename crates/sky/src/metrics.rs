@@ -177,8 +177,8 @@ impl SensorYear<'_> {
     ///
     /// The interval of a part of hours is that of its replicates: each moves all hours by errors with the covariance of the counts, and counts the hours
     /// within the borders again. The farther of the two ends is taken for both: replicates begin at the estimate, and lie beyond it where errors of hours
-    /// carry more of them over a border from one side. So it holds the errors that hours share as well as those that each has alone. It ends at whole hours: where only a few
-    /// hours are near a border, it holds the truth more often than its level says.
+    /// carry more of them over a border from one side. So it holds the errors that hours share as well as those that each has alone, and is wider than its
+    /// level where hours share most of them. It ends at whole hours: where only a few hours are near a border, it holds the truth more often, too.
     pub fn metrics(&self, mean: (&[f64], &[(usize, f64)]), wanted: &Wanted) -> Metrics {
         let calendar = Calendar::new(&self.year.hours, wanted);
         let light: Vec<f64> = self.light().into_iter().map(|[light, _]| light).collect();

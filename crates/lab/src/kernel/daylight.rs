@@ -46,7 +46,8 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     ));
     page.paragraph(
         "Parts of hours are counted in whole hours, and so are the ends of their intervals. Where walks move fewer than two hours or so over a border, most intervals hold the \
-         truth by their rounding: the columns rise to 100 % with more walks, earlier in a year of few hours.",
+         truth by their rounding: the columns rise to 100 % with more walks, earlier in a year of few hours. \
+         Intervals also take the farther percentile of their replicates for both sides, which makes them wider than their level.",
     );
     for weather in [WEATHER].into_iter().chain(words.get(2).map(String::as_str)) {
         coverage(&mut page, seeds, weather)?;

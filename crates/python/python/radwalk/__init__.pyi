@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "Daylight",
     "Doubt",
     "Error",
     "ExactResult",
@@ -15,6 +16,7 @@ __all__ = [
     "Table",
     "__git__",
     "__version__",
+    "daylight",
     "exact",
     "factors",
     "load",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 import warnings
 from typing import NamedTuple
 
@@ -79,6 +80,25 @@ def exact(job_or_scene, **keys):
 def load(folder):
     """Opens the output folder of ``radwalk run``, ``coordinate`` or ``merge``, or of :meth:`Result.save`, as a :class:`Result`."""
     return Result(_radwalk.load(os.fspath(folder)))
+
+
+#: A count has a part that is done, not a number of paths: it is shown as that part of so many.
+_PARTS = 1_000_000
+
+
+def counted(count, job, keys, folder, wanted, *, threads, progress):
+    """What the native half says of a count into a folder, of which ``progress`` is told as by :func:`run`."""
+    shown = show(progress)
+    began = time.monotonic()
+
+    def watch(part):
+        shown(Progress(round(part * _PARTS), _PARTS, time.monotonic() - began, None))
+
+    try:
+        return count(job, overrides(keys), folder, wanted, threads or os.cpu_count() or 1, None if shown is None else watch)
+    finally:
+        if isinstance(shown, Line):
+            shown.close()
 
 
 def source(job_or_scene):

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import os
 import tempfile
-import time
 import warnings
 from types import SimpleNamespace
 
 import numpy as np
 
 from . import _radwalk
-from .overrides import overrides
-from .running import Doubt, Line, Progress, show, source
+from .running import Doubt, counted, source
 from .scene import Scene
 
 
@@ -70,26 +68,9 @@ def factors(
         smooth=bool(smooth),
         periods=None if periodic is None else [float(step) for step in periodic],
     )
-    shown = show(progress)
-    began = time.monotonic()
-
-    def watch(part):
-        walks = 1_000_000
-        shown(Progress(round(part * walks), walks, time.monotonic() - began, None))
-
     with tempfile.TemporaryDirectory(prefix="radwalk-") as folder:
-        try:
-            doubts = _radwalk.factors(
-                source(as_scene(mesh, sides, reflectance)),
-                overrides(keys),
-                folder,
-                wanted,
-                threads or os.cpu_count() or 1,
-                None if shown is None else watch,
-            )
-        finally:
-            if isinstance(shown, Line):
-                shown.close()
+        job = source(as_scene(mesh, sides, reflectance))
+        doubts = counted(_radwalk.factors, job, keys, folder, wanted, threads=threads, progress=progress)
         adjusted = os.path.join(folder, "smoothed.npz")
         # Without it, a warning has said that no such factors were found.
         path = adjusted if os.path.exists(adjusted) else os.path.join(folder, "factors.npz")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import tempfile
-import time
 import warnings
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -12,8 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from . import _radwalk
-from .overrides import overrides
-from .running import Doubt, Line, Progress, show, source
+from .running import Doubt, counted, source
 
 #: The arrays that are no figures.
 _ARRAYS = ("sensor", "cell", "middle", "walks", "coefficients", "coefficients_error", "time", "light", "light_error")
@@ -76,26 +74,9 @@ def daylight(
         tolerance=float(tolerance),
         enough=float(enough),
     )
-    shown = show(progress)
-    began = time.monotonic()
-
-    def watch(part):
-        walks = 1_000_000
-        shown(Progress(round(part * walks), walks, time.monotonic() - began, None))
-
     with tempfile.TemporaryDirectory(prefix="radwalk-") as folder:
-        try:
-            reached, doubts = _radwalk.daylight(
-                source(job_or_scene),
-                overrides(keys),
-                folder,
-                wanted,
-                threads or os.cpu_count() or 1,
-                None if shown is None else watch,
-            )
-        finally:
-            if isinstance(shown, Line):
-                shown.close()
+        job = source(job_or_scene)
+        reached, doubts = counted(_radwalk.daylight, job, keys, folder, wanted, threads=threads, progress=progress)
         with np.load(os.path.join(folder, "daylight.npz")) as found:
             arrays = {name: found[name] for name in found.files}
     for doubt in doubts:

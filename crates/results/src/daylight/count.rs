@@ -65,8 +65,8 @@ pub fn count<E: From<Error>>(
     Ok(looks.end(done))
 }
 
-/// [`count`] on threads of this process, which keeps nothing: the counts are the same. `watch` is told what part of a look is done; where it says no,
-/// walks are given up.
+/// The counts of [`count`], by threads of this process. Nothing is kept on the way. `watch` is told what part of a look is done, and says whether walks
+/// go on.
 pub fn count_here(
     question: &DaylightQuestion,
     threads: usize,
