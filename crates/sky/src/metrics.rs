@@ -1,7 +1,7 @@
 //! Figures of a year: daylight autonomy, useful daylight, the daylight of EN 17037.
 
 use crate::annual::{BoundedValue, Hour, SkyPatchCounts, Year};
-use crate::replicates::{Moved, REPLICATES, interval};
+use crate::replicates::{Moved, REPLICATES, half_width};
 
 /// Standard errors beyond which a replicate does not carry an hour over a border: one in 10⁹ would.
 const CLEAR: f64 = 6.0;
@@ -176,16 +176,17 @@ impl SensorYear<'_> {
     /// The figures of the sensor, given what [`Year::mean`] says.
     ///
     /// The interval of a part of hours is that of its replicates: each moves all hours by errors with the covariance of the counts, and counts the hours
-    /// within the borders again. The farther of the two ends is taken for both: replicates begin at the estimate, and lie beyond it where errors of hours
-    /// carry more of them over a border from one side. So it holds the errors that hours share as well as those that each has alone, and is wider than its
-    /// level where hours share most of them. It ends at whole hours: where only a few hours are near a border, it holds the truth more often, too.
+    /// within the borders again. A part jumps by whole hours, so half an hour is added: where only a few hours are near a border, the interval holds the
+    /// truth more often than its level says.
     pub fn metrics(&self, mean: (&[f64], &[(usize, f64)]), wanted: &Wanted) -> Metrics {
         let calendar = Calendar::new(&self.year.hours, wanted);
         let light: Vec<f64> = self.light().into_iter().map(|[light, _]| light).collect();
         let replicates = calendar.replicates((&self.moved, &self.lit), &light);
-        let mut known = calendar.figures(&light).into_iter().zip(replicates).map(|(value, replicates)| {
-            let [low, high] = interval(value, replicates, wanted.confidence);
-            let half = (value - low).max(high - value);
+        let hours = calendar.parts().map(|(_, hours)| hours.len());
+        let figures = calendar.figures(&light).into_iter().zip(replicates).zip(hours);
+        let mut known = figures.map(|((value, replicates), hours)| {
+            let half = half_width(value, &replicates, wanted.confidence);
+            let half = if half > 0.0 { half + 0.5 / hours as f64 } else { 0.0 };
             BoundedValue { value, low: (value - half).max(0.0), high: (value + half).min(1.0) }
         });
         let mut next = || known.next().expect("there are that many figures");

@@ -17,7 +17,7 @@ use crate::annual::{Hour, SkyPatchCounts};
 /// Sums that grow side by side: one alone would wait for each addition.
 const SUMS: usize = 8;
 
-/// Replicates from which an interval is made: its ends at 95 % are the 10th and the 390th.
+/// Replicates from which an interval is made, whose width then errs by 4 %.
 pub(crate) const REPLICATES: usize = 399;
 
 /// The seed of the numbers ξ.
@@ -110,13 +110,14 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// The interval of a number by its replicates, which holds the estimate: the percentiles. Where one error moves all hours alike these are exact, whatever
-/// the figure makes of it; where hours move alone, replicates lie on average where the truth is, beyond the estimate.
-pub(crate) fn interval(value: f64, mut replicates: Vec<f64>, confidence: f64) -> [f64; 2] {
-    replicates.sort_by(f64::total_cmp);
-    let tail = 0.5 * (1.0 - confidence) * (replicates.len() + 1) as f64;
-    let rank = (tail as usize).clamp(1, replicates.len());
-    [replicates[rank - 1].min(value), replicates[replicates.len() - rank].max(value)]
+/// Half the width of the interval of a number by its replicates: their root mean square distance from the estimate, as many times as the level asks
+/// for.
+///
+/// Replicates lie on average beside the estimate, and the truth does, too. Where one error moves all hours alike they lie on the same side, where each
+/// hour has an error of its own on opposite ones. The root mean square holds that distance for either side.
+pub(crate) fn half_width(value: f64, replicates: &[f64], confidence: f64) -> f64 {
+    let squares: f64 = replicates.iter().map(|other| (other - value).powi(2)).sum();
+    normal_quantile(0.5 + 0.5 * confidence) * (squares / replicates.len() as f64).sqrt()
 }
 
 #[cfg(test)]
@@ -174,10 +175,10 @@ mod tests {
     }
 
     #[test]
-    fn intervals_are_quantiles_that_hold_the_estimate() {
-        let replicates: Vec<f64> = (1..=399).rev().map(f64::from).collect();
-        assert_eq!(interval(200.0, replicates.clone(), 0.95), [10.0, 390.0]);
-        assert_eq!(interval(200.0, replicates.clone(), 0.9999), [1.0, 399.0]);
-        assert_eq!(interval(7.0, vec![5.0; 399], 0.95), [5.0, 7.0]);
+    fn widths_count_what_replicates_lie_beside_the_estimate() {
+        let replicates = [3.0, 5.0, 5.0, 7.0];
+        assert!((half_width(5.0, &replicates, 0.95) - 1.959964 * 2.0_f64.sqrt()).abs() < 1e-5);
+        assert!((half_width(4.0, &replicates, 0.95) - 1.959964 * 3.0_f64.sqrt()).abs() < 1e-5);
+        assert_eq!(half_width(7.0, &[7.0; 9], 0.95), 0.0);
     }
 }

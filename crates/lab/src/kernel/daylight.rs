@@ -37,7 +37,8 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     let seeds = words.get(1).map_or(Ok(SEEDS), |word| word.parse())?;
     let mut page = Markdown::default();
     page.heading(1, "Daylight");
-    page.paragraph(format!("Made by `radwalk-lab daylight FOLDER {seeds} WEATHER`: {}.", origin()));
+    let more = words.get(2).map_or("", |_| " WEATHER");
+    page.paragraph(format!("Made by `radwalk-lab daylight FOLDER {seeds}{more}`: {}.", origin()));
     page.heading(2, "Coverage");
     page.paragraph(format!(
         "How many of the 95 % intervals hold the truth, in per cent, at {} places of `{SCENE}`: {seeds} seeds each, against {TRUTH} walks a place. Hours of a \
@@ -45,9 +46,9 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
         PLACES.len()
     ));
     page.paragraph(
-        "Parts of hours are counted in whole hours, and so are the ends of their intervals. Where walks move fewer than two hours or so over a border, most intervals hold the \
-         truth by their rounding: the columns rise to 100 % with more walks, earlier in a year of few hours. \
-         Intervals also take the farther percentile of their replicates for both sides, which makes them wider than their level.",
+        "Parts of hours are counted in whole hours, and half an hour is added to their intervals. Where walks move fewer than two hours or so over a border, most intervals hold \
+         the truth by that: the columns rise to 100 % with more walks, earlier in a year of few hours. Where hours lie unevenly about a border, the estimate errs to one side, \
+         and an interval may hold the truth less often than in 95 %.",
     );
     for weather in [WEATHER].into_iter().chain(words.get(2).map(String::as_str)) {
         coverage(&mut page, seeds, weather)?;
