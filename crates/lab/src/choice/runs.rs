@@ -42,10 +42,10 @@ impl Effort {
 }
 
 /// Longest edges of patches by hand [m].
-const SIZES: [f64; 5] = [1.0, 0.5, 0.35, 0.25, 0.125];
+const SIZES: [f64; 7] = [2.0, 1.0, 0.5, 0.35, 0.25, 0.18, 0.125];
 
 /// Longest edges of patches of chains [m].
-const OF_CHAINS: [f64; 2] = [0.5, 0.25];
+const OF_CHAINS: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// A scene, and what it is like.
 pub struct ChoiceRoom {
