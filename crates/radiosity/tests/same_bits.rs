@@ -2,7 +2,8 @@
 
 use crate::common::{box_scene, bumpy_sphere, collision, cube54, experiment, map_corners, rotation, walk};
 use glam::DVec3;
-use radiosity::{IndexChoice, SceneSpec, Space, Tally};
+use photometry::Luminaire;
+use radiosity::{Emission, IndexChoice, LampSpec, SceneSpec, Space, Tally};
 
 fn tally(spec: &SceneSpec, index: IndexChoice, space: Space, cuts: &[u64]) -> Tally {
     let experiment = experiment(spec, index, collision(space));
@@ -22,8 +23,25 @@ fn digest(tally: &Tally) -> String {
     hasher.finalize().to_hex()[..16].into()
 }
 
+/// A scene without its second surface, through which the light of distant lamps comes, and with lamps of all kinds.
+fn lit_by_lamps(mut spec: SceneSpec) -> SceneSpec {
+    spec.surfaces.remove(1);
+    let file = "TILT=NONE\n1 -1 1 3 3 1 2 0 0 0\n1 1 10\n0 60 170\n0 90 180\n90 80 5\n90 10 0\n90 50 60\n";
+    spec.lamps.tables = vec![Luminaire::read(file.as_bytes()).unwrap().distribution];
+    let lamp = |emission: Emission, strength: f64, aim: DVec3| {
+        LampSpec::new(DVec3::new(0.6, 0.3, 0.8), emission, strength).aimed(aim, 0.0)
+    };
+    spec.lamps.list = vec![
+        lamp(Emission::Uniform, 0.3, DVec3::Y),
+        lamp(Emission::Spot { inner: 0.9, outer: 0.25 }, 1.5, DVec3::new(2.0, -1.0, -2.0)),
+        lamp(Emission::Table(0), 0.01, DVec3::new(0.1, -0.2, -1.0)),
+        lamp(Emission::Distant { rim: 0.9 }, 0.4, DVec3::new(-0.3, 0.2, -1.0)),
+    ];
+    spec
+}
+
 /// Scenes whose coordinates are written, not computed: platforms may differ in sin and cos.
-fn written_scenes() -> [(&'static str, SceneSpec); 3] {
+fn written_scenes() -> [(&'static str, SceneSpec); 4] {
     let skew = |p: DVec3| {
         DVec3::new(p.x + 0.25 * p.y - 0.1 * p.z, p.y + 0.3 * p.z, 0.9 * p.z - 0.2 * p.x) + DVec3::splat(17.3)
     };
@@ -46,7 +64,8 @@ fn written_scenes() -> [(&'static str, SceneSpec); 3] {
     [
         ("cube54", cube54()),
         ("skewed box", map_corners(&box_scene(DVec3::new(1.0, 2.0, 0.5), [4, 3]), skew)),
-        ("two-sided", two_sided),
+        ("two-sided", two_sided.clone()),
+        ("lamps", lit_by_lamps(two_sided)),
     ]
 }
 
@@ -57,6 +76,7 @@ fn tallies_are_the_same_bits_on_every_machine() {
         ["f35078e158cf4e88", "bbbd1e1d35819265"],
         ["7dd2c035b9a407da", "03a6a4a8defe7e7f"],
         ["69ea0032c0582f80", "e3ad1889d2d28c3e"],
+        ["90619a2ca1d9ea89", "9693c6afb86d49ac"],
     ];
     let found = written_scenes().map(|(_, spec)| {
         [Space::Discrete, Space::Continuous]

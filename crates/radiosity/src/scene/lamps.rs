@@ -7,13 +7,12 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use photometry::{Distribution, LuminousOpening};
 
+use super::cones::LightCones;
 use super::tables::LightTables;
 use super::{Scene, SceneError};
 use crate::geometry::lamp::{Emission, LampsSpec};
 use crate::geometry::sensor::Response;
 use crate::geometry::spec::Spectrum;
-use crate::random::rng::unit_32;
-use crate::random::sampling::cosine_direction;
 use crate::trace::ray::Ray;
 
 /// How many slacks a lamp hangs in front of the plane that it is written in, on the side that it is aimed at.
@@ -23,8 +22,10 @@ const LIFT: f64 = 4.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PointLamps {
     tables: Vec<Distribution>,
-    /// The same tables, as births need them.
+    /// The same tables, as births need them; `None` where no lamp has one.
     births: Option<Box<LightTables>>,
+    /// The cones of lamps without a table, as births need them; `None` where all have one.
+    cones: Option<Box<LightCones>>,
     list: Vec<PointLamp>,
 }
 
@@ -37,8 +38,6 @@ struct PointLamp {
     opening: LuminousOpening,
     /// The flux of a lamp of strength 1 [W, or lm].
     flux: f64,
-    /// The radius of the disc through which the light of a distant lamp comes: that of a ball around the scene [m].
-    reach: f64,
 }
 
 impl PointLamp {
@@ -46,6 +45,33 @@ impl PointLamp {
     fn in_scene(&self, d: DVec3) -> DVec3 {
         self.axes[0] * d.x + self.axes[1] * d.y + self.axes[2] * d.z
     }
+
+    /// What births at the lamp's table need of it: the table's number, the lamp's position, and the axes of the table in the scene.
+    fn for_tables(&self, tables: &[Distribution]) -> (Option<u32>, [f64; 12]) {
+        match self.emission {
+            Emission::Table(number) => {
+                let axes = tables[number as usize].axes().map(|axis| self.in_scene(axis));
+                (Some(number), numbers(self.position, axes))
+            }
+            _ => (None, numbers(self.position, self.axes)),
+        }
+    }
+
+    /// What births in the lamp's cone need of it. The light of a distant lamp comes through a disc with the radius `reach` of a ball around the
+    /// scene [m].
+    fn for_cones(&self, reach: f64) -> (Emission, [f64; 12]) {
+        let origin = match self.emission {
+            Emission::Distant { .. } => DVec3::splat(reach),
+            _ => self.position,
+        };
+        (self.emission, numbers(origin, self.axes))
+    }
+}
+
+/// A point and three axes, number by number.
+fn numbers(origin: DVec3, [x, y, z]: [DVec3; 3]) -> [f64; 12] {
+    let vectors = [origin, x, y, z].map(|vector| vector.to_array());
+    std::array::from_fn(|i| vectors.as_flattened()[i])
 }
 
 /// Light on its way from a lamp to a point.
@@ -74,7 +100,7 @@ impl PointLamps {
     /// The lamps of a scene whose box has these corners, and whose facets are larger than their surfaces by `slack` [m].
     pub(super) fn new(spec: &LampsSpec, [min, max]: [DVec3; 2], slack: f64) -> Result<Self, SceneError> {
         let (origin, reach) = (0.5 * (min + max), 0.5 * (max - min).length() * (1.0 + 1e-9));
-        let mut lamps = PointLamps { tables: spec.tables.clone(), births: None, list: Vec::new() };
+        let mut lamps = PointLamps { tables: spec.tables.clone(), ..PointLamps::default() };
         for lamp in &spec.list {
             if let Some(fault) = lamp.fault(spec.tables.len()) {
                 return Err(SceneError::Whole(format!(
@@ -97,21 +123,13 @@ impl PointLamps {
                 _ => None,
             };
             let opening = opening.unwrap_or(LuminousOpening::Point);
-            lamps.list.push(PointLamp { position, axes, emission, strength, opening, flux, reach });
+            lamps.list.push(PointLamp { position, axes, emission, strength, opening, flux });
         }
-        let of_lamp = |lamp: &PointLamp| {
-            let (table, axes) = match lamp.emission {
-                Emission::Table(number) => {
-                    (Some(number), spec.tables[number as usize].axes().map(|axis| lamp.in_scene(axis)))
-                }
-                _ => (None, lamp.axes),
-            };
-            let vectors = [lamp.position, axes[0], axes[1], axes[2]].map(|vector| vector.to_array());
-            (table, std::array::from_fn(|i| vectors.as_flattened()[i]))
-        };
         if (0..lamps.len()).any(|lamp| lamps.has_table(lamp)) {
-            lamps.births = LightTables::new(&spec.tables, lamps.list.iter().map(of_lamp)).map(Box::new);
+            let of_lamps = lamps.list.iter().map(|lamp| lamp.for_tables(&spec.tables));
+            lamps.births = LightTables::new(&spec.tables, of_lamps).map(Box::new);
         }
+        lamps.cones = LightCones::new(lamps.list.iter().map(|lamp| lamp.for_cones(reach))).map(Box::new);
         Ok(lamps)
     }
 
@@ -129,6 +147,7 @@ impl PointLamps {
         size_of_val(&self.list[..])
             + tables.sum::<usize>()
             + self.births.as_ref().map_or(0, |births| births.bytes())
+            + self.cones.as_ref().map_or(0, |cones| cones.bytes())
     }
 
     /// The power of a lamp in one channel [W, or lm].
@@ -142,43 +161,26 @@ impl PointLamps {
         self.births.as_deref()
     }
 
-    /// Whether the light of a lamp is that of a table.
+    /// The cones of lamps; `None` where all have tables.
     #[inline(always)]
-    pub(crate) fn has_table(&self, lamp: usize) -> bool {
-        matches!(self.list[lamp].emission, Emission::Table(_))
+    pub(crate) fn cones(&self) -> Option<&LightCones> {
+        self.cones.as_deref()
     }
 
-    /// Whether the light of all lamps is that of tables.
-    pub(crate) fn all_have_tables(&self) -> bool {
-        (0..self.list.len()).all(|lamp| self.has_table(lamp))
+    /// Whether the light of a lamp is that of a table.
+    fn has_table(&self, lamp: usize) -> bool {
+        matches!(self.list[lamp].emission, Emission::Table(_))
     }
 
     /// The ray with which a walk sets out from a lamp, made of three times 64 random bits: its density over directions, and over the
     /// disc of a distant lamp, is that of the light.
-    #[inline(never)]
-    pub(crate) fn birth(&self, lamp: usize, [place, point, direction]: [u64; 3]) -> Ray {
-        if let (Some(tables), true) = (self.tables(), self.has_table(lamp)) {
-            let [x, y, z, dx, dy, dz] = tables.bear_one(lamp, [place, point, direction]);
-            return Ray { origin: DVec3::new(x, y, z), direction: DVec3::new(dx, dy, dz), from: Ray::FREE };
-        }
-        let lamp = &self.list[lamp];
-        let PointLamp { position, emission, reach, .. } = lamp;
-        let in_scene = |d: DVec3| lamp.in_scene(d);
-        let (origin, direction) = match *emission {
-            Emission::Table(_) => unreachable!("a lamp with a table has been born there"),
-            Emission::Uniform => (*position, in_scene(cone(direction, |u| 1.0 - 2.0 * u))),
-            Emission::Spot { inner, outer } => {
-                (*position, in_scene(cone(direction, |u| spot_cosine([inner, outer], [place, point], u))))
-            }
-            Emission::Distant { rim } => {
-                let way = in_scene(cone(direction, |u| 1.0 - u * (1.0 - rim)));
-                let [x, y, _] = cosine_direction(point);
-                let (across, along) = way.any_orthonormal_pair();
-                // Twice as far as the scene reaches: outside of it on every side.
-                (*reach * (across * x + along * y - 2.0 * way), way)
-            }
+    pub(crate) fn birth(&self, lamp: usize, bits: [u64; 3]) -> Ray {
+        let born = match self.has_table(lamp) {
+            true => self.tables().map(|tables| tables.bear_one(lamp, bits)),
+            false => self.cones().map(|cones| cones.bear_one(lamp, bits)),
         };
-        Ray { origin, direction, from: Ray::FREE }
+        let [x, y, z, dx, dy, dz] = born.expect("the tables and cones of all lamps are kept");
+        Ray { origin: DVec3::new(x, y, z), direction: DVec3::new(dx, dy, dz), from: Ray::FREE }
     }
 
     /// The light of a lamp at a point, if nothing stands between. The random bits choose a place on the disc of a distant lamp, over which
@@ -190,9 +192,8 @@ impl PointLamps {
             distance,
             irradiance: strength.channels().map(|strength| strength * per_strength),
         };
-        if let Emission::Distant { rim } = *emission {
-            let d = cone(bits, |u| 1.0 - u * (1.0 - rim));
-            return beam(-(axes[0] * d.x + axes[1] * d.y + axes[2] * d.z), f64::INFINITY, 1.0);
+        if let Emission::Distant { .. } = emission {
+            return beam(-self.birth(lamp, [0, 0, bits]).direction, f64::INFINITY, 1.0);
         }
         let away = point - *position;
         let (square, distance) = (away.length_squared(), away.length());
@@ -253,27 +254,6 @@ impl PointLamps {
         }
         most
     }
-}
-
-/// A direction about −z whose cosine to that is `cosine` of a uniform number.
-fn cone(bits: u64, cosine: impl Fn(f64) -> f64) -> DVec3 {
-    let [x, y, _] = cosine_direction(bits);
-    let square = x * x + y * y;
-    let cosine = cosine(square.min(1.0));
-    // The azimuth does not depend on x² + y², which is uniform.
-    let scale = ((1.0 - cosine * cosine).max(0.0) / square).sqrt();
-    DVec3::new(x * scale, y * scale, -cosine)
-}
-
-/// The cosine to the axis of a spot at which a uniform number and twice 64 random bits bear light: uniform in the full cone, or beside it, where the
-/// intensity is t², t being linear in the cosine. The largest of three uniform numbers has that density.
-fn spot_cosine([inner, outer]: [f64; 2], [choice, others]: [u64; 2], u: f64) -> f64 {
-    let (full, fading) = (1.0 - inner, (inner - outer) / 3.0);
-    let [a, b] = [(others >> 32) as u32, others as u32].map(unit_32);
-    let beside = outer + (inner - outer) * u.max(a).max(b);
-    let is_full = choice as f64 * (full + fading) < full * 2_f64.powi(64);
-    // Which it is no processor guesses.
-    std::hint::select_unpredictable(is_full, 1.0 - full * u, beside)
 }
 
 impl Scene {
@@ -361,33 +341,3 @@ impl Scene {
 
 /// The part of its distance at the end of a shadow ray where nothing shades the lamp.
 const NEAR: f64 = 1e-9;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::random::rng::Sequence;
-
-    /// Births of a spot have the flux of its intensity in each of eight parts: χ² of seven degrees of freedom, above 26 once in 2,000 times.
-    #[test]
-    fn births_of_spots_have_their_intensity() {
-        const BIRTHS: usize = 100_000;
-        let (inner, outer) = (0.8, 0.2);
-        let flux = |cosine: f64| match cosine >= inner {
-            true => 1.0 - cosine,
-            false => {
-                1.0 - inner + (inner - outer) / 3.0 * (1.0 - ((cosine - outer) / (inner - outer)).powi(3))
-            }
-        };
-        let mut rng = Sequence::new(5).walk(0);
-        let mut counts = [0.0; 8];
-        for _ in 0..BIRTHS {
-            let u = unit_32(rng.bits() as u32);
-            let cosine = spot_cosine([inner, outer], [rng.bits(), rng.bits()], u);
-            assert!((outer..=1.0).contains(&cosine), "{cosine}");
-            counts[(8.0 * flux(cosine) / flux(outer)).min(7.0) as usize] += 1.0;
-        }
-        let expected = BIRTHS as f64 / 8.0;
-        let chi_squared: f64 = counts.iter().map(|n| (n - expected).powi(2) / expected).sum();
-        assert!(chi_squared < 26.0, "{chi_squared}: {counts:?}");
-    }
-}

@@ -2,6 +2,7 @@
 
 pub(crate) mod births;
 mod check;
+pub(crate) mod cones;
 mod groups;
 pub(crate) mod lamps;
 mod lit_parts;

@@ -23,7 +23,7 @@ use crate::simd::table::Table;
 const OF_CELL: usize = 8;
 
 /// What a birth needs of a lamp.
-const OF_LAMP: usize = 16;
+pub(super) const OF_LAMP: usize = 16;
 
 /// A cell with more than one part in this many of its flux above its floor is halved in γ.
 const SHARE_OF_REST: f64 = 128.0;
@@ -228,7 +228,7 @@ fn column<R: Real>(lamp: [R; OF_LAMP], bits: &[u64]) -> (R, R) {
 
 /// Origin and direction of rays that leave lamps in these directions of their tables.
 #[inline(always)]
-fn from_lamps<R: Real>(lamp: [R; OF_LAMP], [x, y, z]: [R; 3]) -> [R; 6] {
+pub(super) fn from_lamps<R: Real>(lamp: [R; OF_LAMP], [x, y, z]: [R; 3]) -> [R; 6] {
     let [px, py, pz, ux, uy, uz, vx, vy, vz, wx, wy, wz, ..] = lamp;
     [px, py, pz, ux * x + vx * y + wx * z, uy * x + vy * y + wy * z, uz * x + vz * y + wz * z]
 }

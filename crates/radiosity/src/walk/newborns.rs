@@ -111,19 +111,8 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
         if let Some(tables) = of_scene.tables() {
             tables.bear(scene.parts.isa, (&self.lamps, len), [places, points, directions], (rays, first));
         }
-        if of_scene.all_have_tables() {
-            return;
-        }
-        for newborn in 0..len {
-            let lamp = self.lamps[newborn];
-            if lamp != NO_LAMP && !of_scene.has_table(lamp as usize) {
-                let bits = [places[newborn], points[newborn], directions[newborn]];
-                let ray = of_scene.birth(lamp as usize, bits);
-                for axis in 0..3 {
-                    rays[axis][first + newborn] = ray.origin[axis];
-                    rays[axis + 3][first + newborn] = ray.direction[axis];
-                }
-            }
+        if let Some(cones) = of_scene.cones() {
+            cones.bear(scene.parts.isa, (&self.lamps, len), [places, points, directions], (rays, first));
         }
     }
 }

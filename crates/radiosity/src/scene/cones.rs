@@ -1,0 +1,233 @@
+//! Births of light in cones, many side by side: at lamps that shine alike in every direction, at spots, and from the discs of distant lamps.
+//!
+//! Light of one intensity is uniform in the cosine to the aim. Beside its full cone the intensity of a spot is t², t being linear in the cosine:
+//! the largest of three uniform numbers has that density.
+
+use super::tables::{LampRays, OF_LAMP, from_lamps};
+use crate::geometry::lamp::Emission;
+use crate::random::rng::units;
+use crate::random::sampling::cosine_directions;
+use crate::simd::batch::WIDTH;
+use crate::simd::isa::{Isa, on_isa};
+use crate::simd::real::Real;
+use crate::simd::table::Table;
+
+/// 2³².
+const WORD: f64 = 4_294_967_296.0;
+
+/// The cones of the lamps of a scene, as births need them.
+#[derive(Clone, Debug)]
+pub(crate) struct LightCones {
+    /// Of each lamp: its position, or three times the radius of the disc of a distant one; its axes in the scene; and its [`cone`].
+    lamps: Table<OF_LAMP>,
+    /// Whether some lamp is distant.
+    has_discs: bool,
+}
+
+/// The cone of a lamp, in cosines to the aim: the width of its full part, the flux of both parts over 2π and the intensity, the least cosine, and
+/// the width of the fading part. Where nothing fades 0 stands for the flux, so that the full part is chosen; of parallel light both parts are the
+/// aim. The least cosine of a distant lamp is 1, which no spot has. The first width of a lamp with a table, which has no cone, is negative.
+fn cone(emission: Emission) -> [f64; 4] {
+    match emission {
+        Emission::Table(_) => [-1.0, 0.0, 0.0, 0.0],
+        Emission::Uniform => [2.0, 0.0, -1.0, 0.0],
+        Emission::Spot { inner, outer } => {
+            let (full, fading) = (1.0 - inner, (inner - outer) / 3.0);
+            [full, full + fading, outer, inner - outer]
+        }
+        Emission::Distant { rim } => [1.0 - rim, 0.0, 1.0, 0.0],
+    }
+}
+
+impl LightCones {
+    /// The cones of lamps, and of each twelve numbers more: its position, or three times the radius of its disc [m], and its axes in the scene.
+    /// `None` without a cone.
+    pub(super) fn new(lamps: impl Iterator<Item = (Emission, [f64; OF_LAMP - 4])>) -> Option<Self> {
+        let (mut rows, mut has_cones, mut has_discs) = (Vec::new(), false, false);
+        for (emission, numbers) in lamps {
+            has_cones |= !matches!(emission, Emission::Table(_));
+            has_discs |= matches!(emission, Emission::Distant { .. });
+            let mut row = [0.0; OF_LAMP];
+            row[..12].copy_from_slice(&numbers);
+            row[12..].copy_from_slice(&cone(emission));
+            rows.push(row);
+        }
+        has_cones.then(|| LightCones { lamps: Table::new(rows), has_discs })
+    }
+
+    /// What the cones take of memory [bytes].
+    pub(super) fn bytes(&self) -> usize {
+        self.lamps.bytes()
+    }
+
+    /// The rays of the first `len` births of a batch at lamps with cones, made of three times 64 random bits, from number `from` on. Rays of
+    /// births at lamps with tables stay; births at no lamp get some ray.
+    pub(crate) fn bear(
+        &self,
+        isa: Isa,
+        (lamps, len): (&[u32; WIDTH], usize),
+        bits: [&[u64; WIDTH]; 3],
+        rays: (&mut LampRays, usize),
+    ) {
+        let cones = self;
+        on_isa!(isa, bear_all(
+            cones: &LightCones,
+            lamps: &[u32; WIDTH],
+            len: usize,
+            bits: [&[u64; WIDTH]; 3],
+            rays: (&mut LampRays, usize),
+        ));
+    }
+
+    /// Origin [m] and direction of a birth at a lamp with a cone.
+    pub(super) fn bear_one(&self, lamp: usize, [place, point, direction]: [u64; 3]) -> [f64; 6] {
+        ray(*self.lamps.row(lamp as u32), self.has_discs, [&[place], &[point], &[direction]])
+    }
+}
+
+#[inline(always)]
+fn bear_all<R: Real>(
+    cones: &LightCones,
+    lamps: &[u32; WIDTH],
+    len: usize,
+    [places, points, directions]: [&[u64; WIDTH]; 3],
+    (rays, from): (&mut LampRays, usize),
+) {
+    // One lamp alone is looked up once.
+    let (is_alone, alone) = (cones.lamps.len() == 1, R::rows(&cones.lamps, &[0; WIDTH]));
+    for first in (0..len.min(WIDTH)).step_by(R::N) {
+        let lamp = if is_alone { alone } else { R::rows(&cones.lamps, &lamps[first..]) };
+        let bits = [&places[first..], &points[first..], &directions[first..]];
+        let ray = ray(lamp, cones.has_discs, bits);
+        let [.., full, _, _, _] = lamp;
+        let has_cone = R::splat(0.0).le(full);
+        for axis in 0..6 {
+            let row = &mut rays[axis][from + first..];
+            R::select(has_cone, ray[axis], R::load(row)).store(row);
+        }
+    }
+}
+
+/// Origin and direction of births at N lamps with cones, of which some may be distant.
+#[inline(always)]
+fn ray<R: Real>(lamp: [R; OF_LAMP], has_discs: bool, [places, points, directions]: [&[u64]; 3]) -> [R; 6] {
+    let (zero, one) = (R::splat(0.0), R::splat(1.0));
+    let [.., full, flux, outer, width] = lamp;
+    let [x, y, _] = cosine_directions::<R>(directions);
+    // The azimuth does not depend on x² + y², which is uniform.
+    let square = x * x + y * y;
+    let u = R::select(square.lt(one), square, one);
+    let cosine = cosine([full, flux, outer, width], u, [places, points]);
+    let scale = ((one - cosine * cosine).max(zero) / square).sqrt();
+    let mut ray = from_lamps(lamp, [x * scale, y * scale, R::splat(-1.0) * cosine]);
+    if has_discs {
+        let [rx, ry, rz, dx, dy, dz] = ray;
+        let origin = on_discs([rx, ry, rz], [dx, dy, dz], points);
+        let is_distant = one.le(outer);
+        for axis in 0..3 {
+            ray[axis] = R::select(is_distant, origin[axis], ray[axis]);
+        }
+    }
+    ray
+}
+
+/// The cosines to the aim at which uniform numbers and twice 64 random bits bear light.
+#[inline(always)]
+fn cosine<R: Real>([full, flux, outer, width]: [R; 4], u: R, [choices, others]: [&[u64]; 2]) -> R {
+    let [a, b] = units::<R>(others);
+    let [high, low] = R::load_halves(choices);
+    let choice = high * R::splat(WORD) + low;
+    let is_full = (choice * flux).lt(full * R::splat(WORD * WORD));
+    R::select(is_full, R::splat(1.0) - full * u, outer + width * u.max(a).max(b))
+}
+
+/// Where rays in these directions begin that come from discs of these radii [m], twice as far away as the scene reaches: outside of it on every
+/// side.
+#[inline(always)]
+fn on_discs<R: Real>(radius: [R; 3], [x, y, z]: [R; 3], points: &[u64]) -> [R; 3] {
+    let (one, minus, two) = (R::splat(1.0), R::splat(-1.0), R::splat(2.0));
+    let [s, t, _] = cosine_directions::<R>(points);
+    // Two directions across (T. Duff et al., Building an Orthonormal Basis, Revisited, JCGT 2017). The reciprocal tells −0 from 0.
+    let sign = R::select((one / z).lt(R::splat(0.0)), minus, one);
+    let a = minus / (sign + z);
+    let b = x * y * a;
+    let across = [one + sign * x * x * a, sign * b, minus * sign * x];
+    let along = [b, sign + y * y * a, minus * y];
+    let (way, mut origin) = ([x, y, z], radius);
+    for axis in 0..3 {
+        origin[axis] = radius[axis] * (across[axis] * s + along[axis] * t - two * way[axis]);
+    }
+    origin
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::rng::{Sequence, unit_32};
+
+    /// Births of a spot have the flux of its intensity in each of eight parts: χ² of seven degrees of freedom, above 26 once in 2,000 times.
+    #[test]
+    fn births_of_spots_have_their_intensity() {
+        const BIRTHS: usize = 100_000;
+        let (inner, outer) = (0.8, 0.2);
+        let flux = |cosine: f64| match cosine >= inner {
+            true => 1.0 - cosine,
+            false => {
+                1.0 - inner + (inner - outer) / 3.0 * (1.0 - ((cosine - outer) / (inner - outer)).powi(3))
+            }
+        };
+        let mut rng = Sequence::new(5).walk(0);
+        let mut counts = [0.0; 8];
+        for _ in 0..BIRTHS {
+            let u = unit_32(rng.bits() as u32);
+            let cosine = cosine(cone(Emission::Spot { inner, outer }), u, [&[rng.bits()], &[rng.bits()]]);
+            assert!((outer..=1.0).contains(&cosine), "{cosine}");
+            counts[(8.0 * flux(cosine) / flux(outer)).min(7.0) as usize] += 1.0;
+        }
+        let expected = BIRTHS as f64 / 8.0;
+        let chi_squared: f64 = counts.iter().map(|n| (n - expected).powi(2) / expected).sum();
+        assert!(chi_squared < 26.0, "{chi_squared}: {counts:?}");
+    }
+
+    /// Each instruction set finds what one birth alone does, of lamps of all kinds, and leaves rays of lamps with tables as they are.
+    #[test]
+    fn instruction_sets_bear_alike() {
+        let axes = [1.0, 2.0, 3.0, 0.0, 0.6, 0.8, 1.0, 0.0, 0.0, 0.0, 0.8, -0.6];
+        let level = [3.0, 3.0, 3.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0];
+        let spot = |inner: f64, outer: f64| (Emission::Spot { inner, outer }, axes);
+        let kinds = [
+            (Emission::Uniform, axes),
+            spot(0.9, 0.25),
+            (Emission::Table(0), axes),
+            spot(1.0, -1.0),
+            (Emission::Distant { rim: 0.9 }, level),
+            (Emission::Distant { rim: 1.0 }, level),
+        ];
+        let mut rng = Sequence::new(8).walk(0);
+        for list in [&kinds[..1], &kinds[1..4], &kinds] {
+            let cones = LightCones::new(list.iter().copied()).unwrap();
+            for len in [WIDTH, 77, 1] {
+                // Where a walk is born on a plane, the number of its lamp is that of none.
+                let number = |i: usize| if i % 7 == 3 { u32::MAX } else { (i % list.len()) as u32 };
+                let lamp: [u32; WIDTH] = std::array::from_fn(number);
+                let bits: [[u64; WIDTH]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| rng.bits()));
+                for isa in Isa::available() {
+                    let mut rays = [[5.0; 2 * WIDTH]; 6];
+                    cones.bear(isa, (&lamp, len), bits.each_ref(), (&mut rays, WIDTH));
+                    for i in (0..len).filter(|&i| lamp[i] != u32::MAX) {
+                        let expected = match list[lamp[i] as usize].0 {
+                            Emission::Table(_) => [5.0; 6],
+                            _ => cones.bear_one(lamp[i] as usize, bits.map(|row| row[i])),
+                        };
+                        assert_eq!(
+                            rays.map(|row| row[WIDTH + i]),
+                            expected,
+                            "{isa:?}, {:?}",
+                            list[lamp[i] as usize]
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
