@@ -1,5 +1,7 @@
 //! Runs on chosen patches and on patches that are given by hand.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -53,6 +55,8 @@ pub struct ChoiceRoom {
     path: PathBuf,
     surfaces: Vec<SurfaceSpec>,
     is_mesh: bool,
+    /// What whole commands took, by their keys: the page is written after each room.
+    commands: RefCell<HashMap<Vec<String>, Option<f64>>>,
 }
 
 /// A job, and what its runs come to.
@@ -89,7 +93,8 @@ impl ChoiceRoom {
     pub fn new(path: &Path) -> Result<Self, Failure> {
         let is_mesh = path.extension().is_some_and(|extension| extension != "toml");
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let mut room = ChoiceRoom { name, path: path.into(), surfaces: Vec::new(), is_mesh };
+        let (surfaces, commands) = Default::default();
+        let mut room = ChoiceRoom { name, path: path.into(), surfaces, is_mesh, commands };
         room.surfaces = job::load(path, &room.keys(&["budget.paths=1"]))?.scene.spec().surfaces.clone();
         Ok(room)
     }
@@ -112,6 +117,9 @@ impl ChoiceRoom {
         if !self.is_mesh {
             return Ok(None);
         }
+        if let Some(known) = self.commands.borrow().get(keys) {
+            return Ok(*known);
+        }
         let program = std::env::current_exe()?.with_file_name("radwalk");
         let folder = tempfile::tempdir()?;
         let mut command = Command::new(&program);
@@ -130,7 +138,9 @@ impl ChoiceRoom {
         if !matches!(told.status.code(), Some(0 | 1)) {
             return Err(String::from_utf8_lossy(&told.stderr).into_owned().into());
         }
-        Ok(before.zip(children_seconds()).map(|(before, after)| after - before))
+        let took = before.zip(children_seconds()).map(|(before, after)| after - before);
+        self.commands.borrow_mut().insert(keys.to_vec(), took);
+        Ok(took)
     }
 
     /// Cells whose edges are no longer than this.
