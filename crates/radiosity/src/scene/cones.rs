@@ -60,12 +60,12 @@ impl LightCones {
         self.lamps.bytes()
     }
 
-    /// The rays of the first `len` births of a batch at lamps with cones, made of three times 64 random bits, from number `from` on. Rays of
-    /// births at lamps with tables stay; births at no lamp get some ray.
+    /// The rays of the births of a batch from place `begin` on at lamps with cones, made of three times 64 random bits, from number `from` on.
+    /// Rays of births at lamps with tables stay; others get some ray.
     pub(crate) fn bear(
         &self,
         isa: Isa,
-        (lamps, len): (&[u32; WIDTH], usize),
+        (lamps, begin): (&[u32; WIDTH], usize),
         bits: [&[u64; WIDTH]; 3],
         rays: (&mut LampRays, usize),
     ) {
@@ -73,7 +73,7 @@ impl LightCones {
         on_isa!(isa, bear_all(
             cones: &LightCones,
             lamps: &[u32; WIDTH],
-            len: usize,
+            begin: usize,
             bits: [&[u64; WIDTH]; 3],
             rays: (&mut LampRays, usize),
         ));
@@ -89,13 +89,13 @@ impl LightCones {
 fn bear_all<R: Real>(
     cones: &LightCones,
     lamps: &[u32; WIDTH],
-    len: usize,
+    begin: usize,
     [places, points, directions]: [&[u64; WIDTH]; 3],
     (rays, from): (&mut LampRays, usize),
 ) {
     // One lamp alone is looked up once.
     let (is_alone, alone) = (cones.lamps.len() == 1, R::rows(&cones.lamps, &[0; WIDTH]));
-    for first in (0..len.min(WIDTH)).step_by(R::N) {
+    for first in (begin / R::N * R::N..WIDTH).step_by(R::N) {
         let lamp = if is_alone { alone } else { R::rows(&cones.lamps, &lamps[first..]) };
         let bits = [&places[first..], &points[first..], &directions[first..]];
         let ray = ray(lamp, cones.has_discs, bits);
@@ -206,15 +206,13 @@ mod tests {
         let mut rng = Sequence::new(8).walk(0);
         for list in [&kinds[..1], &kinds[1..4], &kinds] {
             let cones = LightCones::new(list.iter().copied()).unwrap();
-            for len in [WIDTH, 77, 1] {
-                // Where a walk is born on a plane, the number of its lamp is that of none.
-                let number = |i: usize| if i % 7 == 3 { u32::MAX } else { (i % list.len()) as u32 };
-                let lamp: [u32; WIDTH] = std::array::from_fn(number);
+            for begin in [0, 77, WIDTH - 1] {
+                let lamp: [u32; WIDTH] = std::array::from_fn(|i| (i % list.len()) as u32);
                 let bits: [[u64; WIDTH]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| rng.bits()));
                 for isa in Isa::available() {
                     let mut rays = [[5.0; 2 * WIDTH]; 6];
-                    cones.bear(isa, (&lamp, len), bits.each_ref(), (&mut rays, WIDTH));
-                    for i in (0..len).filter(|&i| lamp[i] != u32::MAX) {
+                    cones.bear(isa, (&lamp, begin), bits.each_ref(), (&mut rays, WIDTH));
+                    for i in begin..WIDTH {
                         let expected = match list[lamp[i] as usize].0 {
                             Emission::Table(_) => [5.0; 6],
                             _ => cones.bear_one(lamp[i] as usize, bits.map(|row| row[i])),

@@ -8,11 +8,13 @@ use glam::DVec3;
 use photometry::{Distribution, LuminousOpening};
 
 use super::cones::LightCones;
-use super::tables::LightTables;
+use super::tables::{LampRays, LightTables};
 use super::{Scene, SceneError};
 use crate::geometry::lamp::{Emission, LampsSpec};
 use crate::geometry::sensor::Response;
 use crate::geometry::spec::Spectrum;
+use crate::simd::batch::WIDTH;
+use crate::simd::isa::Isa;
 use crate::trace::ray::Ray;
 
 /// How many slacks a lamp hangs in front of the plane that it is written in, on the side that it is aimed at.
@@ -156,20 +158,36 @@ impl PointLamps {
     }
 
     /// The tables of lamps; `None` where none has a table.
-    #[inline(always)]
     pub(crate) fn tables(&self) -> Option<&LightTables> {
         self.births.as_deref()
     }
 
     /// The cones of lamps; `None` where all have tables.
-    #[inline(always)]
     pub(crate) fn cones(&self) -> Option<&LightCones> {
         self.cones.as_deref()
     }
 
     /// Whether the light of a lamp is that of a table.
-    fn has_table(&self, lamp: usize) -> bool {
+    #[inline(always)]
+    pub(crate) fn has_table(&self, lamp: usize) -> bool {
         matches!(self.list[lamp].emission, Emission::Table(_))
+    }
+
+    /// The rays of a batch of births, each made of three times 64 random bits, from number `from` on: those at lamps with tables before place
+    /// `end`, and those at others from place `begin` on.
+    pub(crate) fn bear(
+        &self,
+        isa: Isa,
+        (lamps, bits): (&[u32; WIDTH], [&[u64; WIDTH]; 3]),
+        [end, begin]: [usize; 2],
+        (rays, from): (&mut LampRays, usize),
+    ) {
+        if let Some(tables) = self.tables() {
+            tables.bear(isa, (lamps, end), bits, (&mut *rays, from));
+        }
+        if let Some(cones) = self.cones() {
+            cones.bear(isa, (lamps, begin), bits, (rays, from));
+        }
     }
 
     /// The ray with which a walk sets out from a lamp, made of three times 64 random bits: its density over directions, and over the

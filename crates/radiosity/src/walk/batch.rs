@@ -417,6 +417,14 @@ mod tests {
         spec
     }
 
+    /// The room whose light is that of lamps with tables alone, or of lamps without.
+    fn room_lit_by_lamps(have_tables: bool) -> SceneSpec {
+        let mut spec = room_with_lamps();
+        spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 0.0.into());
+        spec.lamps.list.retain(|lamp| matches!(lamp.emission, Emission::Table(_)) == have_tables);
+        spec
+    }
+
     /// The room with lamps, and with panes across it, two of them in one place.
     fn room_with_panes() -> SceneSpec {
         let mut spec = room_with_lamps();
@@ -492,6 +500,8 @@ mod tests {
             (divided_room(), IndexChoice::Tree),
             (room_with_lamps(), IndexChoice::Flat),
             (room_with_lamps(), IndexChoice::Tree),
+            (room_lit_by_lamps(true), IndexChoice::Flat),
+            (room_lit_by_lamps(false), IndexChoice::Flat),
             (room_with_panes(), IndexChoice::Flat),
             (room_with_panes(), IndexChoice::Tree),
             (room_with_sheets(), IndexChoice::Flat),

@@ -9,6 +9,13 @@ use crate::simd::batch::WIDTH;
 /// In place of the number of a lamp where a walk is born on a plane.
 const NO_LAMP: u32 = u32::MAX;
 
+/// Births at lamps side by side, without those on planes between them: at lamps with tables from the front on, at others from the end on.
+struct LampBirths {
+    lamps: [u32; WIDTH],
+    /// Three times 64 random bits of each.
+    bits: [[u64; WIDTH]; 3],
+}
+
 /// Walks that are about to set out.
 pub(super) struct Newborns<'a, B, N, I> {
     scene: &'a Scene,
@@ -21,6 +28,9 @@ pub(super) struct Newborns<'a, B, N, I> {
     len: usize,
     /// Where each is born.
     lamps: [u32; WIDTH],
+    /// The places of those that are born at lamps in `at_lamps`, and of their rays in the batch's.
+    places: [u32; WIDTH],
+    at_lamps: LampBirths,
     /// The rays of those that are born at lamps. A walk leaves before two further batches are born: those of two are kept.
     rays: LampRays,
     /// The number of the first ray of the batch.
@@ -38,6 +48,8 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
             next: 0,
             len: 0,
             lamps: [NO_LAMP; WIDTH],
+            places: [0; WIDTH],
+            at_lamps: LampBirths { lamps: [0; WIDTH], bits: [[0; WIDTH]; 3] },
             rays: [[0.0; 2 * WIDTH]; 6],
             first_ray: 0,
         }
@@ -62,7 +74,7 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
     #[inline(always)]
     pub(super) fn at_lamp(&self, newborn: usize) -> Option<[u32; 2]> {
         let lamp = self.lamps[newborn];
-        (lamp != NO_LAMP).then(|| [lamp, (self.first_ray + newborn) as u32])
+        (lamp != NO_LAMP).then(|| [lamp, self.first_ray as u32 + self.places[newborn]])
     }
 
     /// The rays of walks that are born at lamps.
@@ -92,27 +104,56 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
     where
         B: Nursery<C>,
     {
-        let scene = self.scene;
-        let (len, of_scene) = (self.len.min(WIDTH), &scene.parts.lamps);
-        let [cradles, places, points, directions] = &self.draws;
+        let (len, of_scene) = (self.len.min(WIDTH), &self.scene.parts.lamps);
         match self.births.only_lamp() {
             Some(lamp) => self.lamps = [lamp; WIDTH],
             None => {
-                for (lamp, &cradle) in self.lamps[..len].iter_mut().zip(cradles) {
+                for (lamp, &cradle) in self.lamps[..len].iter_mut().zip(&self.draws[0]) {
                     *lamp = self.births.lamp(cradle).unwrap_or(NO_LAMP);
                 }
             }
         }
-        if self.lamps[..len].iter().all(|&lamp| lamp == NO_LAMP) {
+        let count = self.lamps[..len].iter().filter(|&&lamp| lamp != NO_LAMP).count();
+        if count == 0 {
             return;
         }
         self.first_ray = WIDTH - self.first_ray;
-        let (rays, first) = (&mut self.rays, self.first_ray);
-        if let Some(tables) = of_scene.tables() {
-            tables.bear(scene.parts.isa, (&self.lamps, len), [places, points, directions], (rays, first));
+        match (of_scene.tables(), of_scene.cones()) {
+            // All of one kind are side by side as they are.
+            (Some(_), None) | (None, Some(_)) if count == len => {
+                self.places = std::array::from_fn(|newborn| newborn as u32);
+                let [_, places, points, directions] = &self.draws;
+                let births = (&self.lamps, [places, points, directions]);
+                of_scene.bear(self.scene.parts.isa, births, [len, 0], (&mut self.rays, self.first_ray));
+            }
+            _ => {
+                let parts = self.gather(len);
+                let births = (&self.at_lamps.lamps, self.at_lamps.bits.each_ref());
+                of_scene.bear(self.scene.parts.isa, births, parts, (&mut self.rays, self.first_ray));
+            }
         }
-        if let Some(cones) = of_scene.cones() {
-            cones.bear(scene.parts.isa, (&self.lamps, len), [places, points, directions], (rays, first));
+    }
+
+    /// Puts births at lamps side by side. Returns where those at lamps with tables end, and where the others begin.
+    fn gather(&mut self, len: usize) -> [usize; 2] {
+        let of_scene = &self.scene.parts.lamps;
+        let LampBirths { lamps, bits } = &mut self.at_lamps;
+        let (mut end, mut begin) = (0, WIDTH);
+        for (newborn, &lamp) in self.lamps[..len].iter().enumerate() {
+            if lamp == NO_LAMP {
+                continue;
+            }
+            let has_table = of_scene.has_table(lamp as usize);
+            begin -= usize::from(!has_table);
+            // Which it is no processor guesses.
+            let place = std::hint::select_unpredictable(has_table, end, begin);
+            end += usize::from(has_table);
+            self.places[newborn] = place as u32;
+            lamps[place] = lamp;
+            for (to, from) in bits.iter_mut().zip(&self.draws[1..]) {
+                to[place] = from[newborn];
+            }
         }
+        [end, begin]
     }
 }
