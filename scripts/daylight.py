@@ -274,7 +274,7 @@ def grid(text, columns, rows):
 
 
 REPEATS, WALKS = 32, 1 << 20
-FINE = ["-ab", "40", "-ad", "2048", "-lw", "1e-5"]
+FINE = ["-ab", "40", "-lr", "-40", "-ad", "2048", "-lw", "1e-5"]
 
 
 def beside_radiance(radwalk, version):
