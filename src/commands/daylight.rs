@@ -45,7 +45,7 @@ pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
     let counted = counted?;
     if counted.interrupted {
         drop(phase);
-        warn!("interrupted; the counts of the last round are kept, go on with --resume");
+        warn!("interrupted; what was counted is kept, go on with --resume");
         return Ok(Outcome::Interrupted);
     }
     phase.now("working out the hours of the year");

@@ -43,7 +43,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     dismiss(executor, &question.job, experiment)?;
     let counted = counted?;
     if counted.interrupted {
-        warn!("interrupted; the counts of the last look are kept, go on with --resume");
+        warn!("interrupted; what was counted is kept, go on with --resume");
     }
     if counted.is_empty() {
         return Ok(Outcome::Interrupted);
