@@ -38,7 +38,7 @@ pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
     signals::catch();
     let executor = open_executor(&args.rounds, &question.scene, &folder)?;
     phase.now("counting walks from the sensors to the sky");
-    let mut walk = |round: Round<'_>| walk_round(&executor, &round);
+    let mut walk = |round: Round<'_>| walk_round(&executor, round);
     let resume = args.rounds.resume;
     let counted = count(&question, BUILD, (&folder, resume), &mut walk, &|part| phase.done(part));
     dismiss(executor, &question.job, || question.experiment(Vec::new()))?;

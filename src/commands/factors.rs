@@ -36,7 +36,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     signals::catch();
     let executor = open_executor(&args.rounds, &question.scene, &folder)?;
     let phase = Phase::begin("counting walks between groups");
-    let mut walk = |round: Round<'_>| walk_round(&executor, &round);
+    let mut walk = |round: Round<'_>| walk_round(&executor, round);
     let counted = count(&question, BUILD, (&folder, args.rounds.resume), &mut walk, &|part| phase.done(part));
     drop(phase);
     let experiment = || Experiment::new(question.scene.clone(), question.job.method.walks());

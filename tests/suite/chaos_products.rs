@@ -9,7 +9,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
+
+use protocol::Checkpoint;
 
 use crate::sensors::SENSORS;
 use crate::support::storm::{Cluster, Dice, Fault, Start, draw, faults};
@@ -261,27 +263,29 @@ fn no_fault_leaves_a_trace_in_any_product() {
     }
 }
 
-/// What a folder holds of what goes on: the length of each file and when it was written.
-fn kept(out: &Path) -> Vec<(PathBuf, u64, std::time::SystemTime)> {
-    let mut files: Vec<_> = fs::read_dir(out)
-        .into_iter()
-        .flatten()
-        .flatten()
-        .filter(|file| {
-            let name = file.file_name().to_string_lossy().into_owned();
-            name.ends_with(".bin") || name.ends_with(".rows") || name.ends_with("counts.json")
-        })
-        .filter_map(|file| {
-            let about = file.metadata().ok()?;
-            Some((file.path(), about.len(), about.modified().ok()?))
-        })
-        .collect();
+/// What a folder holds of what goes on: the walks of the tally, and the length and time of each other file.
+fn kept(out: &Path) -> Vec<(PathBuf, u64, Option<SystemTime>)> {
+    let is_kept = |name: &str| [".bin", ".rows", "counts.json"].iter().any(|end| name.ends_with(end));
+    let about = |file: fs::DirEntry| {
+        let (path, name) = (file.path(), file.file_name().into_string().ok()?);
+        match &*name {
+            // A process that finds all walks done writes it once more.
+            "tally.bin" => Some((path.clone(), Checkpoint::read(&path).ok()?.tally.counts.walks, None)),
+            "tally.previous.bin" => None,
+            name if is_kept(name) => {
+                let about = file.metadata().ok()?;
+                Some((path, about.len(), about.modified().ok()))
+            }
+            _ => None,
+        }
+    };
+    let mut files: Vec<_> = fs::read_dir(out).into_iter().flatten().flatten().filter_map(about).collect();
     files.sort();
     files
 }
 
-/// Whatever moment a process is killed at, something is kept that the next goes on from: each is killed as soon as something new is kept, and the product is made by a
-/// bounded number of them.
+/// Each process is killed as soon as it has kept something new, until all walks are done: the next goes on from there, and the product is made by a bounded number of
+/// them.
 #[test]
 fn every_product_makes_progress_though_each_process_is_killed() {
     let scenes = scenes();

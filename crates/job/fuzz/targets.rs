@@ -51,7 +51,7 @@ fn read(content: &[u8], name: &str, job: &str) {
 fn load(path: &Path) {
     let _ = job::load_surfaces(path, &[]);
     let Ok(job) = job::load(path, &[]) else { return };
-    if job.scene.patch_count() as u64 > PATCHES {
+    if job.scene.patch_count() > PATCHES {
         return;
     }
     let Ok(scene) = job.build_scene() else { return };

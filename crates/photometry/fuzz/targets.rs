@@ -10,7 +10,9 @@ pub fn luminaire(content: &[u8]) {
     assert!(flux.is_finite() && flux > 0.0, "a flux of {flux}");
     assert!(distribution.numbers().all(f64::is_finite));
     let peak = distribution.peak();
-    for axis in [glam::DVec3::X, glam::DVec3::NEG_Y, glam::DVec3::Z, glam::DVec3::NEG_Z, glam::DVec3::ONE.normalize()] {
+    for axis in
+        [glam::DVec3::X, glam::DVec3::NEG_Y, glam::DVec3::Z, glam::DVec3::NEG_Z, glam::DVec3::ONE.normalize()]
+    {
         let intensity = distribution.intensity(axis);
         assert!((0.0..=peak * (1.0 + 1e-9)).contains(&intensity), "{intensity} of {peak}");
     }

@@ -2,9 +2,7 @@
 
 use crate::fuzzing::{Target, stand_anything, stand_anything_for_long};
 
-const TARGETS: [Target; 1] = [
-    Target { name: "luminaire", read: crate::targets::luminaire, memory: 1 << 26 },
-];
+const TARGETS: [Target; 1] = [Target { name: "luminaire", read: crate::targets::luminaire, memory: 1 << 26 }];
 
 #[test]
 fn readers_stand_anything() {

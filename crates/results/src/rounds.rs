@@ -31,7 +31,7 @@ pub struct Round<'a> {
     /// The number of walks.
     pub walks: u64,
     /// The walks of it that are taken already, the first ones.
-    pub past: Arc<Tally>,
+    pub past: Tally,
     /// Keeps the first walks, so that a round that is stopped goes on from there.
     pub keep: &'a dyn Fn(&Tally) -> Result<(), Error>,
     /// Is told how many walks are in.
@@ -161,7 +161,7 @@ pub(crate) fn walk_rounds<E: From<Error>>(
             let prefix = KeptTally::of(prefix);
             KeptRound { walks: digest, prefix, cost: cost(0, 0.0) }.write(folder)
         };
-        let (past, budget) = (past.into(), &job.budget);
+        let budget = &job.budget;
         let round = Round { identity, experiment, budget, walks, past, keep: &keep, watch: &watch };
         let Some(Walked { tally, cpu_seconds }) = walk(round)? else { return Ok(false) };
         counts.add(&tally, cost(tally.counts.rays, cpu_seconds));

@@ -111,9 +111,10 @@ impl<'c, E: From<Error>> Steps<'c, E> {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.choice).update(&(self.next as u64).to_le_bytes());
         let control = *hasher.finalize().as_bytes();
-        let opened = self.crew.books()?.map(|(books, folder)| {
-            ArrivalsFile::open(&folder.file(ARRIVALS), control, books.is_resumed)
-        });
+        let opened = self
+            .crew
+            .books()?
+            .map(|(books, folder)| ArrivalsFile::open(&folder.file(ARRIVALS), control, books.is_resumed));
         let (file, kept) = match opened.transpose() {
             Ok(opened) => opened.unzip(),
             Err(source) => {
