@@ -283,3 +283,36 @@ fn a_million_scenes_are_refused_or_give_possible_numbers() {
         sum(|o| o.doubted)
     );
 }
+
+/// Light and lengths at the ends of the range of numbers are refused in words: estimates would be no numbers, or 0 ± 0.
+#[test]
+fn light_and_lengths_whose_squares_are_no_numbers_are_refused() {
+    let room = |scale: f64, emittance: f64| {
+        let walls = crate::common::box_walls(DVec3::ONE, [1, 1]);
+        let mut spec =
+            SceneSpec::new(walls.into_iter().map(|wall| SurfaceSpec::new(wall, 0.5)).collect::<Vec<_>>());
+        spec.surfaces[0].emittance = emittance.into();
+        crate::common::map_corners(&spec, |corner| scale * corner)
+    };
+    for (scale, emittance, said) in [
+        (1.0, f64::MAX, "W/m² is beyond 1e-60 … 1e60"),
+        (1.0, 5e-324, "W/m² is beyond 1e-60 … 1e60"),
+        (1e150, 1.0, "farther away than 1e30 m"),
+        (1e-150, 1.0, "shorter than 1e-30 m"),
+    ] {
+        let refused = Scene::build(&room(scale, emittance), IndexChoice::Auto).err().unwrap().to_string();
+        assert!(refused.contains(said), "{refused}");
+    }
+    for (scale, emittance) in [(9e29, 1e-60), (9e29, 1e60), (2e-30, 1e60), (2e-30, 1e-60)] {
+        let scene = Scene::build(&room(scale, emittance), IndexChoice::Auto).unwrap();
+        let experiment = Experiment::new(scene, Walks::shooting(EstimatorKind::Collision)).unwrap();
+        for estimate in solved(&experiment, 1, 10_000).estimates.iter().flatten() {
+            // A closed room of one reflectance: 0.5 of E/(6 · 0.5) on average, and none far from that.
+            let part = (estimate.radiosity
+                - if estimate.radiosity > 0.9 * emittance { emittance } else { 0.0 })
+                / emittance;
+            assert!((0.05..0.5).contains(&part), "{scale:e}, {emittance:e}: {part}");
+            assert!(estimate.std_error.is_some_and(|error| error > 0.0 && error < 0.1 * estimate.radiosity));
+        }
+    }
+}

@@ -6,10 +6,11 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use protocol::Checkpoint;
 
@@ -263,21 +264,23 @@ fn no_fault_leaves_a_trace_in_any_product() {
     }
 }
 
-/// What a folder holds of what goes on: the walks of the tally, and the length and time of each other file.
-fn kept(out: &Path) -> Vec<(PathBuf, u64, Option<SystemTime>)> {
-    let is_kept = |name: &str| [".bin", ".rows", "counts.json"].iter().any(|end| name.ends_with(end));
+/// What a folder holds of what goes on: the walks of the tally, the lengths of files that grow, and digests of those that are replaced.
+fn kept(out: &Path) -> Vec<(PathBuf, u64)> {
     let about = |file: fs::DirEntry| {
         let (path, name) = (file.path(), file.file_name().into_string().ok()?);
-        match &*name {
+        let about = match &*name {
             // A process that finds all walks done writes it once more.
-            "tally.bin" => Some((path.clone(), Checkpoint::read(&path).ok()?.tally.counts.walks, None)),
-            "tally.previous.bin" => None,
-            name if is_kept(name) => {
-                let about = file.metadata().ok()?;
-                Some((path, about.len(), about.modified().ok()))
+            "tally.bin" => Checkpoint::read(&path).ok()?.tally.counts.walks,
+            "pilot.arrivals.bin" | "factors.rows" => file.metadata().ok()?.len(),
+            "pilot.bin" | "round.bin" | "factors.counts.json" | "daylight.counts.json" => {
+                let mut hasher = DefaultHasher::new();
+                fs::read(&path).ok()?.hash(&mut hasher);
+                hasher.finish()
             }
-            _ => None,
-        }
+            _ => return None,
+        };
+        // What is empty holds nothing.
+        (about > 0).then_some((path, about))
     };
     let mut files: Vec<_> = fs::read_dir(out).into_iter().flatten().flatten().filter_map(about).collect();
     files.sort();

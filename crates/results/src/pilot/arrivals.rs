@@ -46,7 +46,9 @@ impl ArrivalsFile {
             groups.push(group);
             rest = behind;
         }
-        file.set_len((bytes.len() - rest.len()) as u64)?;
+        if !rest.is_empty() {
+            file.set_len((bytes.len() - rest.len()) as u64)?;
+        }
         let from = if resumed { Instant::now() } else { Instant::now() + SOON };
         Ok((ArrivalsFile { control, file: file.into(), from }, groups))
     }
