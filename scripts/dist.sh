@@ -4,7 +4,8 @@
 #     scripts/dist.sh [FOLDER]      default: dist
 #
 # The binary is linked against musl and runs on any x86-64 (or AArch64) Linux. Where the compiler's target for musl cannot be had
-# it is linked statically against glibc, and this says so.
+# it is linked statically against glibc, and this says so. The folders of the sources and of cargo are not in it: the same commit and compiler give
+# the same bytes anywhere (scripts/reproducible.sh).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 folder="${1:-dist}"
@@ -19,6 +20,7 @@ if ! rustc --print target-libdir --target "$target" | xargs test -d; then
         echo "dist: there is no standard library for musl here: static against glibc instead" >&2
     }
 fi
+flags="$flags --remap-path-prefix=$PWD=/radwalk --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=/cargo"
 RUSTFLAGS="$flags" cargo build --release --locked --target "$target" --bin radwalk
 built="$(cargo metadata --no-deps --format-version 1 --locked | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')/$target/release/radwalk"
 

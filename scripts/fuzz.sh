@@ -1,7 +1,7 @@
 #!/bin/sh
-# Fuzzes the decoder, the handshake, the coordinator and the readers of meshes for a number of seconds each (default
-# 600), from the kept corpus. Needs a nightly compiler and cargo-fuzz (`cargo install cargo-fuzz`). Inputs found on the
-# way are left in crates/cluster/fuzz/found and crates/import/fuzz/found.
+# Fuzzes the decoder, the handshake, the coordinator and the readers of meshes, luminaires, weather, matrices, jobs, scenes and points for a number of
+# seconds each (default 600), from the kept corpus. Needs a nightly compiler and cargo-fuzz (`cargo install cargo-fuzz`). Inputs found on the
+# way are left in fuzz/found of each crate. Without them, `cargo test --release -p radwalk-job --test suite fuzz -- --ignored` does the like.
 set -eu
 crates="$(cd "$(dirname "$0")/../crates" && pwd)"
 seconds="${1:-600}"
@@ -22,4 +22,7 @@ fuzz() {
 }
 
 fuzz cluster 64 decoder handshake coordinator
+fuzz photometry 64 luminaire
+fuzz sky 64 epw mtx
+fuzz job 1024 job scene points partition
 fuzz import 1024 obj gltf stl ply mgf mitsuba vs3 vtk

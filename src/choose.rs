@@ -5,7 +5,7 @@ use std::path::Path;
 use job::{Forecast, Job, Partition};
 use radiosity::Scene;
 use report::words::{counted, percent};
-use results::{Chosen, PilotStage, Walked, all_threads, choose_by};
+use results::{Chosen, PilotCrew, PilotStage, Walked, all_threads, choose_by};
 use tracing::info;
 use voice::Phase;
 
@@ -66,18 +66,15 @@ pub(crate) fn walk_here(stage: &PilotStage) -> Result<Walked, Fault> {
     Ok(stage.walk_here(all_threads())?)
 }
 
-/// Walks a stage of a pilot.
-type Walk<'w> = &'w mut dyn FnMut(&PilotStage) -> Result<Walked, Fault>;
-
-/// A job with all of its patches: those that were `kept` of an earlier run of it, or those that a pilot chooses that `walk` walks.
+/// A job with all of its patches: those that were `kept` of an earlier run of it, or those that a pilot chooses that `crew` walks.
 ///
 /// # Errors
-/// Where the job is refused, and those of `walk`.
+/// Where the job is refused, and those of the crew.
 pub(crate) fn choose_for(
     job: Job,
     args: &JobArgs,
     phase: &Phase,
-    (kept, walk): (Option<Partition>, Walk<'_>),
+    (kept, crew): (Option<Partition>, &mut dyn PilotCrew<Fault>),
 ) -> Result<Read, Fault> {
     if job.auto.is_none() {
         return Ok(Read { job, chosen: None });
@@ -86,7 +83,7 @@ pub(crate) fn choose_for(
         Some(_) => None,
         None => {
             phase.now("walking a pilot that chooses the patches");
-            choose_by(&job, all_threads(), walk)?
+            choose_by(&job, all_threads(), crew)?
         }
     };
     let Some(partition) = kept.as_ref().or(chosen.as_ref().map(|chosen| &chosen.partition)) else {

@@ -252,6 +252,7 @@ fn listen(
     advertise: Option<&str>,
 ) -> Result<(TcpListener, Access), Fault> {
     let (listener, address) = cluster::bind(address, advertise)?;
+    signals::keep_memory_private();
     let access = Access::new(address, BUILD, scene_hash)
         .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
     Ok((listener, access))

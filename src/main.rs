@@ -11,6 +11,7 @@ mod date;
 mod fault;
 #[cfg(debug_assertions)]
 mod faulty;
+mod keeping;
 mod lead;
 mod local;
 mod pilot;

@@ -2,25 +2,20 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::time::{Duration, Instant};
 
 use protocol::{Coordinator, Look, Past};
 use radiosity::Tally;
-use results::{Groups, PilotBooks, PilotStage, RunOutput, Walked};
+use report::OutputFolder;
+use results::{Groups, PilotBooks, PilotCrew, PilotStage, RunOutput, Walked};
 use tracing::{info, warn};
 use voice::Phase;
 
 use crate::build::BUILD;
 use crate::choose::walk_here;
 use crate::fault::Fault;
+use crate::keeping::Keeping;
 use crate::lead::{Executor, walk};
 use crate::signals;
-
-/// Between two times that a pilot is kept: it takes seconds, and no second of it is to be lost.
-const INTERVAL: Duration = Duration::from_millis(250);
-
-/// It is kept again after this many times the time that it took.
-const RARELY: u32 = 20;
 
 /// The run that a pilot is for.
 pub(crate) trait Host {
@@ -35,15 +30,14 @@ pub(crate) struct Crew<'a> {
     host: &'a dyn Host,
     phase: &'a Phase,
     resume: bool,
-    /// What there is once a stage was long enough for workers.
     camp: Option<Camp>,
 }
 
-/// The folder of a run, what is kept of its pilot there, and what its workers have joined.
+/// The folder of a run and what is kept of its pilot there. Workers join once a stage is long enough for them.
 struct Camp {
     output: RunOutput,
-    executor: Executor,
     books: PilotBooks,
+    executor: Option<Executor>,
 }
 
 impl<'a> Crew<'a> {
@@ -56,35 +50,40 @@ impl<'a> Crew<'a> {
     pub(crate) fn leave(self, is_run: bool) -> (Option<RunOutput>, Option<Executor>) {
         let Some(Camp { output, executor, .. }) = self.camp else { return (None, None) };
         if is_run {
-            return (Some(output), Some(executor));
+            return (Some(output), executor);
         }
-        executor.close();
+        executor.into_iter().for_each(Executor::close);
         (Some(output), None)
     }
 
-    /// Claims the folder, and opens what workers of a scene join.
-    fn settle(&mut self, scene_hash: [u8; 32]) -> Result<&mut Camp, Fault> {
+    /// Claims the folder.
+    fn settle(&mut self) -> Result<&mut Camp, Fault> {
         if self.camp.is_none() {
             let output = self.host.claim()?;
             let books = if self.resume { PilotBooks::read(output.folder()) } else { PilotBooks::default() };
-            let executor = self.host.open(scene_hash)?;
-            self.camp = Some(Camp { output, executor, books });
+            self.camp = Some(Camp { output, books, executor: None });
         }
         Ok(self.camp.as_mut().expect("just made"))
     }
+}
 
+impl PilotCrew<Fault> for Crew<'_> {
     /// Walks a stage: on threads of this process where it is short, else on those of the workers, from what is kept of it on.
     ///
     /// # Errors
     /// Where the cluster fails, and where a signal ends it.
-    pub(crate) fn walk(&mut self, stage: &PilotStage) -> Result<Walked, Fault> {
+    fn walk(&mut self, stage: &PilotStage) -> Result<Walked, Fault> {
         if stage.is_short() {
             let walked = walk_here(stage)?;
             return if signals::stop_asked() { Err(Fault::Interrupted) } else { Ok(walked) };
         }
         let identity = stage.identity(BUILD)?;
-        let phase = self.phase;
-        let Camp { output, executor, books } = self.settle(identity.scene_hash)?;
+        let (phase, host) = (self.phase, self.host);
+        let Camp { output, books, executor } = self.settle()?;
+        let executor = match executor {
+            Some(executor) => executor,
+            none => none.insert(host.open(identity.scene_hash)?),
+        };
         if let Some(walked) = books.walked(stage) {
             return Ok(walked);
         }
@@ -97,25 +96,27 @@ impl<'a> Crew<'a> {
                 Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
             }
         };
-        let (mut due, mut kept) = (Instant::now() + INTERVAL, past.tally.counts.walks);
+        let mut keeping = Keeping::new(stage.walks(), past.tally.counts.walks);
         let mut keep = |coordinator: &Coordinator| {
             phase.done(coordinator.progress().walks as f64 / stage.walks() as f64);
-            let walks = coordinator.prefix().counts.walks;
-            let began = Instant::now();
-            if walks == kept || (began < due && walks < stage.walks()) {
-                return;
-            }
-            match books.keep(stage, (coordinator.prefix(), &groups.borrow()), output.folder()) {
-                Ok(()) => kept = walks,
-                Err(error) => warn!("{error}; the pilot goes on without being kept"),
-            }
-            due = Instant::now() + INTERVAL.max(RARELY * began.elapsed());
+            let prefix = coordinator.prefix();
+            let keep = || books.keep(stage, (prefix, &groups.borrow()), output.folder());
+            keeping.keep(prefix.counts.walks, keep);
         };
         let budget = stage.budget();
         let job = (&identity, &budget, stage.experiment());
         let walked = walk(executor, job, past, (stage.looks(), Box::new(judge)), &mut keep)?;
         let groups = Rc::into_inner(groups).expect("the coordinator and its judge are gone").into_inner();
         Ok(Walked::new(groups, walked.tally))
+    }
+
+    fn books(&mut self) -> Result<Option<(&mut PilotBooks, &OutputFolder)>, Fault> {
+        let Camp { output, books, .. } = self.settle()?;
+        Ok(Some((books, output.folder())))
+    }
+
+    fn trouble(&mut self, error: results::Error) {
+        warn!("{error}; the choice of patches goes on without being kept");
     }
 }
 

@@ -9,6 +9,7 @@ use results::{Identity, Round, RoundWalked, Settings};
 use crate::args::RoundArgs;
 use crate::build::BUILD;
 use crate::fault::Fault;
+use crate::keeping::Keeping;
 use crate::lead::{Executor, Remote, walk};
 
 /// The processes that walk in a scene.
@@ -30,16 +31,24 @@ pub(crate) fn open_executor(
 ///
 /// # Errors
 /// Where the cluster fails.
-pub(crate) fn walk_round(executor: &Executor, round: &Round<'_>) -> Result<Option<RoundWalked>, Fault> {
-    let Round { identity, experiment, budget, walks, watch } = round;
+pub(crate) fn walk_round(executor: &Executor, round: Round<'_>) -> Result<Option<RoundWalked>, Fault> {
+    let Round { identity, experiment, budget, walks, past, keep, watch } = round;
     let judge = |prefix: &Tally, _: &[Look]| {
         let counts = prefix.counts;
         Look { walks: counts.walks, rays: counts.rays, ..Look::default() }
     };
-    let past = Past::none(experiment.tally());
-    let mut watch = |coordinator: &Coordinator| watch(coordinator.progress().walks);
-    let job = (identity, *budget, experiment);
-    match walk(executor, job, past, (vec![*walks], Box::new(judge)), &mut watch) {
+    let mut keeping = Keeping::new(walks, past.counts.walks);
+    let past = Past { tally: past.into(), ..Past::none(experiment.tally()) };
+    let mut watch = |coordinator: &Coordinator| {
+        watch(coordinator.progress().walks);
+        let prefix = coordinator.prefix();
+        // A round that is over is kept with the counts of all.
+        if prefix.counts.walks < walks {
+            keeping.keep(prefix.counts.walks, || keep(prefix));
+        }
+    };
+    let job = (&identity, budget, &experiment);
+    match walk(executor, job, past, (vec![walks], Box::new(judge)), &mut watch) {
         Ok(walked) => Ok(Some(RoundWalked { tally: walked.tally, cpu_seconds: walked.cpu_seconds })),
         Err(Fault::Interrupted) => Ok(None),
         Err(fault) => Err(fault),

@@ -13,17 +13,16 @@ use voice::{Phase, emit, say};
 use crate::args::OutArgs;
 use crate::fault::Fault;
 
-/// Writes the results of some walks and prints a summary. Without walks nothing is written. `joined` is how many workers have
-/// joined in this session, if there is one.
+/// Writes what follows from the tally of some walks, which is kept before, and prints a summary. Without walks nothing is written. `joined` is how
+/// many workers have joined in this session, if there is one.
 ///
 /// # Errors
-/// Where the books do not balance or a file cannot be written.
+/// Where a file cannot be written.
 pub(crate) fn write(
     output: &RunOutput,
     (settings, joined): (&Settings, Option<u64>),
     experiment: &Experiment,
     checkpoint: &Checkpoint,
-    latest: Latest,
     out: &OutArgs,
 ) -> Result<(), Fault> {
     if checkpoint.tally.counts.walks == 0 {
@@ -34,7 +33,7 @@ pub(crate) fn write(
         return Ok(());
     }
     let phase = Phase::begin("estimating every patch");
-    let summary = output.write(settings, experiment, checkpoint, latest, &|doing| phase.now(doing))?;
+    let summary = output.write(settings, experiment, checkpoint, &|doing| phase.now(doing))?;
     drop(phase);
     if out.json {
         emit(&serde_json::json!({"event": "done", "out": output.path(), "paths": summary.paths}));
@@ -48,6 +47,23 @@ pub(crate) fn write(
         }
     }
     Ok(())
+}
+
+/// Keeps a tally that was made of others, and writes what follows from it.
+///
+/// # Errors
+/// Where the books do not balance or a file cannot be written.
+pub(crate) fn write_made(
+    output: &RunOutput,
+    settings: &Settings,
+    experiment: &Experiment,
+    checkpoint: &Checkpoint,
+    out: &OutArgs,
+) -> Result<(), Fault> {
+    if checkpoint.tally.counts.walks > 0 {
+        output.keep(checkpoint, Latest::Foreign)?;
+    }
+    write(output, (settings, None), experiment, checkpoint, out)
 }
 
 /// Shows the picture of a run where standard output is a terminal that says it can.

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use results::{Kept, Latest, RunOutput};
+use results::{Kept, RunOutput};
 use voice::Phase;
 
 use crate::args::CombineArgs;
 use crate::fault::{Fault, Outcome};
-use crate::summary::write;
+use crate::summary::write_made;
 
 /// Tells of a result with other factors of its sources.
 pub(crate) fn combine(args: &CombineArgs) -> Result<Outcome, Fault> {
@@ -16,7 +16,7 @@ pub(crate) fn combine(args: &CombineArgs) -> Result<Outcome, Fault> {
     drop(phase);
     let folder = args.out.clone().unwrap_or_else(|| beside(&args.run));
     let output = RunOutput::new(&folder, args.made.force, &args.made.export.export, crate::build::GIT)?;
-    write(&output, (&settings, None), &experiment, &checkpoint, Latest::Foreign, &args.made.out())?;
+    write_made(&output, &settings, &experiment, &checkpoint, &args.made.out())?;
     Ok(Outcome::Done)
 }
 

@@ -115,7 +115,7 @@ impl Prepared {
         let kept = resume.then(|| results::kept_partition(&folder)).flatten();
         let host = Hosted { folder: &folder, replace: out.force || resume, exports: &export.export, open };
         let mut crew = Crew::new(&host, resume, &phase);
-        let read = choose::choose_for(job, asked, &phase, (kept, &mut |stage| crew.walk(stage)));
+        let read = choose::choose_for(job, asked, &phase, (kept, &mut crew));
         let (output, executor) = crew.leave(read.is_ok());
         let read = read?;
         tell_notes(&read.job);
@@ -216,7 +216,6 @@ impl Prepared {
     /// Leads workers through the job to its end, and writes what came of it.
     fn drive(self, executor: Executor, course: &CourseArgs, out: &OutArgs) -> Result<Outcome, Fault> {
         let station = executor.station(self.identity.scene_hash)?;
-        signals::keep_memory_private();
         let page = course.metrics.as_deref().map(open_page).transpose()?;
         let reports = Reports::new(self.description(), self.output.path(), executor.access_file(), page);
         let showing = self.showing(course, out)?;
@@ -271,30 +270,21 @@ impl Prepared {
         Ok(Watch::new(gauge, (reports, showing), (&self.identity, keeper)))
     }
 
-    /// Writes the results. A disk may be full for a moment only, and it would be a pity of the walks: it is tried for a while.
-    /// Where there is room for the tally alone, that is kept at once.
-    fn write(&self, checkpoint: &Checkpoint, mut latest: Latest, out: &OutArgs) -> Result<(), Fault> {
+    /// Keeps the tally, and writes the results that follow from it. A disk may be full for a moment only, and it would be a pity of the walks: both are
+    /// tried for a while.
+    fn write(&self, checkpoint: &Checkpoint, latest: Latest, out: &OutArgs) -> Result<(), Fault> {
+        let Self { output, settings, experiment, .. } = self;
         let mut waits = FINAL_WAITS.into_iter();
-        let mut is_kept = false;
-        loop {
-            let Self { output, settings, experiment, .. } = self;
-            let joined = checkpoint.book.effort.workers_seen.saturating_sub(self.workers_before);
-            let written =
-                summary::write(output, (settings, Some(joined)), experiment, checkpoint, latest, out);
-            let fault = match written {
-                Err(fault @ Fault::Results(results::Error::Report(report::Error::Io { .. }))) => fault,
-                done => return done,
-            };
-            if !is_kept && output.keep(checkpoint, latest).is_ok() {
-                (is_kept, latest) = (true, Latest::Good);
-            }
-            let Some(wait) = waits.next() else {
-                let out = output.path().into();
-                return Err(if is_kept { Fault::TallyAlone { fault: Box::new(fault), out } } else { fault });
-            };
-            warn!("{fault}; it is tried again in {} s", wait.as_secs());
-            std::thread::sleep(wait);
+        let has_walked = checkpoint.tally.counts.walks > 0;
+        if has_walked {
+            try_for_a_while(&mut waits, || Ok(output.keep(checkpoint, latest)?))?;
         }
+        let joined = checkpoint.book.effort.workers_seen.saturating_sub(self.workers_before);
+        let write = || summary::write(output, (settings, Some(joined)), experiment, checkpoint, out);
+        try_for_a_while(&mut waits, write).map_err(|fault| match is_of_a_disk(&fault) && has_walked {
+            true => Fault::TallyAlone { fault: Box::new(fault), out: output.path().into() },
+            false => fault,
+        })
     }
 
     fn outcome(&self, left: Left, checkpoint: &Checkpoint) -> Result<Outcome, Fault> {
@@ -312,6 +302,26 @@ impl Prepared {
             }
         }
     }
+}
+
+/// Tries to write something again after each of some waits, where a disk is what refuses.
+fn try_for_a_while(
+    waits: &mut impl Iterator<Item = Duration>,
+    mut write: impl FnMut() -> Result<(), Fault>,
+) -> Result<(), Fault> {
+    loop {
+        let fault = match write() {
+            Err(fault) if is_of_a_disk(&fault) => fault,
+            done => return done,
+        };
+        let Some(wait) = waits.next() else { return Err(fault) };
+        warn!("{fault}; it is tried again in {} s", wait.as_secs());
+        std::thread::sleep(wait);
+    }
+}
+
+fn is_of_a_disk(fault: &Fault) -> bool {
+    matches!(fault, Fault::Results(results::Error::Report(report::Error::Io { .. })))
 }
 
 /// Opens a page of metrics, and prints its address.

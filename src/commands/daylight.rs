@@ -38,14 +38,14 @@ pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
     signals::catch();
     let executor = open_executor(&args.rounds, &question.scene, &folder)?;
     phase.now("counting walks from the sensors to the sky");
-    let mut walk = |round: Round<'_>| walk_round(&executor, &round);
+    let mut walk = |round: Round<'_>| walk_round(&executor, round);
     let resume = args.rounds.resume;
     let counted = count(&question, BUILD, (&folder, resume), &mut walk, &|part| phase.done(part));
     dismiss(executor, &question.job, || question.experiment(Vec::new()))?;
     let counted = counted?;
     if counted.interrupted {
         drop(phase);
-        warn!("interrupted; the counts of the last round are kept, go on with --resume");
+        warn!("interrupted; what was counted is kept, go on with --resume");
         return Ok(Outcome::Interrupted);
     }
     phase.now("working out the hours of the year");

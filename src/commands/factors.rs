@@ -36,14 +36,14 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     signals::catch();
     let executor = open_executor(&args.rounds, &question.scene, &folder)?;
     let phase = Phase::begin("counting walks between groups");
-    let mut walk = |round: Round<'_>| walk_round(&executor, &round);
+    let mut walk = |round: Round<'_>| walk_round(&executor, round);
     let counted = count(&question, BUILD, (&folder, args.rounds.resume), &mut walk, &|part| phase.done(part));
     drop(phase);
     let experiment = || Experiment::new(question.scene.clone(), question.job.method.walks());
     dismiss(executor, &question.job, experiment)?;
     let counted = counted?;
     if counted.interrupted {
-        warn!("interrupted; the counts of the last look are kept, go on with --resume");
+        warn!("interrupted; what was counted is kept, go on with --resume");
     }
     if counted.is_empty() {
         return Ok(Outcome::Interrupted);

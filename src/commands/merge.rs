@@ -2,13 +2,13 @@
 
 use report::OutputFolder;
 use results::factors::{self, FILES, FactorsFault, is_counted, matrices_in};
-use results::{Kept, Latest, RunOutput};
+use results::{Kept, RunOutput};
 use voice::Phase;
 
 use crate::args::MergeArgs;
 use crate::commands::factors::tell;
 use crate::fault::{Fault, Outcome};
-use crate::summary::write;
+use crate::summary::write_made;
 
 /// Merges the runs in the order given; settings are those of the first.
 pub(crate) fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
@@ -20,7 +20,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
     let Kept { checkpoint, settings, experiment } = results::merge(first, others)?;
     drop(phase);
     let output = RunOutput::new(&args.out, args.made.force, &args.made.export.export, crate::build::GIT)?;
-    write(&output, (&settings, None), &experiment, &checkpoint, Latest::Foreign, &args.made.out())?;
+    write_made(&output, &settings, &experiment, &checkpoint, &args.made.out())?;
     Ok(Outcome::Done)
 }
 

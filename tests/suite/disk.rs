@@ -6,7 +6,8 @@ use std::path::Path;
 use std::process::Stdio;
 
 use crate::support::shim::{Shim, Wrong};
-use crate::support::{SMALL_PICTURE, answer, finish, path, radwalk, run, run_job};
+use crate::support::{SMALL_PICTURE, answer, finish, path, radwalk, run, run_job, wait_for};
+use protocol::Checkpoint;
 use tempfile::tempdir;
 
 /// A job whose tallies are large enough to be offered before they are sent: the coloured Cornell box.
@@ -74,6 +75,26 @@ fn a_disk_with_room_for_the_tally_keeps_the_walks() {
     let (code, said) = run_with(&shim, &[(Wrong::Full, room as i32)], &out, &paths);
     assert_eq!(code, 2, "{said}");
     assert!(said.contains("The walks are kept in") && said.contains("radwalk report"), "{said}");
+    let (code, _, stderr) = run(&["report", out.to_str().unwrap()]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(answer(&out) == answer(&straight));
+}
+
+/// The tally is there before anything is drawn: a run that is killed over its pictures has lost no walk, and `report` makes the files.
+#[test]
+fn a_run_that_is_killed_while_it_draws_has_kept_its_walks() {
+    let folder = tempdir().unwrap();
+    let [out, straight] = ["out", "straight"].map(|name| path(&folder, name));
+    let job = ["--paths", "200000", "--set", "view.size=[500, 400]"];
+    run_job(LARGE, &straight, &job);
+    let mut command = radwalk();
+    command.args(["run", LARGE, "--quiet", "--out"]).arg(&out).args(job);
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let walks = || Checkpoint::read(&out.join("tally.bin")).ok().map(|kept| kept.tally.counts.walks);
+    wait_for("the tally", || walks().filter(|&walks| walks == 200_000));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!out.join("patches.csv").exists(), "it was killed too late");
     let (code, _, stderr) = run(&["report", out.to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
     assert!(answer(&out) == answer(&straight));

@@ -7,7 +7,9 @@ mod verdict;
 
 mod against_exact;
 mod ages;
+mod any_scene;
 mod chaos;
+mod chaos_products;
 mod choice;
 mod chosen;
 mod coincident;

@@ -58,6 +58,8 @@ impl Access {
     pub fn write(&self, path: &Path) -> io::Result<()> {
         let mut draft = path.as_os_str().to_owned();
         draft.push(format!(".{}.tmp", std::process::id()));
+        // What a process of this number has left that was killed here. In a container all have the same.
+        let _ = std::fs::remove_file(&draft);
         let mut options = OpenOptions::new();
         options.write(true).create_new(true);
         #[cfg(unix)]
@@ -128,6 +130,8 @@ mod tests {
         std::fs::write(&path, "{ \"address\": \"nowhere:1\", \"key\": \"short\" }").unwrap();
         assert_eq!(Access::read(&path).err().unwrap().kind(), io::ErrorKind::InvalidData);
         let access = Access::new("somewhere:2".into(), "1.0 (abc)", [7; 32]).unwrap();
+        // A process that was killed here, and had this one's number.
+        std::fs::write(format!("{}.{}.tmp", path.display(), std::process::id()), "{").unwrap();
         access.write(&path).unwrap();
         let read = Access::read(&path).unwrap();
         assert_eq!((&read.address, read.key()), (&access.address, access.key()));

@@ -5,4 +5,5 @@ mod targets;
 
 mod formats;
 mod fuzz;
+mod fuzzing;
 mod groups;

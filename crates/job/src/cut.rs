@@ -1,9 +1,10 @@
 //! How surfaces are cut into patches, where a job leaves that to the program or to a file.
 
 use radiosity::{Leaves, Shape, SurfaceSpec};
+use serde::{Deserialize, Serialize};
 
 /// The cells of one surface: `[nu, nv]` of a quad, the rows of a triangle, or the cuts of a quad into rectangles.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Cut {
     /// Cells along u and v.
     Grid([u32; 2]),

@@ -8,6 +8,7 @@ use import::{
     Faults, Files, Format, GROUP_ANGLE, GroupLimits, MaterialOverride, Mesh, Options, SidesChoice, UpAxis,
 };
 
+use crate::bytes::all_bytes;
 use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::keys::OVERRIDE_KEYS;
@@ -167,13 +168,7 @@ fn read_override(pattern: String, value: Value<'_>) -> Result<MaterialOverride, 
 
 /// Reads a mesh file and those that it names.
 pub(crate) fn read_mesh(path: &Path, format: Format, options: &Options) -> Result<Mesh, Error> {
-    if path.is_dir() {
-        return Err(Error::Folder { file: path.into() });
-    }
-    let content = fs::read(path).map_err(|source| match source.kind() {
-        io::ErrorKind::NotFound => Error::Missing { file: path.into() },
-        _ => Error::Unreadable { file: path.into(), source },
-    })?;
+    let content = all_bytes(path)?;
     // Devices and pipes may never end.
     let mut open = |path: &Path| match fs::metadata(path)?.is_file() {
         true => fs::read(path),

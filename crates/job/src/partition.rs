@@ -24,7 +24,7 @@ const GIVEN: &str = "given";
 const PARTITION_KEYS: &[&str] = &["basis", "space", "surfaces", "groups"];
 
 /// How every surface of a scene is cut, and how the light on the patches is best estimated.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Partition {
     /// The cut of each surface, in their order.
     pub cuts: Vec<Cut>,

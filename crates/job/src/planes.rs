@@ -6,6 +6,7 @@ use glam::DVec3;
 use radiosity::{SensorShape, SensorSpec, planes::PlaneFigure};
 use serde::{Deserialize, Serialize};
 
+use crate::bytes::all_bytes;
 use crate::document::{KeyTable, Value};
 use crate::error::Error;
 use crate::imports::positive;
@@ -215,8 +216,8 @@ fn read_file(file: &Value<'_>, folder: &Path, measure: Measure) -> Result<Sensor
         let why = "every line of it is a point and the direction that it faces: x y z dx dy dz";
         file.refuse(problem, why, "correct the file, or the path, which is relative to the scene")
     };
-    let text = std::fs::read_to_string(&path)
-        .map_err(|error| bad(format!("{} cannot be read ({error})", path.display())))?;
+    let bytes = all_bytes(&path).map_err(|error| bad(error.to_string()))?;
+    let text = String::from_utf8(bytes).map_err(|_| bad(format!("{} is not text", path.display())))?;
     let mut points = Vec::new();
     for (line, text) in (1..).zip(text.lines()) {
         let text = text.split('#').next().unwrap_or_default().trim();

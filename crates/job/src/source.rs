@@ -1,14 +1,13 @@
 //! A file's text, and what was typed over it.
 
 use std::cell::OnceCell;
-use std::fs;
-use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::bytes::all_bytes;
 use crate::error::{Error, SourceLocation, SourceSpot};
 use crate::keys::{JOB_KEYS, JOB_LISTS, LISTS, SCENE_KEYS};
 
@@ -274,13 +273,7 @@ fn make_room_beside_file(table: &mut DeTable<'_>) {
 }
 
 fn read_text(file: &Path) -> Result<String, Error> {
-    if file.is_dir() {
-        return Err(Error::Folder { file: file.into() });
-    }
-    let bytes = fs::read(file).map_err(|source| match source.kind() {
-        io::ErrorKind::NotFound => Error::Missing { file: file.into() },
-        _ => Error::Unreadable { file: file.into(), source },
-    })?;
+    let bytes = all_bytes(file)?;
     String::from_utf8(bytes).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();

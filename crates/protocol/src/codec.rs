@@ -146,6 +146,31 @@ pub fn decode_serde<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, C
     whole(bincode::serde::decode_from_slice(bytes, config()), bytes)
 }
 
+/// The digest of what [`encode_serde`] encodes, of any length.
+///
+/// # Errors
+/// Where the value has no code.
+pub fn digest_serde<T: serde::Serialize>(value: &T) -> Result<[u8; 32], CodecError> {
+    let mut digest = Digest(blake3::Hasher::new());
+    bincode::serde::encode_into_std_write(value, &mut digest, bincode::config::standard())
+        .map_err(|error| CodecError::Malformed(error.to_string()))?;
+    Ok(digest.0.finalize().into())
+}
+
+/// A digest that is written to.
+struct Digest(blake3::Hasher);
+
+impl std::io::Write for Digest {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
 /// Packs numbers, for [`unpack`].
 pub fn pack(numbers: &[u128]) -> Vec<u8> {
     let mut packed = Vec::with_capacity(numbers.len());

@@ -132,7 +132,8 @@ impl Answer {
         let Kept { checkpoint, settings, experiment } = &self.kept;
         let write = || {
             let output = RunOutput::new(&folder, force, &files, GIT)?;
-            output.write(settings, experiment, checkpoint, Latest::Foreign, &|_| ()).map(drop)
+            output.keep(checkpoint, Latest::Foreign)?;
+            output.write(settings, experiment, checkpoint, &|_| ()).map(drop)
         };
         py.detach(write).map_err(|error: results::Error| refuse(error))
     }

@@ -14,9 +14,11 @@ use crate::error::Error;
 const TEMPORARY: (&str, &str) = (".radwalk-", ".tmp");
 
 /// What radwalk writes into an output folder beside the files that a job may choose; all of them may stand beside each other.
-const OWN_FILES: [&str; 7] = [
+const OWN_FILES: [&str; 9] = [
     "partition.toml",
     "pilot.bin",
+    "pilot.arrivals.bin",
+    "round.bin",
     "exact.csv",
     "tally.bin",
     "tally.previous.bin",

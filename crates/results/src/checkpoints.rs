@@ -17,7 +17,7 @@ use radiosity::{Experiment, SceneSpec};
 use report::OutputFolder;
 
 use crate::error::Error;
-use crate::pilot::PILOT;
+use crate::pilot::{ARRIVALS, PILOT};
 use crate::replica::pack;
 use crate::settings::Settings;
 use crate::views::pictures_in;
@@ -227,7 +227,7 @@ pub(crate) fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Late
     if latest == Latest::Foreign {
         let views = pictures_in(folder);
         let views: Vec<&str> = views.iter().map(String::as_str).collect();
-        folder.remove(&[&derived()[..], &[PREVIOUS, PILOT], &views].concat())?;
+        folder.remove(&[&derived()[..], &[PREVIOUS, PILOT, ARRIVALS], &views].concat())?;
     }
     Ok(())
 }

@@ -4,8 +4,10 @@ use job::{Auto, Cut, Forecast, Job};
 use judge::partition::{Control, Finer, Missed};
 use radiosity::{Arrival, EstimatorKind, Experiment, Scene, Sequence, Shape, Space, Walks};
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::Error;
-use crate::pilot::{Chosen, seed};
+use crate::pilot::{Chosen, Steps, seed};
 
 /// A control takes one of this many parts of the walks that the patches are for: fewer find cuts that chance favours. Of light that is taken for even, of
 /// which nothing is foretold, it takes the second one.
@@ -37,18 +39,34 @@ impl Chosen {
     ///
     /// # Errors
     /// Where the scene is refused.
-    pub(crate) fn controlled(mut self, (job, auto): (&Job, &Auto), threads: usize) -> Result<Self, Error> {
+    pub(crate) fn controlled<E: From<Error>>(
+        mut self,
+        (job, auto): (&Job, &Auto),
+        threads: usize,
+        steps: &mut Steps<'_, E>,
+    ) -> Result<Self, E> {
         let Some(forecast) = self.partition.forecast else { return Ok(self) };
         let mut controls = Controls::new((job, auto), forecast, threads);
         for round in 0..=ROUNDS {
-            let cells = (&self.partition.cuts[..], &self.partition.groups[..]);
-            self.scene = job.scene.recut(self.scene, cells)?;
-            let experiment = shooting(self.scene.clone())?;
-            let Some(finer) = controls.look(&experiment, cells, round) else { break };
-            (self.partition.cuts, self.partition.groups) = (finer.cuts, finer.groups);
+            let finer = match steps.kept()? {
+                Some((found, finer)) => {
+                    controls.found = found;
+                    finer
+                }
+                None => {
+                    let cells = (&self.partition.cuts[..], &self.partition.groups[..]);
+                    self.scene = job.scene.recut(self.scene, cells).map_err(Error::from)?;
+                    let experiment = shooting(self.scene.clone())?;
+                    let finer = controls.look(&experiment, cells, round, steps)?;
+                    steps.keep(&(controls.found, &finer))?;
+                    finer
+                }
+            };
+            let Some(finer) = finer else { break };
+            (self.partition.cuts, self.partition.groups) = finer;
         }
-        self.partition.linear = controls.forecast.linear;
-        self.partition.forecast = Some(controls.forecast);
+        self.partition.linear = controls.found.forecast.linear;
+        self.partition.forecast = Some(controls.found.forecast);
         Ok(self)
     }
 
@@ -57,21 +75,28 @@ impl Chosen {
     ///
     /// # Errors
     /// Where the scene is refused.
-    pub(crate) fn groups_pay(
+    pub(crate) fn groups_pay<E: From<Error>>(
         self,
         (job, auto): (&Job, &Auto),
         threads: usize,
-    ) -> Result<(bool, [u64; 2], Scene), Error> {
+        steps: &mut Steps<'_, E>,
+    ) -> Result<(bool, [u64; 2], Scene), E> {
+        if let Some((pay, counted)) = steps.kept()? {
+            return Ok((pay, counted, self.scene));
+        }
         let mut controls = Controls::new((job, auto), self.forecast(), threads);
         let Chosen { partition, mut scene } = self;
         // Walks that judge whether to group do not judge the groups.
-        controls.seed = seed(!job.seed);
+        controls.found.seed = seed(!job.seed);
         let mut pay = false;
         if !partition.groups.is_empty() {
-            scene = job.scene.recut(scene, (&partition.cuts, &partition.groups))?;
-            pay = controls.do_groups_pay(&shooting(scene.clone())?);
+            let cells = (&partition.cuts[..], &partition.groups[..]);
+            scene = job.scene.recut(scene, cells).map_err(Error::from)?;
+            pay = controls.do_groups_pay(&shooting(scene.clone())?, steps)?;
         }
-        Ok((pay, [controls.forecast.paths, controls.forecast.rays], scene))
+        let Forecast { paths, rays, .. } = controls.found.forecast;
+        steps.keep(&(pay, [paths, rays]))?;
+        Ok((pay, [paths, rays], scene))
     }
 }
 
@@ -97,6 +122,12 @@ struct Controls<'a> {
     job: &'a Job,
     auto: &'a Auto,
     threads: usize,
+    found: Found,
+}
+
+/// What the controls so far have found.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Found {
     /// The seed of the latest.
     seed: u64,
     /// The walks of each.
@@ -108,65 +139,91 @@ struct Controls<'a> {
     noise: [f64; 2],
 }
 
+/// The cut of each surface and the patch of each cell, as in [`job::Partition`].
+type Cells = (Vec<Cut>, Vec<u32>);
+
 impl<'a> Controls<'a> {
     fn new((job, auto): (&'a Job, &'a Auto), forecast: Forecast, threads: usize) -> Self {
         let [noise, foretold] = [forecast.noise, forecast.discretisation].map(|part| part * part);
         // Neither the walks of a pilot nor those of a first look.
         let seed = seed(seed(job.seed));
         let walks = walks_of(&forecast, foretold);
-        Controls { job, auto, threads, seed, walks, forecast, foretold, noise: [noise, 0.0] }
+        let found = Found { seed, walks, forecast, foretold, noise: [noise, 0.0] };
+        Controls { job, auto, threads, found }
     }
 
     /// Takes down what a control measures of the patches; finer ones, if these are expected to pay.
-    fn look(&mut self, experiment: &Experiment, cells: (&[Cut], &[u32]), round: u32) -> Option<Finer> {
+    fn look<E: From<Error>>(
+        &mut self,
+        experiment: &Experiment,
+        cells: (&[Cut], &[u32]),
+        round: u32,
+        steps: &mut Steps<'_, E>,
+    ) -> Result<Option<Cells>, E> {
         // A seed of its own, so that what few walks happen to find does not bend what is told.
-        self.seed = seed(self.seed);
-        let control = Control::new(experiment, self.walks);
-        let groups = self.walked(&control);
-        let missed = control.missed(&groups, self.forecast.linear)?;
+        self.found.seed = seed(self.found.seed);
+        let control = Control::new(experiment, self.found.walks);
+        let groups = self.walked(&control, steps)?;
+        Ok(self.judge((&control, &groups), cells, round))
+    }
+
+    /// Takes down what the arrivals of a control say; finer patches, if these are expected to pay.
+    fn judge(
+        &mut self,
+        (control, groups): (&Control<'_>, &[Vec<Arrival>]),
+        cells: (&[Cut], &[u32]),
+        round: u32,
+    ) -> Option<Cells> {
+        let missed = control.missed(groups, self.found.forecast.linear)?;
         if round == 0 && self.is_uneven(missed) {
             // More walks cut the surfaces.
-            let Missed { part, noise, energy, .. } = control.missed(&groups, true)?;
-            self.forecast.linear = true;
-            self.foretold = part.max(0.0);
-            self.noise = [noise / energy / self.forecast.for_paths as f64; 2];
-            self.walks = self.walks.max(walks_of(&self.forecast, self.foretold));
-            let (cuts, groups) = (cells.0.to_vec(), cells.1.to_vec());
-            return Some(Finer { cuts, groups, noise: 0.0, gained: 0.0 });
+            let Missed { part, noise, energy, .. } = control.missed(groups, true)?;
+            let found = &mut self.found;
+            found.forecast.linear = true;
+            found.foretold = part.max(0.0);
+            found.noise = [noise / energy / found.forecast.for_paths as f64; 2];
+            found.walks = found.walks.max(walks_of(&found.forecast, found.foretold));
+            return Some((cells.0.to_vec(), cells.1.to_vec()));
         }
         self.take_down(missed, round);
-        match self.forecast.linear && round < ROUNDS {
-            true => self.finer((&control, &groups), cells, missed.energy),
+        match self.found.forecast.linear && round < ROUNDS {
+            true => self.finer((control, groups), cells, missed.energy),
             false => None,
         }
     }
 
     /// Whether light that was taken for even is not, and linear fits may be had.
     fn is_uneven(&self, missed: Missed) -> bool {
-        let is_taken_for_even = !self.forecast.linear && self.auto.linear && self.foretold == 0.0;
-        let [noise, _] = self.noise;
+        let Found { forecast, foretold, noise: [noise, _], .. } = self.found;
+        let is_taken_for_even = !forecast.linear && self.auto.linear && foretold == 0.0;
         is_taken_for_even && missed.part > SURE * missed.error && missed.part > WORTH * (noise + missed.part)
     }
 
     /// Whether the whole error of groups is less than the noise alone of fits to each face.
-    fn do_groups_pay(&mut self, experiment: &Experiment) -> bool {
-        let control = Control::new(experiment, self.walks);
-        let groups = self.walked(&control);
-        let Some(missed) = control.missed(&groups, self.forecast.linear) else { return true };
+    fn do_groups_pay<E: From<Error>>(
+        &mut self,
+        experiment: &Experiment,
+        steps: &mut Steps<'_, E>,
+    ) -> Result<bool, E> {
+        let control = Control::new(experiment, self.found.walks);
+        let groups = self.walked(&control, steps)?;
+        let Some(missed) = control.missed(&groups, self.found.forecast.linear) else { return Ok(true) };
         self.take_down(missed, 0);
-        let of_faces = control.noise_of_surfaces(&groups) / missed.energy / self.forecast.for_paths as f64;
-        self.forecast.total().powi(2) < of_faces
+        let Found { forecast, .. } = self.found;
+        let of_faces = control.noise_of_surfaces(&groups) / missed.energy / forecast.for_paths as f64;
+        Ok(forecast.total().powi(2) < of_faces)
     }
 
     /// What a control tells of the whole error.
     fn take_down(&mut self, missed: Missed, round: u32) {
-        let noise = missed.noise / missed.energy / self.forecast.for_paths as f64;
+        let found = &mut self.found;
+        let noise = missed.noise / missed.energy / found.forecast.for_paths as f64;
         if round == 0 {
-            self.noise[1] = noise;
+            found.noise[1] = noise;
         }
-        let [of_pilot, of_chosen] = self.noise;
-        self.forecast.noise = (of_pilot + noise - of_chosen).max(0.0).sqrt();
-        self.forecast.discretisation = missed.with(self.foretold).sqrt();
+        let [of_pilot, of_chosen] = found.noise;
+        found.forecast.noise = (of_pilot + noise - of_chosen).max(0.0).sqrt();
+        found.forecast.discretisation = missed.with(found.foretold).sqrt();
     }
 
     /// Finer patches, if they are expected to pay. What their fits leave out is then expected to be no more than their noise, since cuts go on until
@@ -176,33 +233,39 @@ impl<'a> Controls<'a> {
         (control, groups): (&Control<'_>, &[Vec<Arrival>]),
         cells: (&[Cut], &[u32]),
         energy: f64,
-    ) -> Option<Finer> {
-        let [of_chosen, lost] = [self.forecast.noise, self.forecast.discretisation].map(|part| part * part);
+    ) -> Option<Cells> {
+        let Found { forecast, .. } = self.found;
+        let [of_chosen, lost] = [forecast.noise, forecast.discretisation].map(|part| part * part);
         let worth = WORTH * (of_chosen + lost);
         if lost < worth {
             return None;
         }
         let is_open = |surface: usize| can_be_cut(self.job, self.auto, surface);
-        let finer = control.finer(groups, cells, is_open, self.forecast.for_paths as f64)?;
-        let [noise, gained] = [finer.noise, finer.gained].map(|part| part / energy);
+        let Finer { cuts, groups, noise, gained } =
+            control.finer(groups, cells, is_open, forecast.for_paths as f64)?;
+        let [noise, gained] = [noise, gained].map(|part| part / energy);
         if gained.min(lost) - noise < worth {
             return None;
         }
-        self.foretold = self.foretold.min(of_chosen + noise);
-        Some(finer)
+        self.found.foretold = self.found.foretold.min(of_chosen + noise);
+        Some((cuts, groups))
     }
 
     /// The arrivals of all groups of a control. Its walks and rays are added to those of the pilot.
-    fn walked(&mut self, control: &Control<'_>) -> Vec<Vec<Arrival>> {
-        let sequence = Sequence::new(self.seed);
-        let group = |(): &mut (), group: usize| control.group(group, &sequence);
-        let done = parallel::on_threads(self.threads, Control::GROUPS, || (), group);
-        let (groups, counts): (Vec<Vec<Arrival>>, Vec<[u64; 2]>) = done.into_iter().unzip();
+    fn walked<E: From<Error>>(
+        &mut self,
+        control: &Control<'_>,
+        steps: &mut Steps<'_, E>,
+    ) -> Result<Vec<Vec<Arrival>>, E> {
+        let sequence = Sequence::new(self.found.seed);
+        let group = |number| control.group(number, &sequence);
+        let groups = steps.groups(Control::GROUPS, self.threads, group)?;
+        let (groups, counts): (Vec<Vec<Arrival>>, Vec<[u64; 2]>) = groups.into_iter().unzip();
         for [paths, rays] in counts {
-            self.forecast.paths += paths;
-            self.forecast.rays += rays;
+            self.found.forecast.paths += paths;
+            self.found.forecast.rays += rays;
         }
-        groups
+        Ok(groups)
     }
 }
 
@@ -223,6 +286,7 @@ mod tests {
     use radiosity::IndexChoice;
 
     use super::*;
+    use crate::PilotStage;
 
     /// That a pilot foretells what its patches leave out is no reason to leave it out, nor that it takes the light for even: cuts that pay are
     /// taken, and less is left.
@@ -257,7 +321,9 @@ mod tests {
             };
             let auto = job.auto.as_ref().unwrap();
             let chosen = Chosen { partition, scene: scene.clone() };
-            let finer = chosen.controlled((&job, auto), 2).unwrap().partition;
+            let mut crew = |_: &PilotStage| -> Result<_, Error> { unreachable!("the pilot is over") };
+            let mut steps = Steps::new((&job, auto), &mut crew).unwrap();
+            let finer = chosen.controlled((&job, auto), 2, &mut steps).unwrap().partition;
             let patches: u64 = finer.cuts.iter().map(Cut::cells).sum();
             let told = finer.forecast.unwrap();
             assert!(finer.linear && patches > 20 && told.discretisation < 0.2, "{patches}, {told:?}");

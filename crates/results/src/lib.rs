@@ -30,6 +30,7 @@ mod exact_answer;
 pub mod factors;
 mod findings;
 mod kept;
+mod kept_tally;
 mod memory;
 mod merge;
 mod meshes;
@@ -55,7 +56,9 @@ pub use memory::{check_memory, peak_memory, peak_memory_of};
 pub use merge::merge;
 pub use outputs::{LivePage, RunOutput, units};
 pub use parallel::cores as all_threads;
-pub use pilot::{Chosen, Groups, PILOT, PilotBooks, Stage as PilotStage, Walked, choose, choose_by};
+pub use pilot::{
+    Chosen, Groups, PILOT, PilotBooks, PilotCrew, Stage as PilotStage, Walked, choose, choose_by,
+};
 pub use protocol::Ending;
 pub use replica::Replica;
 pub use resume::{Resumed, resume};

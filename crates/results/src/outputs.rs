@@ -23,7 +23,7 @@ use crate::checkpoints::{
 };
 use crate::error::Error;
 use crate::kept::Kept;
-use crate::pilot::PILOT;
+use crate::pilot::{ARRIVALS, PILOT};
 use crate::settings::Settings;
 use crate::views;
 
@@ -60,7 +60,7 @@ impl RunOutput {
     /// # Errors
     /// Where it holds results that may not be `replace`d.
     pub fn new(path: &Path, replace: bool, exports: &[OutputFile], git: &'static str) -> Result<Self, Error> {
-        let files = [&[CURRENT, PREVIOUS, PILOT][..], &derived()].concat();
+        let files = [&[CURRENT, PREVIOUS, PILOT, ARRIVALS][..], &derived()].concat();
         let folder = OutputFolder::claim(path, &files, replace)?.into();
         Ok(RunOutput { folder, exports: exports.into(), git })
     }
@@ -75,27 +75,25 @@ impl RunOutput {
         self.folder.path()
     }
 
-    /// Writes the results of some walks, and returns what they are. All files take their places when all are written, so
-    /// that a full disk leaves those that were there. `now` hears what is being done.
+    /// Writes what follows from the tally of some walks, which is kept before, and returns what that is. All files take their places when all are
+    /// written, so that a full disk leaves those that were there. `now` hears what is being done.
     ///
     /// # Errors
-    /// Where the books do not balance or a file cannot be written.
+    /// Where a file cannot be written.
     pub fn write(
         &self,
         settings: &Settings,
         experiment: &Experiment,
         checkpoint: &Checkpoint,
-        latest: Latest,
         now: &dyn Fn(&'static str),
     ) -> Result<Summary, Error> {
         let (summary, drafts) = self.drafts(settings, experiment, checkpoint, now)?;
-        checkpoints::write(&self.folder, checkpoint, latest)?;
         self.place(drafts)?;
         Ok(summary)
     }
 
     /// Keeps a job with its tally alone. Where a run begins that is the tally of no walk, so that what a pilot has chosen is there when it is
-    /// resumed; where a disk is full, it may be all that there is room for.
+    /// resumed; at its end, that of all walks, so that whatever befalls the pictures costs none.
     ///
     /// # Errors
     /// Where the file cannot be written.

@@ -1,7 +1,9 @@
 //! The choice of a job's patches: a pilot walks the scene on a fine grid, with walks of its own, and a rule reads off what to cut.
 
+mod arrivals;
 mod kept;
 mod stage;
+mod steps;
 
 use job::{Auto, Cut, Forecast, Job, Partition};
 use judge::partition::{
@@ -9,9 +11,12 @@ use judge::partition::{
 };
 use radiosity::{IndexChoice, Scene, Space};
 
+pub(crate) use self::arrivals::ARRIVALS;
 pub use self::kept::{PILOT, PilotBooks};
 use self::stage::Task;
 pub use self::stage::{Groups, Stage, Walked};
+pub use self::steps::PilotCrew;
+pub(crate) use self::steps::Steps;
 use crate::error::Error;
 use crate::meshes::{Look, Meshes, add_patches};
 
@@ -98,24 +103,25 @@ impl Chosen {
 /// # Errors
 /// Where the scene or the method is refused, or a sum overflows.
 pub fn choose(job: &Job, threads: usize) -> Result<Option<Chosen>, Error> {
-    choose_by(job, threads, &mut |stage| stage.walk_here(threads))
+    choose_by(job, threads, &mut |stage: &Stage| stage.walk_here(threads))
 }
 
-/// [`choose`] by a pilot whose walks are taken elsewhere.
+/// [`choose`] by a pilot whose walks are taken, and whose steps are kept, elsewhere.
 ///
 /// # Errors
-/// As [`choose`], and those of `walk`.
+/// As [`choose`], and those of the crew.
 pub fn choose_by<E: From<Error>>(
     job: &Job,
     threads: usize,
-    walk: &mut dyn FnMut(&Stage) -> Result<Walked, E>,
+    crew: &mut dyn PilotCrew<E>,
 ) -> Result<Option<Chosen>, E> {
     let Some(auto) = &job.auto else { return Ok(None) };
     let most = job.budget.paths;
-    let mut pilots = Pilots { job, threads, walk, scene: None, counted: [0, 0] };
+    let steps = Steps::new((job, auto), crew)?;
+    let mut pilots = Pilots { job, threads, steps, scene: None, counted: [0, 0] };
     let Some(target) = &job.total_target else {
         let chosen = pilots.choose(auto, Plan { walks: most, most, aim: 0.0 })?;
-        return Ok(Some(chosen.controlled((job, auto), threads)?));
+        return Ok(Some(chosen.controlled((job, auto), threads, &mut pilots.steps)?));
     };
     // The pilot grows with the walks that it, and then the control, finds to be needed.
     let mut walks = FIRST_PLAN.min(most);
@@ -127,7 +133,7 @@ pub fn choose_by<E: From<Error>>(
             pilots.scene = Some(chosen.scene);
             continue;
         }
-        let chosen = chosen.controlled((job, auto), threads)?;
+        let chosen = chosen.controlled((job, auto), threads, &mut pilots.steps)?;
         let told = chosen.forecast();
         if told.total() <= target.total_error || needed >= most {
             return Ok(Some(chosen));
@@ -150,11 +156,11 @@ struct Plan {
 }
 
 /// The pilots of a job, one after the other.
-struct Pilots<'a, 'w, E> {
+struct Pilots<'a, 'c, E> {
     job: &'a Job,
     /// The threads of controls.
     threads: usize,
-    walk: &'w mut dyn FnMut(&Stage) -> Result<Walked, E>,
+    steps: Steps<'c, E>,
     /// The scene of the latest, by which rays find surfaces.
     scene: Option<Scene>,
     /// Walks and rays of all of them.
@@ -165,14 +171,10 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
     /// Walks a stage on grids, whose cells are those of the task.
     fn look(&mut self, grids: Grids, task: Task) -> Result<Pilot<'a>, E> {
         let cells = (&task.cells.0[..], &task.cells.1[..]);
-        let scene = match self.scene.take() {
-            Some(scene) => self.job.scene.recut(scene, cells),
-            None => self.job.scene.build_cut(cells, IndexChoice::Auto),
-        };
-        let scene = scene.map_err(Error::from)?;
+        let scene = self.build(cells)?;
         self.scene = Some(scene.clone());
         let stage = Stage::new(self.job, scene, task)?;
-        let walked = (self.walk)(&stage)?;
+        let walked = self.steps.walk(&stage)?;
         self.counted[0] += walked.all.counts.walks;
         self.counted[1] += walked.all.counts.rays;
         Ok(Pilot { stage, grids, walked })
@@ -191,20 +193,42 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
             Some(are_many) => are_many,
             None => self.groups_pay(auto, plan)?,
         };
-        let chosen = match are_grouped {
-            true => self.choose_in_groups(auto, plan),
-            false => self.choose_by_surface(auto, plan),
+        self.step(|pilots| match are_grouped {
+            true => pilots.choose_in_groups(auto, plan),
+            false => pilots.choose_by_surface(auto, plan),
+        })
+    }
+
+    /// The next step, which chooses patches. Its scene is the only one.
+    fn step(&mut self, choose: impl FnOnce(&mut Self) -> Result<Chosen, E>) -> Result<Chosen, E> {
+        let Some(partition) = self.steps.kept::<Partition>()? else {
+            let chosen = choose(self);
+            self.scene = None;
+            let chosen = chosen?;
+            self.steps.keep(&chosen.partition)?;
+            return Ok(chosen);
         };
-        self.scene = None;
-        chosen
+        let cells = (&partition.cuts[..], &partition.groups[..]);
+        let scene = self.build(cells)?;
+        let chosen = Chosen { partition, scene };
+        self.counted = [chosen.forecast().paths, chosen.forecast().rays];
+        Ok(chosen)
+    }
+
+    /// The scene cut into some cells, by what the latest one has built.
+    fn build(&mut self, cells: (&[Cut], &[u32])) -> Result<Scene, E> {
+        let scene = match self.scene.take() {
+            Some(scene) => self.job.scene.recut(scene, cells),
+            None => self.job.scene.build_cut(cells, IndexChoice::Auto),
+        };
+        Ok(scene.map_err(Error::from)?)
     }
 
     /// Whether groups of the faces of meshes pay, by a trial among fewer walks.
     fn groups_pay(&mut self, auto: &Auto, plan: Plan) -> Result<bool, E> {
-        let trial =
-            self.choose_in_groups(auto, Plan { walks: (plan.walks / TRIAL).max(1), aim: 0.0, ..plan })?;
-        self.scene = None;
-        let (pay, counted, scene) = trial.groups_pay((self.job, auto), self.threads)?;
+        let plan = Plan { walks: (plan.walks / TRIAL).max(1), aim: 0.0, ..plan };
+        let trial = self.step(|pilots| pilots.choose_in_groups(auto, plan))?;
+        let (pay, counted, scene) = trial.groups_pay((self.job, auto), self.threads, &mut self.steps)?;
         self.counted = counted;
         self.scene = Some(scene);
         Ok(pay)

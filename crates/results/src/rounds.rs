@@ -1,17 +1,24 @@
 //! Walks that are counted round by round: each round is a job of the cluster, its counts are kept in the output folder, and what the next one walks
-//! follows from all counts so far.
+//! follows from all counts so far. The walks of the round under way are kept in `round.bin`.
 
+use std::fs;
+use std::io;
 use std::sync::Arc;
 use std::time::Instant;
 
 use job::{Budget, Job};
+use protocol::codec::{decode_serde, encode_serde};
 use radiosity::{Experiment, Tally};
 use report::OutputFolder;
 use serde::{Deserialize, Serialize};
 
 use crate::checkpoints::Identity;
 use crate::error::Error;
+use crate::kept_tally::KeptTally;
 use crate::settings::Settings;
+
+/// The file of a round that is under way.
+pub(crate) const ROUND: &str = "round.bin";
 
 /// The walks of one round, for the processes of the caller.
 pub struct Round<'a> {
@@ -23,8 +30,50 @@ pub struct Round<'a> {
     pub budget: &'a Budget,
     /// The number of walks.
     pub walks: u64,
+    /// The walks of it that are taken already, the first ones.
+    pub past: Tally,
+    /// Keeps the first walks, so that a round that is stopped goes on from there.
+    pub keep: &'a dyn Fn(&Tally) -> Result<(), Error>,
     /// Is told how many walks are in.
     pub watch: &'a dyn Fn(u64),
+}
+
+/// A round as it is kept.
+#[derive(Serialize, Deserialize)]
+struct KeptRound {
+    /// The digest of the walks, their number included.
+    walks: [u8; 32],
+    /// The first of them.
+    prefix: KeptTally,
+    /// What they have cost, but for the rays, which the tally counts.
+    cost: Cost,
+}
+
+impl KeptRound {
+    /// What is kept of a round in a folder; nothing where that is not readable.
+    fn read(folder: &OutputFolder, walks: [u8; 32], experiment: &Experiment) -> Option<(Tally, Cost)> {
+        let bytes = fs::read(folder.file(ROUND)).ok()?;
+        let (content, checksum) = bytes.split_last_chunk::<{ blake3::OUT_LEN }>()?;
+        (blake3::hash(content) == *checksum).then_some(())?;
+        let kept: KeptRound = decode_serde(content).ok().filter(|kept: &KeptRound| kept.walks == walks)?;
+        Some((kept.prefix.unpack(experiment.rows(), experiment.layout())?, kept.cost))
+    }
+
+    /// Writes it. A loss of power may take it back.
+    fn write(&self, folder: &OutputFolder) -> Result<(), Error> {
+        let failed = |source| Error::System { doing: "keeping the walks of a round", source };
+        let mut content = encode_serde(self).map_err(|error| failed(io::Error::other(error)))?;
+        let checksum = blake3::hash(&content);
+        content.extend(checksum.as_bytes());
+        report::write_soon(&folder.file(ROUND), &content).map_err(failed)
+    }
+}
+
+/// The digest of the walks of a round.
+fn digest(identity: &Identity, walks: u64) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&identity.scene_hash).update(&identity.job).update(&walks.to_le_bytes());
+    hasher.finalize().into()
 }
 
 /// What the walks of a round came to.
@@ -98,11 +147,26 @@ pub(crate) fn walk_rounds<E: From<Error>>(
         let identity = Identity::new(job, &settings, &experiment, build)?;
         let watch = |done| watch(before + (behind - before) * done as f64 / walks as f64);
         let began = Instant::now();
-        let round = Round { identity, experiment, budget: &job.budget, walks, watch: &watch };
+        let digest = digest(&identity, walks);
+        let (past, before) = match KeptRound::read(folder, digest, &experiment) {
+            Some((tally, cost)) => (tally, cost),
+            None => (experiment.tally(), Cost::default()),
+        };
+        let cost = |rays, cpu_seconds| {
+            let mut cost = before;
+            cost.add(Cost { rays, seconds: began.elapsed().as_secs_f64(), cpu_seconds });
+            cost
+        };
+        let keep = |prefix: &Tally| {
+            let prefix = KeptTally::of(prefix);
+            KeptRound { walks: digest, prefix, cost: cost(0, 0.0) }.write(folder)
+        };
+        let budget = &job.budget;
+        let round = Round { identity, experiment, budget, walks, past, keep: &keep, watch: &watch };
         let Some(Walked { tally, cpu_seconds }) = walk(round)? else { return Ok(false) };
-        let cost = Cost { rays: tally.counts.rays, seconds: began.elapsed().as_secs_f64(), cpu_seconds };
-        counts.add(&tally, cost);
+        counts.add(&tally, cost(tally.counts.rays, cpu_seconds));
         counts.keep(folder)?;
+        folder.remove(&[ROUND]).map_err(Error::from)?;
     }
     Ok(true)
 }

@@ -3,6 +3,8 @@
 
 #[cfg(target_os = "linux")]
 pub mod shim;
+#[cfg(target_os = "linux")]
+pub mod storm;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

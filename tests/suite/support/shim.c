@@ -5,17 +5,20 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stdarg.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
 /* SYNC_MS: milliseconds that each fsync takes. SYNC_FAILS: fsyncs in ten that fail. CLOCK: the time of day jumps by a day,
- * to and fro. FULL: no file grows beyond this number of bytes. STUCK_MS: milliseconds for which a thread that gets SIGUSR1 is stuck. */
-enum { SYNC_MS, SYNC_FAILS, CLOCK, FULL, STUCK_MS, WRONGS };
+ * to and fro. FULL: no file grows beyond this number of bytes. STUCK_MS: milliseconds for which a thread that gets SIGUSR1 is stuck.
+ * READ_ONLY: no file is opened to be written. */
+enum { SYNC_MS, SYNC_FAILS, CLOCK, FULL, STUCK_MS, READ_ONLY, WRONGS };
 static const char *const names[WRONGS] = {
-    "SHIM_SYNC_MS", "SHIM_SYNC_FAILS", "SHIM_CLOCK", "SHIM_FULL", "SHIM_STUCK_MS",
+    "SHIM_SYNC_MS", "SHIM_SYNC_FAILS", "SHIM_CLOCK", "SHIM_FULL", "SHIM_STUCK_MS", "SHIM_READ_ONLY",
 };
 static int fixed[WRONGS];
 static volatile int *wrong = fixed;
@@ -52,6 +55,17 @@ ssize_t write(int file, const void *bytes, size_t count) {
     if (!real) real = (ssize_t (*)(int, const void *, size_t))dlsym(RTLD_NEXT, "write");
     if (wrong[FULL] && fstat(file, &status) == 0 && S_ISREG(status.st_mode) && status.st_size + (off_t)count > wrong[FULL]) { errno = ENOSPC; return -1; }
     return real(file, bytes, count);
+}
+
+int open64(const char *path, int flags, ...) {
+    static int (*real)(const char *, int, ...);
+    va_list rest;
+    va_start(rest, flags);
+    mode_t mode = flags & (O_CREAT | O_TMPFILE) ? va_arg(rest, mode_t) : 0;
+    va_end(rest);
+    if (!real) real = (int (*)(const char *, int, ...))dlsym(RTLD_NEXT, "open64");
+    if (wrong[READ_ONLY] && (flags & O_ACCMODE) != O_RDONLY && strncmp(path, "/dev/", 5)) { errno = EROFS; return -1; }
+    return real(path, flags, mode);
 }
 
 int clock_gettime(clockid_t clock, struct timespec *now) {

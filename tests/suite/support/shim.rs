@@ -21,9 +21,11 @@ pub enum Wrong {
     Full,
     /// The milliseconds for which a thread that gets SIGUSR1 is stuck.
     StuckMs,
+    /// No file is opened to be written.
+    ReadOnly,
 }
 
-const WRONGS: usize = 5;
+const WRONGS: usize = 6;
 
 /// The library, and the file that tells it what is wrong.
 pub struct Shim {

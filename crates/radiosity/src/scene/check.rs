@@ -44,6 +44,12 @@ pub(super) fn check(spec: &SceneSpec) -> Result<(), SceneError> {
 
 type SceneFault = (&'static str, String);
 
+/// The edges that surfaces may have [m], whose corners lie within the longest. Squares of areas, and of areas by areas, are numbers then and not 0.
+const EDGES: [f64; 2] = [1e-30, 1e30];
+
+/// What surfaces may emit, if they do [W/m²]: the squares of all that light comes to are numbers then and not 0.
+const EMITTANCES: [f64; 2] = [1e-60, 1e60];
+
 fn check_surface(surface: &SurfaceSpec) -> Result<(), SceneFault> {
     let outline = match surface.shape {
         Shape::Parallelogram { .. } | Shape::Divided { .. } => "quad",
@@ -63,6 +69,15 @@ fn check_surface(surface: &SurfaceSpec) -> Result<(), SceneFault> {
             outline,
             format!(
                 "the surface has no area ({area:e} m²; its corners coincide or lie on a line); remove it or move a corner"
+            ),
+        ));
+    }
+    let [least, most] = EDGES;
+    if e_u.length().min(e_v.length()) < least || largest > most {
+        return Err((
+            outline,
+            format!(
+                "an edge is shorter than {least:e} m, or a corner farther away than {most:e} m (squares of areas have to be numbers); scale the scene"
             ),
         ));
     }
@@ -123,9 +138,16 @@ fn check_transmittance(surface: &SurfaceSpec) -> Result<(), SceneFault> {
 
 fn check_emittance(emittance: Spectrum) -> Result<(), String> {
     let outside = emittance.channels().into_iter().find(|channel| !(channel.is_finite() && *channel >= 0.0));
-    outside.map_or(Ok(()), |outside| {
-        Err(format!(
+    if let Some(outside) = outside {
+        return Err(format!(
             "{outside} is not a finite number ≥ 0 (surfaces cannot emit negative power); give W/m² ≥ 0"
+        ));
+    }
+    let [least, most] = EMITTANCES;
+    let extreme = emittance.channels().into_iter().find(|&e| e > 0.0 && !(least..=most).contains(&e));
+    extreme.map_or(Ok(()), |extreme| {
+        Err(format!(
+            "{extreme:e} W/m² is beyond {least:e} … {most:e} (squares of light have to be numbers); give another unit of light"
         ))
     })
 }

@@ -12,6 +12,7 @@ use super::count::{DaylightCounted, row};
 use super::kept::COUNTS;
 use super::question::DaylightQuestion;
 use crate::error::Error;
+use crate::rounds::ROUND;
 
 const TABLE: &str = "annual.csv";
 const COEFFICIENTS: &str = "coefficients.mtx";
@@ -25,7 +26,7 @@ const PARQUET: &str = "daylight.parquet";
 const BINARY_COEFFICIENTS: &str = "coefficients.float.mtx";
 
 /// All files that are written.
-pub const FILES: [&str; 11] = [
+pub const FILES: [&str; 12] = [
     TABLE,
     COEFFICIENTS,
     HOURS,
@@ -37,6 +38,7 @@ pub const FILES: [&str; 11] = [
     NUMPY,
     PARQUET,
     BINARY_COEFFICIENTS,
+    ROUND,
 ];
 
 /// A file that is written where it is asked for.

@@ -12,6 +12,7 @@ use super::fault::FactorsFault;
 use super::question::FactorsQuestion;
 use super::subject::Subject;
 use crate::error::Error;
+use crate::rounds::ROUND;
 
 const TABLE: &str = "factors.csv";
 pub(super) const GROUPS: &str = "groups.csv";
@@ -25,7 +26,7 @@ pub(super) const ROUGH: &str =
     "no factors were found that are reciprocal and add up; the raw ones stand alone";
 
 /// All files that may be written.
-pub const FILES: [&str; 7] = [TABLE, GROUPS, SUMMARY, THERMAL, NUMPY, MATRIX, COUNTS];
+pub const FILES: [&str; 8] = [TABLE, GROUPS, SUMMARY, THERMAL, NUMPY, MATRIX, COUNTS, ROUND];
 
 /// The matrices that a folder holds.
 pub fn matrices_in(folder: &Path) -> Vec<MatrixFile> {

@@ -1,16 +1,18 @@
-//! `pilot.bin`: what the stages of a pilot have come to, so that one that is stopped goes on from there.
+//! `pilot.bin`: what the stages of a pilot have come to and what was chosen by them, so that a choice that is stopped goes on from there.
 
 use std::fs;
 use std::io::{self, Write as _};
 use std::sync::Arc;
 
-use protocol::codec::{decode_serde, encode_serde, pack, unpack};
-use radiosity::{Counts, Layout, Tally};
+use protocol::codec::{CodecError, decode_serde, encode_serde};
+use radiosity::Tally;
 use report::OutputFolder;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::stage::{Groups, Stage, Walked};
 use crate::error::Error;
+use crate::kept_tally::KeptTally;
 
 /// The file of a pilot that is under way.
 pub const PILOT: &str = "pilot.bin";
@@ -18,10 +20,18 @@ pub const PILOT: &str = "pilot.bin";
 /// The bytes of the checksum at its end.
 const CHECKSUM: usize = blake3::OUT_LEN;
 
-/// The stages of a pilot, as far as they are walked.
+/// The stages of a pilot, as far as they are walked, and the steps of a choice.
 #[derive(Default, Serialize, Deserialize)]
 pub struct PilotBooks {
+    /// The stages since the last step.
     stages: Vec<KeptStage>,
+    /// The digest of the job whose choice it is.
+    choice: [u8; 32],
+    /// What the steps of the choice came to, in their order.
+    steps: Vec<Vec<u8>>,
+    /// Whether the run goes on with what an earlier one has left, if anything.
+    #[serde(skip)]
+    pub(super) is_resumed: bool,
 }
 
 /// A stage as it is kept.
@@ -32,26 +42,8 @@ struct KeptStage {
     groups: Vec<KeptTally>,
 }
 
-/// A tally whose sums are packed.
-#[derive(Serialize, Deserialize)]
-struct KeptTally {
-    counts: [u128; 15],
-    sums: Vec<u8>,
-}
-
-impl KeptTally {
-    fn of(tally: &Tally) -> Self {
-        KeptTally { counts: tally.counts.to_array(), sums: pack(tally.sums()) }
-    }
-
-    fn unpack(&self, rows: usize, layout: Layout) -> Option<Tally> {
-        let sums = unpack(&self.sums).collect::<Result<_, _>>().ok()?;
-        Tally::from_parts(Counts::from_array(self.counts)?, rows, layout, sums).ok()
-    }
-}
-
 impl PilotBooks {
-    /// What is kept in a folder; nothing where that is not readable.
+    /// What is kept in a folder that is gone on with; nothing where that is not readable.
     pub fn read(folder: &OutputFolder) -> Self {
         let read = || {
             let bytes = fs::read(folder.file(PILOT)).ok()?;
@@ -59,7 +51,7 @@ impl PilotBooks {
             (blake3::hash(content) == *checksum).then_some(())?;
             decode_serde(content).ok()
         };
-        read().unwrap_or_default()
+        PilotBooks { is_resumed: true, ..read().unwrap_or_default() }
     }
 
     /// The walks of a stage that are kept, and the groups of them that have ended.
@@ -98,12 +90,46 @@ impl PilotBooks {
         kept.prefix = KeptTally::of(prefix);
         let further = groups.ended.get(kept.groups.len()..).unwrap_or_default();
         kept.groups.extend(further.iter().map(KeptTally::of));
-        let content = encode_serde(self)
-            .map_err(|error| Error::System { doing: "packing a pilot", source: io::Error::other(error) })?;
-        let checksum = blake3::hash(&content);
-        Ok(folder.write(PILOT, |file| {
-            file.write_all(&content)?;
-            file.write_all(checksum.as_bytes())
-        })?)
+        let content = self.pack()?;
+        Ok(folder.write(PILOT, |file| file.write_all(&content))?)
     }
+
+    /// What a step of the choice of a job came to, where it is kept.
+    pub(super) fn step<T: DeserializeOwned>(&self, choice: [u8; 32], number: usize) -> Option<T> {
+        let step = self.steps.get(number).filter(|_| self.choice == choice)?;
+        decode_serde(step).ok()
+    }
+
+    /// Keeps what the next step of the choice of a job came to: it stands for the stages before it, and for what other jobs have chosen.
+    ///
+    /// # Errors
+    /// Where the file cannot be written.
+    pub(super) fn keep_step<T: Serialize>(
+        &mut self,
+        (choice, number): ([u8; 32], usize),
+        step: &T,
+        folder: &OutputFolder,
+    ) -> Result<(), Error> {
+        if self.choice != choice {
+            (self.choice, self.steps) = (choice, Vec::new());
+        }
+        self.steps.truncate(number);
+        self.steps.push(encode_serde(step).map_err(unpackable)?);
+        self.stages.clear();
+        let content = self.pack()?;
+        // A loss of power may take it back: it took seconds.
+        let written = report::write_soon(&folder.file(PILOT), &content);
+        written.map_err(|source| Error::System { doing: "keeping what a pilot has chosen", source })
+    }
+
+    fn pack(&self) -> Result<Vec<u8>, Error> {
+        let mut content = encode_serde(self).map_err(unpackable)?;
+        let checksum = blake3::hash(&content);
+        content.extend(checksum.as_bytes());
+        Ok(content)
+    }
+}
+
+fn unpackable(error: CodecError) -> Error {
+    Error::System { doing: "packing a pilot", source: io::Error::other(error) }
 }

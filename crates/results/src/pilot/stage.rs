@@ -86,9 +86,12 @@ impl<'a> Stage<'a> {
         Identity::of_walks((&spec, &self.settings()), &self.experiment, 0, build)
     }
 
-    /// The digest of these walks, for what is kept of them.
+    /// The digest of these walks and their groups, for what is kept of them.
     pub(super) fn hash(&self) -> [u8; 32] {
-        self.settings().job_hash(self.experiment.scene().hash(), self.seed)
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&self.settings().job_hash(self.experiment.scene().hash(), self.seed));
+        hasher.update(&self.groups.to_le_bytes()).update(&self.walks_of_group.to_le_bytes());
+        hasher.finalize().into()
     }
 
     fn settings(&self) -> Settings {

@@ -30,7 +30,7 @@ const WAITING: usize = 1024;
 const WATCH: Duration = Duration::from_millis(100);
 
 /// How often rows are handed to the system, so that a process which is killed has lost no more.
-const FLUSH: Duration = Duration::from_secs(2);
+const FLUSH: Duration = Duration::from_millis(250);
 
 /// Walks of a row at its first look, where it ends at an error.
 const FIRST_LOOK: u64 = 1 << 10;
