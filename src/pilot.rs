@@ -115,6 +115,10 @@ impl PilotCrew<Fault> for Crew<'_> {
         Ok(Some((books, output.folder())))
     }
 
+    fn has_past(&self) -> bool {
+        self.resume
+    }
+
     fn trouble(&mut self, error: results::Error) {
         warn!("{error}; the choice of patches goes on without being kept");
     }

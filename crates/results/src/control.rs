@@ -322,7 +322,7 @@ mod tests {
             let auto = job.auto.as_ref().unwrap();
             let chosen = Chosen { partition, scene: scene.clone() };
             let mut crew = |_: &PilotStage| -> Result<_, Error> { unreachable!("the pilot is over") };
-            let mut steps = Steps::new((&job, auto), &mut crew).unwrap();
+            let mut steps = Steps::new((&job, auto), &mut crew);
             let finer = chosen.controlled((&job, auto), 2, &mut steps).unwrap().partition;
             let patches: u64 = finer.cuts.iter().map(Cut::cells).sum();
             let told = finer.forecast.unwrap();

@@ -117,7 +117,7 @@ pub fn choose_by<E: From<Error>>(
 ) -> Result<Option<Chosen>, E> {
     let Some(auto) = &job.auto else { return Ok(None) };
     let most = job.budget.paths;
-    let steps = Steps::new((job, auto), crew)?;
+    let steps = Steps::new((job, auto), crew);
     let mut pilots = Pilots { job, threads, steps, scene: None, counted: [0, 0] };
     let Some(target) = &job.total_target else {
         let chosen = pilots.choose(auto, Plan { walks: most, most, aim: 0.0 })?;

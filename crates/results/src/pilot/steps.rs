@@ -30,6 +30,11 @@ pub trait PilotCrew<E> {
         Ok(None)
     }
 
+    /// Whether something may be kept of an earlier process. Without that nothing of a folder is asked for before there is something to keep.
+    fn has_past(&self) -> bool {
+        false
+    }
+
     /// Hears that something cannot be kept. The choice goes on.
     fn trouble(&mut self, _: Error) {}
 }
@@ -43,23 +48,30 @@ impl<E, F: FnMut(&Stage) -> Result<Walked, E>> PilotCrew<E> for F {
 /// The steps of a choice: each is a function of the job and of those before.
 pub(crate) struct Steps<'c, E> {
     crew: &'c mut dyn PilotCrew<E>,
-    /// The digest of all that the choice depends on, if it is kept.
-    choice: [u8; 32],
+    of: (&'c Job, &'c Auto),
+    /// The digest of all that the choice depends on, once it is asked for.
+    choice: Option<[u8; 32]>,
     /// The number of the next step.
     next: usize,
 }
 
 impl<'c, E: From<Error>> Steps<'c, E> {
     /// The steps of the choice for a job, none of which is taken.
-    ///
-    /// # Errors
-    /// Those of the crew.
-    pub(crate) fn new((job, auto): (&Job, &Auto), crew: &'c mut dyn PilotCrew<E>) -> Result<Self, E> {
-        let choice = match crew.books()? {
-            Some(_) => choice(job, auto)?,
+    pub(crate) fn new(of: (&'c Job, &'c Auto), crew: &'c mut dyn PilotCrew<E>) -> Self {
+        Steps { crew, of, choice: None, next: 0 }
+    }
+
+    /// The digest of all that the choice depends on, where it is kept.
+    fn choice(&mut self) -> Result<[u8; 32], E> {
+        if let Some(known) = self.choice {
+            return Ok(known);
+        }
+        let choice = match self.crew.books()? {
+            Some(_) => choice(self.of)?,
             None => [0; 32],
         };
-        Ok(Steps { crew, choice, next: 0 })
+        self.choice = Some(choice);
+        Ok(choice)
     }
 
     /// Walks a stage.
@@ -75,8 +87,12 @@ impl<'c, E: From<Error>> Steps<'c, E> {
     /// # Errors
     /// Those of the crew.
     pub(crate) fn kept<T: DeserializeOwned>(&mut self) -> Result<Option<T>, E> {
+        if !self.crew.has_past() {
+            return Ok(None);
+        }
+        let choice = self.choice()?;
         let Some((books, _)) = self.crew.books()? else { return Ok(None) };
-        let step = books.step(self.choice, self.next);
+        let step = books.step(choice, self.next);
         self.next += usize::from(step.is_some());
         Ok(step)
     }
@@ -86,7 +102,7 @@ impl<'c, E: From<Error>> Steps<'c, E> {
     /// # Errors
     /// Those of the crew; that it cannot be kept is none.
     pub(crate) fn keep<T: Serialize>(&mut self, step: &T) -> Result<(), E> {
-        let number = (self.choice, self.next);
+        let number = (self.choice()?, self.next);
         self.next += 1;
         let Some((books, folder)) = self.crew.books()? else { return Ok(()) };
         let kept = books.keep_step(number, step, folder);
@@ -109,7 +125,7 @@ impl<'c, E: From<Error>> Steps<'c, E> {
         make: impl Fn(usize) -> Group + Sync,
     ) -> Result<Vec<Group>, E> {
         let mut hasher = blake3::Hasher::new();
-        hasher.update(&self.choice).update(&(self.next as u64).to_le_bytes());
+        hasher.update(&self.choice()?).update(&(self.next as u64).to_le_bytes());
         let control = *hasher.finalize().as_bytes();
         let opened = self
             .crew
@@ -152,7 +168,7 @@ impl<'c, E: From<Error>> Steps<'c, E> {
 }
 
 /// The digest of all that the choice for a job depends on.
-fn choice(job: &Job, Auto { surfaces, kinds, constant, linear }: &Auto) -> Result<[u8; 32], Error> {
+fn choice((job, Auto { surfaces, kinds, constant, linear }): (&Job, &Auto)) -> Result<[u8; 32], Error> {
     let job_hash = Settings::of(job).job_hash([0; 32], job.seed);
     let open = (surfaces, kinds, constant, linear);
     let all = (job.scene.spec(), open, job_hash, job.budget.paths, &job.total_target);
@@ -199,6 +215,10 @@ mod tests {
         fn books(&mut self) -> Result<Option<(&mut PilotBooks, &OutputFolder)>, End> {
             self.left = self.left.checked_sub(1).ok_or(End::Death)?;
             Ok(Some((&mut self.books, self.folder)))
+        }
+
+        fn has_past(&self) -> bool {
+            true
         }
 
         fn trouble(&mut self, error: Error) {
@@ -272,7 +292,7 @@ mod tests {
         let groups = |all: usize, make: &(dyn Fn(usize) -> Group + Sync)| {
             let books = PilotBooks::read(&folder);
             let mut crew = Mortal { folder: &folder, books, left: usize::MAX, stages: &stages };
-            let mut steps = Steps::new((&job, job.auto.as_ref().unwrap()), &mut crew).unwrap();
+            let mut steps = Steps::new((&job, job.auto.as_ref().unwrap()), &mut crew);
             steps.groups(all, 2, make).unwrap()
         };
         // A process that dies after ten groups.
