@@ -45,7 +45,7 @@ pub(super) fn check(spec: &SceneSpec) -> Result<(), SceneError> {
 type SceneFault = (&'static str, String);
 
 /// The edges that surfaces may have [m], whose corners lie within the longest. Squares of areas, and of areas by areas, are numbers then and not 0.
-const EDGES: [f64; 2] = [1e-30, 1e30];
+const EDGES: [f64; 2] = [1e-36, 1e36];
 
 /// What surfaces may emit, if they do [W/m²]: the squares of all that light comes to are numbers then and not 0.
 const EMITTANCES: [f64; 2] = [1e-60, 1e60];
