@@ -69,7 +69,7 @@ def main():
     ]
     for scene in scenes:
         name, first, whole, summary = measured(radwalk, scene)
-        lines.append(f"| {name} | {first} | {whole} | {100 * summary["accuracy"]["total"]:.1f} |")
+        lines.append(f"| {name} | {first} | {whole} | {100 * summary['accuracy']['total']:.1f} |")
         print(lines[-1], flush=True)
     PAGE.write_text("\n".join(lines) + "\n")
 
