@@ -38,7 +38,7 @@ pub(crate) fn walk_round(executor: &Executor, round: Round<'_>) -> Result<Option
         Look { walks: counts.walks, rays: counts.rays, ..Look::default() }
     };
     let mut keeping = Keeping::new(walks, past.counts.walks);
-    let past = Past { tally: past.into(), ..Past::none(experiment.tally()) };
+    let past = Past::none(past);
     let mut watch = |coordinator: &Coordinator| {
         watch(coordinator.progress().walks);
         let prefix = coordinator.prefix();

@@ -1,6 +1,6 @@
-//! Scenes drawn at random, most of which nobody would build: faces that touch, coincide, cross, are slivers or points, and numbers at the ends of their
-//! range. Each is examined, built and walked, as `check` and `run` do: it is refused in words or gives finite numbers that are possible. Of some the walks
-//! are held against the exact solution.
+//! Scenes drawn at random, most of which nobody would build. Faces touch, coincide, cross, or are slivers or points. Numbers lie at the ends of their range.
+//! Each scene is examined, built and walked, as `check` and `run` do: it is refused in words, or gives finite numbers that are possible. Walks in some are held
+//! against the exact solution.
 
 use std::panic::catch_unwind;
 use std::time::{Duration, Instant};

@@ -58,7 +58,7 @@ impl Access {
     pub fn write(&self, path: &Path) -> io::Result<()> {
         let mut draft = path.as_os_str().to_owned();
         draft.push(format!(".{}.tmp", std::process::id()));
-        // What a process of this number has left that was killed here. In a container all have the same.
+        // A process of this number that was killed may have left the file: in a container all processes have the same number.
         let _ = std::fs::remove_file(&draft);
         let mut options = OpenOptions::new();
         options.write(true).create_new(true);

@@ -123,7 +123,7 @@ pub struct Past {
 }
 
 impl Past {
-    /// The past of a new job; `tally` is empty.
+    /// The past of a job of which nothing is known but its tally, which is empty where it is new.
     pub fn none(tally: Tally) -> Self {
         let (deliveries, effort) = (Deliveries::default(), Effort::default());
         Past { tally: tally.into(), deliveries, out_of_order: vec![], workers: vec![], looks: vec![], effort }

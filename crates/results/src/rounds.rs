@@ -1,20 +1,18 @@
 //! Walks that are counted round by round: each round is a job of the cluster, its counts are kept in the output folder, and what the next one walks
 //! follows from all counts so far. The walks of the round under way are kept in `round.bin`.
 
-use std::fs;
 use std::io;
 use std::sync::Arc;
 use std::time::Instant;
 
 use job::{Budget, Job};
-use protocol::codec::{decode_serde, encode_serde};
 use radiosity::{Experiment, Tally};
 use report::OutputFolder;
 use serde::{Deserialize, Serialize};
 
 use crate::checkpoints::Identity;
 use crate::error::Error;
-use crate::kept_tally::KeptTally;
+use crate::kept_tally::{KeptTally, sealed, unsealed};
 use crate::settings::Settings;
 
 /// The file of a round that is under way.
@@ -52,19 +50,14 @@ struct KeptRound {
 impl KeptRound {
     /// What is kept of a round in a folder; nothing where that is not readable.
     fn read(folder: &OutputFolder, walks: [u8; 32], experiment: &Experiment) -> Option<(Tally, Cost)> {
-        let bytes = fs::read(folder.file(ROUND)).ok()?;
-        let (content, checksum) = bytes.split_last_chunk::<{ blake3::OUT_LEN }>()?;
-        (blake3::hash(content) == *checksum).then_some(())?;
-        let kept: KeptRound = decode_serde(content).ok().filter(|kept: &KeptRound| kept.walks == walks)?;
+        let kept: KeptRound = unsealed(&folder.file(ROUND)).filter(|kept: &KeptRound| kept.walks == walks)?;
         Some((kept.prefix.unpack(experiment.rows(), experiment.layout())?, kept.cost))
     }
 
     /// Writes it. A loss of power may take it back.
     fn write(&self, folder: &OutputFolder) -> Result<(), Error> {
         let failed = |source| Error::System { doing: "keeping the walks of a round", source };
-        let mut content = encode_serde(self).map_err(|error| failed(io::Error::other(error)))?;
-        let checksum = blake3::hash(&content);
-        content.extend(checksum.as_bytes());
+        let content = sealed(self).map_err(|error| failed(io::Error::other(error)))?;
         report::write_soon(&folder.file(ROUND), &content).map_err(failed)
     }
 }

@@ -83,6 +83,12 @@ impl LightCones {
     pub(super) fn bear_one(&self, lamp: usize, [place, point, direction]: [u64; 3]) -> [f64; 6] {
         ray(*self.lamps.row(lamp as u32), self.has_discs, [&[place], &[point], &[direction]])
     }
+
+    /// The direction alone of such a birth at a distant lamp.
+    pub(super) fn direction_of_distant(&self, lamp: usize, bits: u64) -> [f64; 3] {
+        let [.., x, y, z] = ray(*self.lamps.row(lamp as u32), false, [&[0], &[0], &[bits]]);
+        [x, y, z]
+    }
 }
 
 #[inline(always)]

@@ -210,8 +210,8 @@ impl PointLamps {
             distance,
             irradiance: strength.channels().map(|strength| strength * per_strength),
         };
-        if let Emission::Distant { .. } = emission {
-            return beam(-self.birth(lamp, [0, 0, bits]).direction, f64::INFINITY, 1.0);
+        if let (Emission::Distant { .. }, Some(cones)) = (emission, self.cones()) {
+            return beam(-DVec3::from(cones.direction_of_distant(lamp, bits)), f64::INFINITY, 1.0);
         }
         let away = point - *position;
         let (square, distance) = (away.length_squared(), away.length());

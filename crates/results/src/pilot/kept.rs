@@ -1,6 +1,5 @@
 //! `pilot.bin`: what the stages of a pilot have come to and what was chosen by them, so that a choice that is stopped goes on from there.
 
-use std::fs;
 use std::io::{self, Write as _};
 use std::sync::Arc;
 
@@ -12,13 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use super::stage::{Groups, Stage, Walked};
 use crate::error::Error;
-use crate::kept_tally::KeptTally;
+use crate::kept_tally::{KeptTally, sealed, unsealed};
 
 /// The file of a pilot that is under way.
 pub const PILOT: &str = "pilot.bin";
-
-/// The bytes of the checksum at its end.
-const CHECKSUM: usize = blake3::OUT_LEN;
 
 /// The stages of a pilot, as far as they are walked, and the steps of a choice.
 #[derive(Default, Serialize, Deserialize)]
@@ -45,13 +41,7 @@ struct KeptStage {
 impl PilotBooks {
     /// What is kept in a folder that is gone on with; nothing where that is not readable.
     pub fn read(folder: &OutputFolder) -> Self {
-        let read = || {
-            let bytes = fs::read(folder.file(PILOT)).ok()?;
-            let (content, checksum) = bytes.split_last_chunk::<CHECKSUM>()?;
-            (blake3::hash(content) == *checksum).then_some(())?;
-            decode_serde(content).ok()
-        };
-        PilotBooks { is_resumed: true, ..read().unwrap_or_default() }
+        PilotBooks { is_resumed: true, ..unsealed(&folder.file(PILOT)).unwrap_or_default() }
     }
 
     /// The walks of a stage that are kept, and the groups of them that have ended.
@@ -90,7 +80,7 @@ impl PilotBooks {
         kept.prefix = KeptTally::of(prefix);
         let further = groups.ended.get(kept.groups.len()..).unwrap_or_default();
         kept.groups.extend(further.iter().map(KeptTally::of));
-        let content = self.pack()?;
+        let content = sealed(self).map_err(unpackable)?;
         Ok(folder.write(PILOT, |file| file.write_all(&content))?)
     }
 
@@ -116,17 +106,10 @@ impl PilotBooks {
         self.steps.truncate(number);
         self.steps.push(encode_serde(step).map_err(unpackable)?);
         self.stages.clear();
-        let content = self.pack()?;
+        let content = sealed(self).map_err(unpackable)?;
         // A loss of power may take it back: it took seconds.
         let written = report::write_soon(&folder.file(PILOT), &content);
         written.map_err(|source| Error::System { doing: "keeping what a pilot has chosen", source })
-    }
-
-    fn pack(&self) -> Result<Vec<u8>, Error> {
-        let mut content = encode_serde(self).map_err(unpackable)?;
-        let checksum = blake3::hash(&content);
-        content.extend(checksum.as_bytes());
-        Ok(content)
     }
 }
 
