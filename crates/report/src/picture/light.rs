@@ -12,6 +12,13 @@ const MIDDLE: f64 = 0.3;
 const BRIGHT_SHARE: f64 = 0.95;
 pub(super) const BRIGHT: [f64; 2] = [0.5, 1.8];
 
+/// How many times as light as a dark pixel a bright one is to be, and the greatest power that the ratio is raised to for that.
+const CONTRAST: f64 = 3.0;
+const MOST_POWER: f64 = 3.0;
+
+/// The part of the pixels that are dark.
+const DARK_SHARE: f64 = 0.05;
+
 /// Light up to here is shown as it is.
 pub(super) const SHOULDER: f64 = 0.5;
 
@@ -55,6 +62,40 @@ pub(super) fn exposure(scene: &Scene, [reflecting, emitting]: &[Vec<f64>; 2]) ->
     };
     let exposure = of(reflecting).or_else(|| rank(emitting, BRIGHT_SHARE).map(|bright| BRIGHT[0] / bright));
     white_balance(scene).map(|gain| gain * exposure.unwrap_or(1.0))
+}
+
+/// A curve that darkens what is darker than the bright pixels of a scene whose surfaces differ little in brightness.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contrast {
+    /// The light that is kept as it is, with all above it.
+    bright: f64,
+    /// The power that light is raised to, as a part of `bright`.
+    power: f64,
+}
+
+impl Contrast {
+    /// The curve that changes nothing.
+    pub(super) const NONE: Self = Contrast { bright: 1.0, power: 1.0 };
+
+    /// The curve for pixels of these lights, those of reflecting surfaces.
+    pub(super) fn of(lights: &[f64]) -> Self {
+        let [Some(dark), Some(bright)] = [DARK_SHARE, BRIGHT_SHARE].map(|share| rank(lights, share)) else {
+            return Contrast::NONE;
+        };
+        // Of an even scene there is no contrast to raise.
+        let power = if bright > dark { CONTRAST.ln() / (bright / dark).ln() } else { 1.0 };
+        Contrast { bright, power: power.clamp(1.0, MOST_POWER) }
+    }
+
+    /// Light by the curve; its colour is kept.
+    pub(super) fn bend(&self, light: Light) -> Light {
+        let part = light.into_iter().fold(0.0, f64::max) / self.bright;
+        if self.power == 1.0 || part >= 1.0 {
+            return light;
+        }
+        let gain = part.powf(self.power - 1.0);
+        light.map(|light| light * gain)
+    }
 }
 
 /// The brightest channel in white light.

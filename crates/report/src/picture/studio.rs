@@ -8,7 +8,8 @@ use radiosity::{Scene, Side};
 use super::field::{Field, Lights, left, samples};
 use super::lamps::Lamps;
 use super::light::{
-    BACKGROUND, Light, SHINING, Shades, balanced, exposure, mean, of_piece, tone, value, white_balance,
+    BACKGROUND, Contrast, Light, SHINING, Shades, balanced, exposure, mean, of_piece, tone, value,
+    white_balance,
 };
 use super::spot::{BAND, Spot};
 use super::{Picture, Shot};
@@ -48,6 +49,7 @@ pub(super) struct Studio<'a> {
     lit: Option<(Lamps, Field)>,
     /// Light over radiosity, channel by channel.
     exposure: [f64; 3],
+    contrast: Contrast,
     shades: Shades,
 }
 
@@ -108,12 +110,18 @@ impl<'a> Studio<'a> {
             spots,
             lit,
             exposure: [1.0; 3],
+            contrast: Contrast::NONE,
             shades: Shades::new(),
         };
-        studio.exposure = match view.exposure {
-            Some(exposure) => white_balance(scene).map(|gain| gain * exposure),
-            None => exposure(scene, &studio.brightnesses()),
-        };
+        let gains = white_balance(scene);
+        if let Some(exposure) = view.exposure {
+            studio.exposure = gains.map(|gain| gain * exposure);
+        } else {
+            let seen = studio.brightnesses();
+            studio.exposure = exposure(scene, &seen);
+            let gain = studio.exposure[0] / gains[0];
+            studio.contrast = Contrast::of(&seen[0].iter().map(|value| value * gain).collect::<Vec<_>>());
+        }
         studio
     }
 
@@ -281,6 +289,6 @@ impl<'a> Studio<'a> {
         for c in 0..self.scene.channels() {
             light[c] = radiosity[c] * self.exposure[c];
         }
-        tone(light)
+        tone(self.contrast.bend(light))
     }
 }

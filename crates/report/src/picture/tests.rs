@@ -2,7 +2,7 @@ use glam::DVec3;
 use job::{Stand, View};
 use radiosity::{IndexChoice, Scene, SceneSpec};
 
-use super::light::{BACKGROUND, BRIGHT, SHINING, SHOULDER, Shades, encode, exposure, rank, tone};
+use super::light::{BACKGROUND, BRIGHT, Contrast, SHINING, SHOULDER, Shades, encode, exposure, rank, tone};
 use super::*;
 use crate::scenes::{cornell, cube, quad, radiosities};
 
@@ -133,6 +133,23 @@ fn exposure_is_by_the_middle_pixel_within_what_the_brightest_allow() {
     let uneven = of(&[vec![0.01; 80], vec![1.0; 20]].concat(), &[]);
     assert!((uneven - BRIGHT[1]).abs() < 1e-12, "{uneven}");
     assert!((of(&[], &[5.0]) - BRIGHT[0] / 5.0).abs() < 1e-12);
+}
+
+/// White things in even light are told apart; what differs as much as it is to, and what is even, stays as it is.
+#[test]
+fn contrast_is_raised_where_there_is_little() {
+    let of = |dark: f64| Contrast::of(&[vec![dark; 50], vec![0.5; 50]].concat());
+    let [r, g, b] = of(0.4).bend([0.4, 0.2, 0.1]);
+    assert!(
+        (r - 0.5 * 0.8_f64.powi(3)).abs() < 1e-12
+            && (r - 2.0 * g).abs() < 1e-12
+            && (r - 4.0 * b).abs() < 1e-12
+    );
+    assert!((of(0.25).bend([0.25; 3])[0] - 0.5 / 3.0).abs() < 1e-12);
+    for light in [0.0, 0.1, 0.4, 0.5, 2.0] {
+        assert_eq!([of(0.1), of(0.5)].map(|curve| curve.bend([light; 3])), [[light; 3]; 2]);
+        assert!(light < 0.5 || of(0.4).bend([light; 3]) == [light; 3]);
+    }
 }
 
 #[test]
