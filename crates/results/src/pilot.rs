@@ -60,6 +60,9 @@ const COARSENING: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Walks that the first pilot is for, in a job with a total error.
 const FIRST_PLAN: u64 = 1 << 16;
 
+/// The first pilot is for this many walks a surface at least: fewer take less time than a scene of as many surfaces takes to build.
+const FIRST_WALKS_OF_SURFACE: u64 = 8;
+
 /// A pilot is large enough for this many times the walks that it was planned for.
 const ENOUGH: u64 = 2;
 
@@ -124,7 +127,8 @@ pub fn choose_by<E: From<Error>>(
         return Ok(Some(chosen.controlled((job, auto), threads, &mut pilots.steps)?));
     };
     // The pilot grows with the walks that it, and then the control, finds to be needed.
-    let mut walks = FIRST_PLAN.min(most);
+    let surfaces = job.scene.spec().surfaces.len() as u64;
+    let mut walks = FIRST_PLAN.max(FIRST_WALKS_OF_SURFACE * surfaces).min(most);
     loop {
         let chosen = pilots.choose(auto, Plan { walks, most, aim: AIM * target.total_error })?;
         let needed = chosen.forecast().for_paths;
@@ -280,10 +284,13 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
         let patch_of_part = cells.patch_of_part;
         let cells = (cells.cuts, cells.patch_of_cell);
         let task = Task { cells, linear: auto.linear, seed: seed(job.seed), groups: GROUPS, walks };
-        let pilot = self.look(grids, task)?;
+        let mut pilot = self.look(grids, task)?;
         let tallies = pilot.walked.tallies();
         let lights = pilot.lights(|surface| !meshes.has(surface));
         let mut on_meshes = MeshLight::new(&pilot.stage.experiment, &tallies, clusters, &patch_of_part);
+        // Tallies of a million triangles take as much memory as the choice.
+        pilot.walked.groups = Vec::new();
+        drop(patch_of_part);
         let energy = on_meshes.energy() + lights.iter().map(SurfaceLight::energy).sum::<f64>();
         let shared = shared_noise(&lights) + on_meshes.shared();
         let candidates = Candidates::new(&lights, shared, &open_bases(auto));

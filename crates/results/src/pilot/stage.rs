@@ -14,8 +14,9 @@ use crate::settings::Settings;
 /// Walks that a thread takes at once.
 const PART: u64 = 1 << 18;
 
-/// A stage of fewer walks takes less time than workers take to join.
+/// A stage of fewer walks, or of fewer of these for each surface, takes less time than workers take to join and to build the scene.
 const FEW_WALKS: u64 = 1 << 18;
+const FEW_WALKS_OF_SURFACE: u64 = 8;
 
 /// The walks of one look of a pilot, on cells of its own. Group g has walks g·n … (g + 1)·n − 1 of the sequence.
 pub struct Stage<'a> {
@@ -73,7 +74,8 @@ impl<'a> Stage<'a> {
 
     /// Whether so few walks are best taken by this process.
     pub fn is_short(&self) -> bool {
-        self.walks() < FEW_WALKS
+        let surfaces = self.job.scene.spec().surfaces.len() as u64;
+        self.walks() < FEW_WALKS.max(FEW_WALKS_OF_SURFACE * surfaces)
     }
 
     /// The job of these walks, as it travels.
