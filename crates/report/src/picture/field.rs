@@ -2,16 +2,16 @@
 //!
 //! Shadow rays bring the light of lamps, together with gathering rays that meet some, and gathering rays what other surfaces reflect: B of the solution where they end. So
 //! shadows, corners and edges have the sharpness of pixels and not of patches, and errors of patches average out over the
-//! hemisphere. What noise is left is taken by filters that stay on one surface: the one of gathered light within a part of the
-//! distance to what surrounds a point, over which that light hardly changes (G. Ward, F. Rubinstein & R. Clear, *A ray tracing solution
-//! for diffuse interreflection*, SIGGRAPH 1988), the one of lamps within their noise (C. Schied et al., *Spatiotemporal variance-guided
-//! filtering*, HPG 2017).
+//! hemisphere. What noise is left is taken by filters that stay on one surface: that of gathered light within a part of the
+//! distance to what surrounds a point, over which it hardly changes (G. Ward, F. Rubinstein & R. Clear, *A ray tracing solution
+//! for diffuse interreflection*, SIGGRAPH 1988), and that of all light within its noise (C. Schied et al., *Spatiotemporal
+//! variance-guided filtering*, HPG 2017).
 
 use glam::{DVec3, Vec3};
 use parallel::on_all_cores;
 use radiosity::{Face, Scene};
 
-use super::filter::{Links, even_gathered, even_lamps, even_reach, give_back};
+use super::filter::{Links, even_gathered, even_noise, even_reach, give_back};
 use super::lamps::{Lamps, SHADOWS};
 use super::spot::Spot;
 use super::tracer::{Sample, Task, Tracer};
@@ -123,16 +123,16 @@ impl Field {
         let mut pixels = rows.concat();
         let links = Links::new(&pixels, size);
         let counts = counts(&links, samples);
-        let traced = traced(lights, camera, spots, &counts);
+        let traced = traced(lights, camera, spots, (&counts, &links));
         pixels.iter_mut().zip(&traced).for_each(|(pixel, sample)| pixel.reach = 1.0 / sample.near);
         even_reach(&mut pixels, &links);
-        let gathered = traced.iter().map(|sample| Noisy { light: sample.gathered, variance: 0.0 }).collect();
-        let gathered = even_gathered(&pixels, gathered, &links, &counts);
+        let gathered = traced.iter().map(|sample| sample.gathered).collect();
+        let gathered = even_noise(&even_gathered(&pixels, gathered, &links, &counts), &links);
         let by_lamps: Vec<Noisy> = traced.iter().map(|sample| sample.lamps).collect();
-        let by_lamps = even_lamps(&by_lamps, &links);
+        let by_lamps = even_noise(&by_lamps, &links);
         let filtered = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light).collect();
         let unfiltered: Vec<Vec3> =
-            traced.iter().map(|sample| sample.gathered + sample.lamps.light).collect();
+            traced.iter().map(|sample| sample.gathered.light + sample.lamps.light).collect();
         let noisy = give_back(filtered, &unfiltered, &links);
         let straight = pixels.iter().map(|pixel| pixel.direct);
         let irradiance = noisy.into_iter().zip(straight).map(|(noisy, straight)| noisy + straight).collect();
@@ -189,7 +189,7 @@ fn counts(links: &Links, samples: u64) -> Vec<u8> {
 }
 
 /// The light of all pixels by their rays.
-fn traced(lights: &Lights, camera: &Camera, spots: &[Spot], counts: &[u8]) -> Vec<Sample> {
+fn traced(lights: &Lights, camera: &Camera, spots: &[Spot], (counts, links): (&[u8], &Links)) -> Vec<Sample> {
     let [width, height] = camera.size.map(|side| side as usize);
     let bands = on_all_cores(height.div_ceil(TILE), |band| {
         let mut tracer = Tracer::new(lights, camera);
@@ -202,6 +202,7 @@ fn traced(lights: &Lights, camera: &Camera, spots: &[Spot], counts: &[u8]) -> Ve
                 pixel: [x as u32, y as u32],
                 spot: spots[y * width + x],
                 samples: counts[y * width + x].into(),
+                is_at_edge: links.is_at_edge(y * width + x),
             };
             let tasks: Vec<Task> = pixels().map(task).collect();
             for ([x, y], sample) in pixels().zip(tracer.trace(&tasks)) {
@@ -255,10 +256,10 @@ pub(super) fn left(face: &Face, irradiance: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use job::View;
-    use radiosity::{IndexChoice, SceneSpec, Side};
+    use radiosity::{IndexChoice, SceneSpec, Side, SurfaceSpec};
 
     use super::*;
-    use crate::scenes::cube_spec;
+    use crate::scenes::{cube_spec, quad};
 
     /// A camera in front of a scene, and what it sees.
     fn seen(scene: &Scene) -> (Camera, Vec<Spot>) {
@@ -268,10 +269,25 @@ mod tests {
         (camera, spots)
     }
 
-    /// In a furnace, whose faces have E = 1 − ϱ, light is 1 everywhere, whether rays end in the solution or are gathered on from close by.
+    /// A box on the floor of the unit cube whose sides reflect outwards: below it there is no light.
+    fn box_on_floor() -> Vec<SurfaceSpec> {
+        let (a, b, top) = (0.33, 0.65, 0.3);
+        let sides = [
+            [[a, a, top], [b, a, top], [a, b, top]],
+            [[a, a, 0.0], [a, a, top], [a, b, 0.0]],
+            [[b, a, 0.0], [b, b, 0.0], [b, a, top]],
+            [[a, a, 0.0], [b, a, 0.0], [a, a, top]],
+            [[a, b, 0.0], [a, b, top], [b, b, 0.0]],
+        ];
+        sides.map(|corners| quad("box", corners, [1, 1], 0.5)).into()
+    }
+
+    /// In a furnace, whose faces have E = 1 − ϱ, light is 1 everywhere, whether rays end in the solution or are gathered on from close by, and
+    /// in pixels of the floor that a box stands in a part of.
     #[test]
     fn a_furnace_is_even() {
         let mut spec: SceneSpec = cube_spec();
+        spec.surfaces.extend(box_on_floor());
         spec.surfaces.iter_mut().for_each(|surface| {
             (surface.reflectance, surface.emittance) = (0.6.into(), 0.4.into());
             surface.cell_emittance.clear();

@@ -101,6 +101,11 @@ impl Links {
         Some(before)
     }
 
+    /// Whether one of the eight pixels around a pixel shows another surface.
+    pub(super) fn is_at_edge(&self, own: usize) -> bool {
+        (0..AXES.len()).any(|axis| self.behind(own, axis, 0).is_none() || self.ahead(own, axis, 0).is_none())
+    }
+
     /// By pixel, the number of pixels around that show the same surface, as far as on both sides along each axis, as a power of 2.
     pub(super) fn alike(&self) -> Vec<u32> {
         let along = |own: usize, axis: usize| {
@@ -219,9 +224,9 @@ pub(super) fn even_gathered(pixels: &[Seen], light: Vec<Noisy>, links: &Links, s
     (0..GATHERED_PASSES).fold(light, pass)
 }
 
-/// Light of lamps, evened out within its noise, which is told from shadows by means over a few pixels; and once more by the outcome, whose
+/// Light, evened out within its noise, which is told from shadows by means over a few pixels; and once more by the outcome, whose
 /// slopes are known.
-pub(super) fn even_lamps(light: &[Noisy], links: &Links) -> Vec<Noisy> {
+pub(super) fn even_noise(light: &[Noisy], links: &Links) -> Vec<Noisy> {
     let guide = Guide::flat(&links.evened(light, 0), links);
     let once = even_by(&guide, light, links);
     even_by(&guide.sloping(&once, links), light, links)
@@ -380,7 +385,7 @@ mod tests {
             let step = |pair: &[Vec3]| f64::from(mean(pair[1] - pair[0])).powi(2);
             light.chunks(64).flat_map(|row| row[..40].windows(2)).map(step).sum()
         };
-        let by_lamps = of(even_lamps(&light, &links));
+        let by_lamps = of(even_noise(&light, &links));
         let gathered = of(even_gathered(&pixels, light.clone(), &links, &vec![32; pixels.len()]));
         let light = of(light);
         for filtered in [by_lamps, gathered] {

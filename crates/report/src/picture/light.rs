@@ -10,7 +10,7 @@ const MIDDLE: f64 = 0.3;
 
 /// The part of the pixels that is not too bright, and how light the brightest of them are at least and at most.
 const BRIGHT_SHARE: f64 = 0.95;
-pub(super) const BRIGHT: [f64; 2] = [0.5, 1.8];
+pub(super) const BRIGHT: [f64; 2] = [0.75, 1.8];
 
 /// How many times as light as a dark pixel a bright one is to be, and the greatest power that the ratio is raised to for that.
 const CONTRAST: f64 = 3.0;

@@ -234,9 +234,12 @@ impl<'a> Studio<'a> {
 
     /// Pixels that edges go through, by several looks each.
     fn fine_pixels(&self, pixels: &[[usize; 2]]) -> Vec<Pixel> {
-        let offset = |k: u32| (f64::from(k) + 0.5) / f64::from(FINE);
+        // In a cell of the pixel each, no two of them in one row or column: of a slat as many as it covers are on it.
+        let offset =
+            |cell: u32, within: u32| (f64::from(cell * FINE + within) + 0.5) / f64::from(FINE * FINE);
         let within = |&[x, y]: &[usize; 2]| {
-            (0..FINE * FINE).map(move |k| [x as f64 + offset(k % FINE), y as f64 + offset(k / FINE)])
+            let at = move |k: u32| (k % FINE, k / FINE);
+            (0..FINE * FINE).map(at).map(move |(i, j)| [x as f64 + offset(i, j), y as f64 + offset(j, i)])
         };
         let points: Vec<[f64; 2]> = pixels.iter().flat_map(within).collect();
         let spots = Spot::seen_by(&self.camera, self.scene, &points);

@@ -1,7 +1,7 @@
 //! The rays of pixels.
 
-use glam::{DVec3, Vec3};
-use radiosity::{Hit, Lookout, Ray, Side};
+use glam::DVec3;
+use radiosity::{Hit, Lookout, Ray, Side, Surface};
 
 use super::field::{Lights, Noisy};
 use super::lamps::{Aim, Odds, SHADOWS};
@@ -13,7 +13,7 @@ use crate::camera::Camera;
 #[derive(Clone, Default)]
 pub(super) struct Sample {
     pub(super) lamps: Noisy,
-    pub(super) gathered: Vec3,
+    pub(super) gathered: Noisy,
     /// The inverse of the mean distance to what surrounds it, in the sense of Ward et al. [1/m].
     pub(super) near: f32,
 }
@@ -25,6 +25,8 @@ pub(super) struct Task {
     pub(super) spot: Spot,
     /// How many samples are taken.
     pub(super) samples: u32,
+    /// Whether other surfaces may be in sight in a part of the pixel.
+    pub(super) is_at_edge: bool,
 }
 
 /// A point whose irradiance is sampled.
@@ -72,12 +74,18 @@ const OF_HITS: Numbers = Numbers {
     on_lamps: [Use::OnNextLamp, Use::OnNextSecond],
 };
 
+/// The sum of what rays bring, and of the squares of the mean of its channels.
+#[derive(Clone, Copy, Default)]
+struct Brought {
+    light: DVec3,
+    squares: f64,
+}
+
 /// Sums over the samples of a pixel.
 #[derive(Clone, Copy, Default)]
 struct Sums {
-    lamps: DVec3,
-    squares: f64,
-    gathered: DVec3,
+    lamps: Brought,
+    gathered: Brought,
     /// Of inverse distances [1/m].
     near: f64,
 }
@@ -116,7 +124,8 @@ impl<'a> Tracer<'a> {
         let points = self.points(tasks);
         for (number, (point, task)) in points.iter().zip(tasks).enumerate() {
             if let Some(point) = point {
-                self.aim_from_pixel(number, point, task, &points);
+                self.look_from(point.odds, &points);
+                self.aim_from_pixel(number, point, task);
             }
         }
         let (sums, close) = self.gather(&points);
@@ -145,18 +154,37 @@ impl<'a> Tracer<'a> {
         points
     }
 
-    /// Aims the rays of a pixel.
-    fn aim_from_pixel(&mut self, number: usize, point: &Point, task: &Task, points: &[Option<Point>]) {
+    /// Aims the rays of a pixel, from places all over it.
+    fn aim_from_pixel(&mut self, number: usize, point: &Point, task: &Task) {
         let surface = &self.lights.scene.surfaces()[point.surface as usize];
-        self.look_from(point.odds, points);
         let [x, y] = task.pixel.map(f64::from);
         let first = z_order(task.pixel).wrapping_mul(task.samples);
-        for index in (0..task.samples).map(|k| first.wrapping_add(k)) {
+        let indices = || (0..task.samples).map(|k| first.wrapping_add(k));
+        let within = indices().map(|index| {
             let [across, down] = numbers_of(index, Use::Place);
-            let uv = self.camera.on_plane(surface, [x + across, y + down]);
-            let origin = uv.map_or(point.place, |uv| surface.point(surface.inside(uv)));
-            self.aim(number, &Point { place: origin, ..*point }, index, &OF_PIXELS);
+            [x + across, y + down]
+        });
+        let within: Vec<[f64; 2]> = within.collect();
+        let places =
+            if task.is_at_edge { self.in_sight(task, &within) } else { self.on_plane(surface, &within) };
+        for (index, uv) in indices().zip(places) {
+            let place = uv.map_or(point.place, |uv| surface.point(surface.inside(uv)));
+            self.aim(number, &Point { place, ..*point }, index, &OF_PIXELS);
         }
+    }
+
+    /// Places on a surface behind some points of the picture, in its coordinates; `None` beyond its outline.
+    fn on_plane(&self, surface: &Surface, points: &[[f64; 2]]) -> Vec<Option<[f64; 2]>> {
+        points.iter().map(|&point| self.camera.on_plane(surface, point)).collect()
+    }
+
+    /// As many places of a pixel on the surface in its middle as there are points in it: those behind points that show it. Where other things stand
+    /// in front of it, a floor under furniture, say, it has other light, or none.
+    fn in_sight(&self, task: &Task, points: &[[f64; 2]]) -> Vec<Option<[f64; 2]>> {
+        let spots = Spot::seen_by(self.camera, self.lights.scene, points);
+        let seen: Vec<[f64; 2]> =
+            spots.iter().filter(|spot| spot.is_beside(&task.spot)).map(Spot::uv).collect();
+        (0..points.len()).map(|k| seen.get(k % seen.len().max(1)).copied()).collect()
     }
 
     /// Takes the odds of another point.
@@ -198,10 +226,7 @@ impl<'a> Tracer<'a> {
                 sum.near += 1.0 / hit.t.max(f64::MIN_POSITIVE);
             }
             match found {
-                Found::Lamp(light) => {
-                    sum.lamps += light;
-                    sum.squares += (light.element_sum() / 3.0).powi(2);
-                }
+                Found::Lamp(light) => sum.lamps.add(light),
                 Found::Piece(piece, part) if lights.is_close(piece, hit.t) => {
                     let surface = &lights.scene.surfaces()[hit.surface as usize];
                     let point = Point {
@@ -213,7 +238,7 @@ impl<'a> Tracer<'a> {
                     };
                     close.push(Close { pixel: errand.point, index: errand.index, piece, part, point });
                 }
-                Found::Piece(piece, part) => sum.gathered += part * lights.radiosity(piece, hit.uv),
+                Found::Piece(piece, part) => sum.gathered.add(part * lights.radiosity(piece, hit.uv)),
                 Found::Dark => {}
             }
         });
@@ -247,7 +272,7 @@ impl<'a> Tracer<'a> {
             Found::Dark => {}
         });
         for (close, irradiance) in close.iter().zip(irradiance) {
-            sums[close.pixel].gathered += close.part * lights.reflected(close.piece, irradiance);
+            sums[close.pixel].gathered.add(close.part * lights.reflected(close.piece, irradiance));
         }
         sums
     }
@@ -287,18 +312,29 @@ impl<'a> Tracer<'a> {
     }
 }
 
+impl Brought {
+    fn add(&mut self, light: DVec3) {
+        self.light += light;
+        self.squares += (light.element_sum() / 3.0).powi(2);
+    }
+
+    /// The mean over samples of a number of rays each.
+    fn mean(&self, samples: f64, rays: u32) -> Noisy {
+        let (light, all) = (self.light / samples, samples * f64::from(rays));
+        let variance =
+            (self.squares / (samples * samples) - (light.element_sum() / 3.0).powi(2) / all).max(0.0) * all
+                / (all - 1.0);
+        Noisy { light: light.as_vec3(), variance: variance as f32 }
+    }
+}
+
 impl Sums {
     /// The light of a pixel from the sums over its samples.
     fn sample(&self, samples: u32) -> Sample {
         let count = f64::from(samples);
-        let rays = count * f64::from(1 + SHADOWS);
-        let light = self.lamps / count;
-        let variance = (self.squares / (count * count) - (light.element_sum() / 3.0).powi(2) / rays).max(0.0)
-            * rays
-            / (rays - 1.0);
         Sample {
-            lamps: Noisy { light: light.as_vec3(), variance: variance as f32 },
-            gathered: (self.gathered / count).as_vec3(),
+            lamps: self.lamps.mean(count, 1 + SHADOWS),
+            gathered: self.gathered.mean(count, 1),
             near: (self.near / count) as f32,
         }
     }
