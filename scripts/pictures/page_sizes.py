@@ -66,6 +66,12 @@ class Browser:
         message, self.rest = self.rest.split(b"\0", 1)
         return json.loads(message)
 
+    def close(self):
+        self.process.terminate()
+        self.process.wait()
+        # Pipes of many browsers would come to the numbers that the next one gives its own.
+        os.close(self.write), os.close(self.read)
+
     def value(self, expression):
         return self.ask("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
 
@@ -119,8 +125,7 @@ def opened(page, screenshot):
         memory = browser.memory()
         shot = browser.ask("Page.captureScreenshot", format="png")["data"]
         screenshot.write_bytes(base64.b64decode(shot))
-        browser.process.terminate()
-        browser.process.wait()
+        browser.close()
     return {"bytes": page.stat().st_size, "ready": ready, "seconds": seconds, "processor": used, "memory": memory, "told": told}
 
 

@@ -57,12 +57,14 @@ impl Edition {
     }
 }
 
-/// Where a page comes from: the commit with its date, and the processor.
+/// Where a page comes from: the commit of this build with its date, and the processor.
 pub(crate) fn origin() -> String {
-    let log = Command::new("git").args(["log", "-1", "--format=commit %h of %cs"]).output();
-    let commit =
-        log.map_or_else(|_| "no commit".into(), |log| String::from_utf8_lossy(&log.stdout).trim().to_owned());
-    format!("{commit}, {}", machine())
+    let commit = env!("RADWALK_GIT");
+    let known = commit.trim_end_matches("-dirty");
+    let log = Command::new("git").args(["log", "-1", "--format=%cs", known]).output();
+    let date = log.ok().filter(|log| log.status.success());
+    let date = date.map_or(String::new(), |log| format!(" of {}", String::from_utf8_lossy(&log.stdout).trim()));
+    format!("commit {commit}{date}, {}", machine())
 }
 
 /// The class of this machine, as far as it is known.

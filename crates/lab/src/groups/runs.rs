@@ -5,9 +5,9 @@ use std::path::Path;
 use job::{Cut, Job, Partition};
 use judge::partition::{Grid, doublings};
 use radiosity::{Experiment, Scene, Sequence, Space, SurfaceSpec, Tally};
-use rustix::time::{ClockId, clock_gettime};
 
 use super::light::{LightErrors, Reference};
+use crate::clock::thread_seconds;
 
 pub use crate::walking::Failure;
 
@@ -64,9 +64,9 @@ pub fn experiment(
 ) -> Result<(Experiment, f64), Failure> {
     let job = job::load(job, &["budget.paths=1".into()])
         .and_then(|job| job.cut(&["budget.paths=1".into()], partition))?;
-    let start = seconds();
+    let start = thread_seconds();
     let scene = build(&job)?;
-    let building = seconds() - start;
+    let building = thread_seconds() - start;
     Ok((Experiment::new(scene, job.method.walks())?, building))
 }
 
@@ -91,9 +91,9 @@ pub fn chosen(job: &Path, paths: u64, more: &[&str], reference: &Reference) -> R
     let keys: Vec<String> =
         [format!("budget.paths={paths}")].into_iter().chain(more.iter().map(|key| key.to_string())).collect();
     let open = job::load(job, &keys)?;
-    let start = seconds();
+    let start = thread_seconds();
     let chosen = results::choose(&open, 1)?.ok_or("nothing is open")?;
-    let choosing = seconds() - start;
+    let choosing = thread_seconds() - start;
     let forecast = chosen.partition.forecast.ok_or("no forecast")?;
     let foretold = [forecast.noise, forecast.discretisation];
     let partition = chosen.partition.clone();
@@ -106,9 +106,9 @@ fn found(
     walks: u64,
     reference: &Reference,
 ) -> Result<GroupOutcome, Failure> {
-    let start = seconds();
+    let start = thread_seconds();
     let tallies = [1, 2].map(|seed| walk(&experiment, seed, walks));
-    let walking = 0.5 * (seconds() - start);
+    let walking = 0.5 * (thread_seconds() - start);
     let [one, other] = tallies.map(|tally| reference.light(&experiment, &tally));
     let patches = experiment.scene().faces().patch_count();
     let errors = reference.errors([&one, &other]);
@@ -123,10 +123,4 @@ fn found(
         foretold: [0.0; 2],
         is_linear,
     })
-}
-
-/// Processor time of this thread [s].
-fn seconds() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }

@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 
 use self::measure::MethodRow;
 use self::scenes::HonestyScene;
+use crate::clock::process_seconds;
 use crate::walking::Failure;
 
 pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
@@ -25,7 +26,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     for site in &sites {
         rows.extend(measure::all(site)?);
         page::write(&sites, &rows, Path::new(&folder))?;
-        eprintln!("{}: {:.0} s of processor time", site.name, scenes::processor_seconds());
+        eprintln!("{}: {:.0} s of processor time", site.name, process_seconds());
     }
     match rows.iter().find(|row| row.is_control && !page::is_refused(row)) {
         Some(row) => Err(format!("{}: figures that are false on purpose pass", row.site).into()),

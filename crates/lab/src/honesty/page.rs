@@ -167,7 +167,7 @@ fn head(sites: &[HonestyScene]) -> Result<String, Failure> {
          Rooms from archives are not part of the repository: `CornellBox-Original.obj` stands in many public collections, `corridor.mgf` and `office2.mgf` among the MGF scenes, `simpleRoom.obj` beside a program that draws shadows.\n\n\
          | scene | what it is |\n|---|---|\n",
         origin(),
-        super::scenes::processor_seconds(),
+        crate::clock::process_seconds(),
     );
     for site in sites {
         writeln!(head, "| {} | {} |", site.name, site.what)?;

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use radiosity::{SceneSpec, Spectrum};
-use rustix::time::{ClockId, clock_gettime};
 
 use super::Failure;
 
@@ -90,10 +89,4 @@ pub fn made() -> Vec<(&'static str, &'static str, SceneSpec)> {
         ("colour", "a closed box in colour", colour),
         ("halves", "two closed boxes, one of which is dark", scenes::unequal_rooms(0.0)),
     ]
-}
-
-/// Processor time of this process so far [s].
-pub fn processor_seconds() -> f64 {
-    let now = clock_gettime(ClockId::ProcessCPUTime);
-    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
 }

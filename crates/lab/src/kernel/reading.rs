@@ -13,10 +13,10 @@ use std::process::Command;
 use glam::DVec3;
 use job::to_toml;
 use radiosity::{IndexChoice, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
-use rustix::time::{ClockId, clock_gettime};
 use scenes::interior;
 
 use super::Failure;
+use crate::clock::process_seconds;
 
 /// The fewest triangles of [`interior`]; smaller scenes are a part of it.
 const LEAST: usize = 50_000;
@@ -46,15 +46,9 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The processor time of this process [s].
-fn now() -> f64 {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
-
 /// Reads one file as `radwalk run` does, and prints its row.
 fn read(file: &Path) -> io::Result<()> {
-    let began = now();
+    let began = process_seconds();
     let (parsed, spec) = match import::Format::of(file) {
         Some(format) => {
             let content = std::fs::read(file)?;
@@ -62,7 +56,7 @@ fn read(file: &Path) -> io::Result<()> {
             let mesh = import::read(file, &content, format, 0.0125, &mut import::Files::new(&mut open));
             let mesh = mesh.map_err(io::Error::other)?;
             drop(content);
-            let parsed = now();
+            let parsed = process_seconds();
             let options = import::Options { reflectance_limit: Some(0.95), ..import::Options::default() };
             let options = match format {
                 import::Format::Stl => import::Options { materials: vec![lamp()], ..options },
@@ -73,12 +67,12 @@ fn read(file: &Path) -> io::Result<()> {
         }
         None => {
             let scene = job::load_scene(file).map_err(io::Error::other)?;
-            (now(), scene.spec().clone())
+            (process_seconds(), scene.spec().clone())
         }
     };
-    let made = now();
+    let made = process_seconds();
     let scene = radiosity::Scene::build(&spec, IndexChoice::Auto).map_err(io::Error::other)?;
-    let built = now();
+    let built = process_seconds();
     let kind = file.extension().unwrap_or_default().to_string_lossy();
     let kind = if file.file_stem().is_some_and(|stem| stem == "ascii") {
         format!("{kind}, ASCII")

@@ -6,8 +6,8 @@ use radiosity::{
     Direction, Estimator, EstimatorKind, Experiment, Fit, IndexChoice, Scene, SceneSpec, Score, Sequence,
     Side, Space, SurfaceSpec, Tally, Walks,
 };
-use rustix::time::{ClockId, clock_gettime};
 
+use crate::clock::thread_seconds;
 pub use crate::walking::Failure;
 
 /// Walks of the method that jobs have by default, on a grid.
@@ -75,9 +75,9 @@ pub fn cut_all(spec: &SceneSpec, cells: f64) -> Vec<Cut> {
 /// Does the same three times. Returns the least processor time [s], and what was made.
 pub fn fastest<T>(make: impl Fn() -> T) -> (f64, T) {
     let timed = || {
-        let began = seconds();
+        let began = thread_seconds();
         let made = make();
-        (seconds() - began, made)
+        (thread_seconds() - began, made)
     };
     let (mut least, mut made) = timed();
     for _ in 1..3 {
@@ -85,10 +85,4 @@ pub fn fastest<T>(make: impl Fn() -> T) -> (f64, T) {
         (least, made) = (least.min(time), again);
     }
     (least, made)
-}
-
-/// Processor time of this thread [s].
-pub fn seconds() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }

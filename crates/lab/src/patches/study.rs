@@ -8,9 +8,10 @@ use results::choose;
 
 use super::oracle::{Ceiling, Cutting, GridOracle};
 use super::rooms::Room;
-use super::runs::{Failure, cut_all, experiment, fastest, noise, seconds, walk};
+use super::runs::{Failure, cut_all, experiment, fastest, noise, walk};
 use super::told::ToldSpread;
 use super::truth::Truth;
+use crate::clock::thread_seconds;
 
 /// Walks by which grids are measured.
 const MEASURED: u64 = 1 << 20;
@@ -271,9 +272,9 @@ fn rates(spec: &SceneSpec, cuts: &[Cut], is_linear: bool) -> Result<[f64; 2], Fa
     let mut least = [f64::INFINITY; 3];
     for _ in 0..RACES {
         for (least, experiment) in least.iter_mut().zip(&raced) {
-            let began = seconds();
+            let began = thread_seconds();
             walk(experiment, 3, RACED);
-            *least = least.min(seconds() - began);
+            *least = least.min(thread_seconds() - began);
         }
     }
     let chosen = least[usize::from(is_linear)];

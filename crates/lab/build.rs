@@ -1,0 +1,5 @@
+//! Puts the commit into the binary, for the pages that it makes.
+
+fn main() {
+    stamp::stamp();
+}
