@@ -61,7 +61,13 @@ pub struct Forecast {
 impl Forecast {
     /// Noise and discretisation together.
     pub fn total(&self) -> f64 {
-        (self.noise * self.noise + self.discretisation * self.discretisation).sqrt()
+        self.noise.hypot(self.discretisation)
+    }
+
+    /// The walks after which both together are a total error; infinite where the discretisation alone is more.
+    pub fn paths_to(&self, total_error: f64) -> f64 {
+        let noise = (total_error * total_error - self.discretisation * self.discretisation).max(0.0).sqrt();
+        self.for_paths as f64 * (self.noise / noise).powi(2)
     }
 }
 

@@ -63,7 +63,8 @@ pub(crate) fn origin() -> String {
     let known = commit.trim_end_matches("-dirty");
     let log = Command::new("git").args(["log", "-1", "--format=%cs", known]).output();
     let date = log.ok().filter(|log| log.status.success());
-    let date = date.map_or(String::new(), |log| format!(" of {}", String::from_utf8_lossy(&log.stdout).trim()));
+    let date =
+        date.map_or(String::new(), |log| format!(" of {}", String::from_utf8_lossy(&log.stdout).trim()));
     format!("commit {commit}{date}, {}", machine())
 }
 

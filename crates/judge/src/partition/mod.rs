@@ -44,6 +44,9 @@ const SURELY_EVEN: f64 = 1.0;
 /// The part of all axes along which light that is not even is expected to vary.
 const VARIED: f64 = 0.1;
 
+/// Twice the walks pay where they leave less than this part of an error's square.
+const PAYS: f64 = 0.98;
+
 /// Cuts of some surfaces, a basis for all, and the errors that are foretold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
@@ -216,18 +219,33 @@ impl<'a> Candidates<'a> {
         choice
     }
 
-    /// The choice for the fewest walks, of `least` and its doubles up to `most`, whose error is foretold to be below an energy;
-    /// that for `most` where there is none.
+    /// The choice for the fewest walks, of `least` and its doubles up to `most`, whose error is foretold to be below an energy, or to
+    /// be [hardly less](fewest) after twice as many; that for `most` where there is none.
     pub fn choose_for(&self, error: f64, least: f64, most: f64) -> Choice {
-        let mut walks = least.min(most);
-        loop {
-            let choice = self.choose(walks);
-            if choice.error() <= error || walks >= most {
-                return choice;
-            }
-            walks = (2.0 * walks).min(most);
-        }
+        fewest([least, most], error, |choice| choice, |walks| self.choose(walks))
     }
+}
+
+/// A choice for the fewest walks, of the first number and its doubles up to the second, whose error is below an energy. Where its noise alone is below
+/// that, and twice as many walks take hardly any of the error, the fewest as well: what is left is for want of cells in the pilot, of
+/// which more walks of the job tell nothing.
+pub fn fewest<T>(
+    [least, most]: [f64; 2],
+    enough: f64,
+    of: impl Fn(&T) -> &Choice,
+    mut choose: impl FnMut(f64) -> T,
+) -> T {
+    let mut walks = least.min(most);
+    let mut made = choose(walks);
+    while of(&made).error() > enough && walks < most {
+        walks = (2.0 * walks).min(most);
+        let next = choose(walks);
+        if of(&made).noise <= enough && of(&next).error() > PAYS * of(&made).error() {
+            break;
+        }
+        made = next;
+    }
+    made
 }
 
 #[cfg(test)]

@@ -101,6 +101,30 @@ fn a_target_takes_the_fewest_walks() {
     assert_eq!(candidates.choose_for(1e-9, 1024.0, 1e6).walks, 1e6);
 }
 
+/// Where the pilot's cells leave out more than is aimed at, no more walks are taken than bring the noise below that.
+#[test]
+fn no_walks_are_planned_against_what_cells_leave_out() {
+    let known = |walks: f64, left: f64| {
+        fewest(
+            [1e3, 1e9],
+            1e-3,
+            |choice| choice,
+            |walks| Choice {
+                cuts: vec![],
+                patches: vec![],
+                basis: Basis::Linear,
+                walks,
+                noise: 1.0 / walks,
+                lost: left,
+            },
+        )
+        .walks
+            == walks
+    };
+    // The first doubles of 1,000 with noise below 10⁻³; below 10⁻³ with what is left out; and below a part of that that counts.
+    assert!(known(1e3, 0.1) && known(2e3, 5e-4) && known(32e3, 9.8e-4));
+}
+
 /// What a pilot without noise would see of light on a surface of 1 m², on grids of up to 2⁶ × 2⁶ cells; what it takes for the noise of
 /// an unknown is `noise`. Integrals are sums over the middles of 256² points.
 fn images(light: impl Fn([f64; 2]) -> f64, noise: f64) -> Images {
