@@ -37,9 +37,11 @@ const TILE: usize = 8;
 /// A face is close within this many times the root of its area: what it reflects from there is sampled where a ray meets it.
 const CLOSE: f32 = 1.0;
 
-/// Points of one surface: the cosine between their normals at least, and the sine between their chord and the surface at most.
+/// Points of one surface: the cosine between their normals at least, and the sine between their chord and the surface at most, where they lie on
+/// a plane and where they do not.
 const SAME_NORMAL: f32 = 0.94;
-const SAME_PLANE: f32 = 0.2;
+const SAME_PLANE: f32 = 0.01;
+const SAME_CURVE: f32 = 0.2;
 
 /// What lights a picture.
 pub(super) struct Lights<'a> {
@@ -214,10 +216,13 @@ fn traced(lights: &Lights, camera: &Camera, spots: &[Spot], (counts, links): (&[
     bands.concat()
 }
 
-/// Whether two places are on one surface to the eye: given the way from one to the other, and their normals.
+/// Whether two places are on one surface to the eye: given the way from one to the other, and their normals. A chord is as far off a surface as that
+/// turns on its way; what is in front of a wall and parallel to it is another surface.
 fn is_one_surface(way: Vec3, normal: Vec3, other: Vec3) -> bool {
-    normal.dot(other) >= SAME_NORMAL
-        && way.dot(normal).powi(2) <= SAME_PLANE * SAME_PLANE * way.length_squared()
+    let cosine = normal.dot(other);
+    let turn = 2.0 * (1.0 - cosine).max(0.0);
+    let off = (turn + SAME_PLANE * SAME_PLANE).min(SAME_CURVE * SAME_CURVE);
+    cosine >= SAME_NORMAL && way.dot(normal).powi(2) <= off * way.length_squared()
 }
 
 impl<'a> Lights<'a> {
