@@ -67,25 +67,33 @@ struct Off {
 
 impl Links {
     pub(super) fn new(pixels: &[Seen], size: [usize; 2]) -> Self {
-        let [width, height] = size;
-        let of_pixel = |x: usize, y: usize| {
-            let (own, mut bits) = (y * width + x, 0);
-            if pixels[own].normal == Vec3::ZERO {
-                return bits;
-            }
-            for (axis, way) in AXES.into_iter().enumerate() {
-                for k in 0..DISTANCES {
-                    let x = x.checked_add_signed(way[0] << k).filter(|x| *x < width);
-                    let y = y.checked_add_signed(way[1] << k).filter(|y| *y < height);
-                    let other = x.zip(y).map(|(x, y)| &pixels[y * width + x]);
-                    let goes_on = other.is_some_and(|other| pixels[own].goes_on(other));
-                    bits |= u32::from(goes_on) << (DISTANCES * axis + k);
-                }
-            }
-            bits
-        };
-        let rows = on_all_cores(height, |y| (0..width).map(|x| of_pixel(x, y)).collect::<Vec<u32>>());
-        Links { size, ahead: rows.concat() }
+        let mut links = Links { size, ahead: vec![0; pixels.len()] };
+        for k in 0..DISTANCES {
+            let row = |y: usize| (0..size[0]).map(|x| links.found(pixels, [x, y], k)).collect::<Vec<u32>>();
+            links.ahead = on_all_cores(size[1], row).concat();
+        }
+        links
+    }
+
+    /// The bits of a pixel up to those of distance 2ᵏ, given those of the distances below. A pixel is linked with one whose surface is
+    /// in sight all the way: what stands in between throws shadows.
+    fn found(&self, pixels: &[Seen], [x, y]: [usize; 2], k: usize) -> u32 {
+        let [width, height] = self.size;
+        let own = y * width + x;
+        let mut bits = self.ahead[own];
+        if pixels[own].normal == Vec3::ZERO {
+            return bits;
+        }
+        for (axis, way) in AXES.into_iter().enumerate() {
+            let x = x.checked_add_signed(way[0] << k).filter(|x| *x < width);
+            let y = y.checked_add_signed(way[1] << k).filter(|y| *y < height);
+            let Some((x, y)) = x.zip(y) else { continue };
+            let is_in_sight = k == 0
+                || self.ahead(own, axis, k - 1).is_some_and(|half| self.ahead(half, axis, k - 1).is_some());
+            let goes_on = is_in_sight && pixels[own].goes_on(&pixels[y * width + x]);
+            bits |= u32::from(goes_on) << (DISTANCES * axis + k);
+        }
+        bits
     }
 
     /// The pixel 2ᵏ pixels further along an axis, where it shows the same surface.

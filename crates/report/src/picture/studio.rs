@@ -184,7 +184,8 @@ impl<'a> Studio<'a> {
         let all = rows.clone().flat_map(|y| (0..width).map(move |x| [x, y]));
         let (mut edges, others): (Vec<[usize; 2]>, Vec<[usize; 2]>) =
             all.partition(|&pixel| self.has_edge(pixel, shades));
-        edges.extend(others.chunks(FINE_AT_ONCE).flat_map(|some| self.with_thin_things(some)));
+        edges.extend(self.with_thin_things(&others, &PROBES));
+        self.go_on(&rows, &mut edges);
         for some in edges.chunks(FINE_AT_ONCE) {
             for (&[x, y], pixel) in some.iter().zip(self.fine_pixels(some)) {
                 pixels[(y - rows.start) * width + x] = pixel;
@@ -205,16 +206,40 @@ impl<'a> Studio<'a> {
         })
     }
 
-    /// Those of some pixels that show something else beside their middle.
-    fn with_thin_things(&self, pixels: &[[usize; 2]]) -> Vec<[usize; 2]> {
-        let probes = |&[x, y]: &[usize; 2]| PROBES.map(|[right, down]| [x as f64 + right, y as f64 + down]);
-        let points: Vec<[f64; 2]> = pixels.iter().flat_map(probes).collect();
-        let spots = Spot::seen_by(&self.camera, self.scene, &points);
+    /// Those of some pixels that show something else beside their middle, in some places of the pixel.
+    fn with_thin_things(&self, pixels: &[[usize; 2]], places: &[[f64; 2]]) -> Vec<[usize; 2]> {
         let shows_more = |(&[x, y], spots): (&[usize; 2], &[Spot])| {
             let middle = &self.spots[y * self.camera.size[0] as usize + x];
             spots.iter().any(|spot| !spot.is_beside(middle) && !self.goes_on(middle, spot)).then_some([x, y])
         };
-        pixels.iter().zip(spots.chunks_exact(PROBES.len())).filter_map(shows_more).collect()
+        let of_some = |some: &[[usize; 2]]| {
+            let points: Vec<[f64; 2]> = some.iter().flat_map(|&pixel| within(pixel, places)).collect();
+            let spots = Spot::seen_by(&self.camera, self.scene, &points);
+            some.iter().zip(spots.chunks_exact(places.len())).filter_map(shows_more).collect::<Vec<_>>()
+        };
+        pixels.chunks(FINE_AT_ONCE).flat_map(of_some).collect()
+    }
+
+    /// Adds to pixels with edges those of the same rows that edges go on through, pixel by pixel: a slat may be too thin to be found by [`PROBES`].
+    fn go_on(&self, rows: &std::ops::Range<usize>, edges: &mut Vec<[usize; 2]>) {
+        let width = self.camera.size[0] as usize;
+        let mut is_known = vec![false; rows.len() * width];
+        edges.iter().for_each(|&[x, y]| is_known[(y - rows.start) * width + x] = true);
+        let (places, mut first) = (fine_places(), 0);
+        while first < edges.len() {
+            let mut beside = Vec::new();
+            for &[x, y] in &edges[first..] {
+                for y in y.saturating_sub(1).max(rows.start)..(y + 2).min(rows.end) {
+                    for x in x.saturating_sub(1)..(x + 2).min(width) {
+                        if !std::mem::replace(&mut is_known[(y - rows.start) * width + x], true) {
+                            beside.push([x, y]);
+                        }
+                    }
+                }
+            }
+            first = edges.len();
+            edges.extend(self.with_thin_things(&beside, &places));
+        }
     }
 
     /// Whether two spots are on one surface to the eye, and the light between them is known.
@@ -234,18 +259,12 @@ impl<'a> Studio<'a> {
 
     /// Pixels that edges go through, by several looks each.
     fn fine_pixels(&self, pixels: &[[usize; 2]]) -> Vec<Pixel> {
-        // In a cell of the pixel each, no two of them in one row or column: of a slat as many as it covers are on it.
-        let offset =
-            |cell: u32, within: u32| (f64::from(cell * FINE + within) + 0.5) / f64::from(FINE * FINE);
-        let within = |&[x, y]: &[usize; 2]| {
-            let at = move |k: u32| (k % FINE, k / FINE);
-            (0..FINE * FINE).map(at).map(move |(i, j)| [x as f64 + offset(i, j), y as f64 + offset(j, i)])
-        };
-        let points: Vec<[f64; 2]> = pixels.iter().flat_map(within).collect();
+        let places = fine_places();
+        let points: Vec<[f64; 2]> = pixels.iter().flat_map(|&pixel| within(pixel, &places)).collect();
         let spots = Spot::seen_by(&self.camera, self.scene, &points);
         let seen: Vec<Option<[f64; 3]>> =
             spots.iter().zip(&points).map(|(spot, &point)| self.of_spot(spot, point)).collect();
-        seen.chunks_exact((FINE * FINE) as usize).map(|seen| self.pixel(seen)).collect()
+        seen.chunks_exact(places.len()).map(|seen| self.pixel(seen)).collect()
     }
 
     /// A pixel from the radiosities in it.
@@ -294,4 +313,16 @@ impl<'a> Studio<'a> {
         }
         tone(self.contrast.bend(light))
     }
+}
+
+/// Where a pixel with edges is looked at: in a cell of the pixel each, no two of them in one row or column. Of a slat as many as it covers are on it.
+fn fine_places() -> Vec<[f64; 2]> {
+    let offset = |cell: u32, within: u32| (f64::from(cell * FINE + within) + 0.5) / f64::from(FINE * FINE);
+    let at = |k: u32| (k % FINE, k / FINE);
+    (0..FINE * FINE).map(at).map(|(i, j)| [offset(i, j), offset(j, i)]).collect()
+}
+
+/// Some places of a pixel, as points of the picture.
+fn within([x, y]: [usize; 2], places: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
+    places.iter().map(move |[right, down]| [x as f64 + right, y as f64 + down])
 }

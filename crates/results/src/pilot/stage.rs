@@ -1,17 +1,16 @@
 //! A stage of a pilot: walks in groups of as many each, taken by threads of this process or as a job of the cluster.
 
-use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use job::{Beside, Budget, Cut, Job, MethodTable, WalkKind};
 use judge::partition::PilotTallies;
-use radiosity::{Counts, Experiment, Scene, Sequence, Space, Tally, boards::MergeError};
+use radiosity::{Counts, Experiment, Overflow, Scene, Sequence, Space, Tally};
 
 use crate::checkpoints::Identity;
 use crate::error::Error;
 use crate::settings::Settings;
 
-/// Walks that a thread takes at once.
+/// Walks that a thread takes at once: the sums of more may not fit its board.
 const PART: u64 = 1 << 18;
 
 /// A stage of fewer walks, or of fewer of these for each surface, takes less time than workers take to join and to build the scene.
@@ -112,36 +111,25 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Walks them on some threads of this process.
+    /// Walks them on some threads of this process, one group after the other.
     ///
     /// # Errors
     /// Where a sum overflows.
     pub fn walk_here(&self, threads: usize) -> Result<Walked, Error> {
         let (experiment, sequence) = (&self.experiment, Sequence::new(self.seed));
-        let each = self.walks_of_group;
-        let part = |group: u64, from: u64| {
-            (group as usize, group * each + from..group * each + each.min(from + PART))
-        };
-        let parts: Vec<(usize, Range<u64>)> = (0..self.groups)
-            .flat_map(|group| (0..each).step_by(PART as usize).map(move |from| part(group, from)))
-            .collect();
-        let empty = experiment.tally();
-        let group = Tally::new(empty.patches(), empty.layout().without_squares());
-        let groups: Vec<_> = (0..self.groups).map(|_| Mutex::new(group.clone())).collect();
-        let all = Mutex::new(empty);
-        let boards = || (experiment.board(), experiment.tally());
-        let walked = parallel::on_threads(threads, parts.len(), boards, |(board, tally), i| {
-            let (group, range) = &parts[i];
-            experiment.walk(&sequence, range.clone(), board);
-            board.add_to(tally)?;
-            groups[*group].lock().unwrap_or_else(PoisonError::into_inner).add_without_squares(tally)?;
-            all.lock().unwrap_or_else(PoisonError::into_inner).merge(tally)?;
-            tally.clear();
-            Ok::<_, MergeError>(())
-        });
-        walked.into_iter().collect::<Result<(), _>>().map_err(|_| Error::Overflow)?;
-        let inner = |tally: Mutex<Tally>| tally.into_inner().unwrap_or_else(PoisonError::into_inner);
-        Ok(Walked { groups: groups.into_iter().map(inner).collect(), all: inner(all).into() })
+        let part = self.walks_of_group.div_ceil(threads as u64).clamp(1, PART);
+        let (all, mut groups) = (Mutex::new(experiment.tally()), Groups::none(self));
+        for end in self.looks() {
+            let parts: Vec<u64> = (end - self.walks_of_group..end).step_by(part as usize).collect();
+            let boards = || experiment.board();
+            let walked = parallel::on_threads(threads, parts.len(), boards, |board, i| {
+                experiment.walk(&sequence, parts[i]..end.min(parts[i] + part), board);
+                board.add_to(&mut all.lock().unwrap_or_else(PoisonError::into_inner))
+            });
+            walked.into_iter().collect::<Result<(), Overflow>>().map_err(|_| Error::Overflow)?;
+            groups.end_next(&all.lock().unwrap_or_else(PoisonError::into_inner));
+        }
+        Ok(Walked::new(groups, all.into_inner().unwrap_or_else(PoisonError::into_inner).into()))
     }
 }
 
