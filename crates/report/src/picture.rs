@@ -6,6 +6,7 @@ mod lamps;
 mod light;
 mod numbers;
 mod photo;
+mod sights;
 mod spot;
 mod studio;
 #[cfg(test)]

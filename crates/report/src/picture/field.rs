@@ -13,6 +13,7 @@ use radiosity::{Face, Scene};
 
 use super::filter::{Links, even_gathered, even_noise, even_reach, give_back};
 use super::lamps::{Lamps, SHADOWS};
+use super::sights::Sights;
 use super::spot::Spot;
 use super::tracer::{Sample, Task, Tracer};
 use crate::camera::Camera;
@@ -116,22 +117,23 @@ pub(super) fn samples(rays_of_run: u64, pixels: usize) -> Option<u64> {
 
 impl Field {
     /// The irradiance behind the middle of each pixel by some samples in all.
-    pub(super) fn new(lights: &Lights, camera: &Camera, spots: &[Spot], samples: u64) -> Self {
+    pub(super) fn new(lights: &Lights, sights: &Sights, samples: u64) -> Self {
+        let Sights { camera, spots, .. } = sights;
         let size = camera.size.map(|side| side as usize);
         let rows = on_all_cores(size[1], |y| {
             let spots = &spots[y * size[0]..][..size[0]];
             spots.iter().map(|spot| Seen::of(spot, lights, camera)).collect::<Vec<_>>()
         });
         let mut pixels = rows.concat();
-        let links = Links::new(&pixels, size);
+        let links = Links::new(&pixels, size, |pixel, axis| sights.are_parted(pixel, axis));
         let counts = counts(&links, samples);
         let traced = traced(lights, camera, spots, (&counts, &links));
         pixels.iter_mut().zip(&traced).for_each(|(pixel, sample)| pixel.reach = 1.0 / sample.near);
         even_reach(&mut pixels, &links);
         let gathered = traced.iter().map(|sample| sample.gathered).collect();
-        let gathered = even_noise(&even_gathered(&pixels, gathered, &links, &counts), &links);
+        let gathered = even_noise(&even_gathered(&pixels, gathered, &links, &counts), &links, &counts);
         let by_lamps: Vec<Noisy> = traced.iter().map(|sample| sample.lamps).collect();
-        let by_lamps = even_noise(&by_lamps, &links);
+        let by_lamps = even_noise(&by_lamps, &links, &counts);
         let filtered = gathered.iter().zip(&by_lamps).map(|(a, b)| a.light + b.light).collect();
         let unfiltered: Vec<Vec3> =
             traced.iter().map(|sample| sample.gathered.light + sample.lamps.light).collect();
@@ -266,12 +268,10 @@ mod tests {
     use super::*;
     use crate::scenes::{cube_spec, quad};
 
-    /// A camera in front of a scene, and what it sees.
-    fn seen(scene: &Scene) -> (Camera, Vec<Spot>) {
+    /// What a camera in front of a scene sees.
+    fn seen(scene: &Scene) -> Sights {
         let camera = Camera::of_view(scene, &View { size: Some([96, 72]), ..View::default() }, |_| true);
-        let points = (0..72).flat_map(|y| (0..96).map(move |x| [x, y].map(|at| f64::from(at) + 0.5)));
-        let spots = Spot::seen_by(&camera, scene, &points.collect::<Vec<_>>());
-        (camera, spots)
+        Sights::new(camera, scene, true)
     }
 
     /// A box on the floor of the unit cube whose sides reflect outwards: below it there is no light.
@@ -298,11 +298,12 @@ mod tests {
             surface.cell_emittance.clear();
         });
         let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
-        let (camera, spots) = seen(&scene);
+        let sights = seen(&scene);
+        let spots = &sights.spots;
         let smooth = Smooth::even(&scene, 1.0);
         let lights = Lights::new(&scene, &smooth, &vec![1.0; scene.faces().len()]);
         assert!(lights.is_close(0, 0.9 * scene.faces().get(0).area.sqrt()));
-        let field = Field::new(&lights, &camera, &spots, 8 * spots.len() as u64);
+        let field = Field::new(&lights, &sights, 8 * spots.len() as u64);
         let lit = spots.iter().enumerate().filter(|(_, spot)| spot.piece().is_some());
         let mut worst = 0.0_f64;
         lit.for_each(|(pixel, _)| worst = worst.max((field.of_pixel(pixel)[0] - 1.0).abs()));
@@ -320,8 +321,9 @@ mod tests {
         let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
         let smooth = Smooth::even(&scene, 0.5);
         let lights = Lights::new(&scene, &smooth, &vec![0.5; scene.faces().len()]);
-        let (camera, spots) = seen(&scene);
-        let field = Field::new(&lights, &camera, &spots, 32 * spots.len() as u64);
+        let sights = seen(&scene);
+        let spots = &sights.spots;
+        let field = Field::new(&lights, &sights, 32 * spots.len() as u64);
         let irradiance = |pixel: usize| field.of_pixel(pixel)[0];
         let lit = (0..spots.len()).filter(|&pixel| spots[pixel].piece().is_some());
         let (least, most) = lit.fold((1.0_f64, 0.0_f64), |(least, most), pixel| {
@@ -344,11 +346,12 @@ mod tests {
     #[test]
     fn edges_have_more_samples() {
         let scene = Scene::build(&cube_spec(), IndexChoice::Auto).unwrap();
-        let (camera, spots) = seen(&scene);
+        let sights = seen(&scene);
+        let spots = &sights.spots;
         let smooth = Smooth::even(&scene, 1.0);
         let lights = Lights::new(&scene, &smooth, &vec![1.0; scene.faces().len()]);
-        let pixels: Vec<Seen> = spots.iter().map(|spot| Seen::of(spot, &lights, &camera)).collect();
-        let links = Links::new(&pixels, [96, 72]);
+        let pixels: Vec<Seen> = spots.iter().map(|spot| Seen::of(spot, &lights, &sights.camera)).collect();
+        let links = Links::new(&pixels, [96, 72], |_, _| false);
         for each in [6, 12] {
             let budget = each * spots.len() as u64;
             let counts = counts(&links, budget);

@@ -4,6 +4,7 @@ use glam::Vec3;
 use parallel::on_all_cores;
 
 use super::field::{Noisy, Seen};
+use super::sights::AXES;
 
 /// Gathered light is taken from within this part of the mean distance to what surrounds a point.
 const GATHERED_FROM: f32 = 0.35;
@@ -22,8 +23,10 @@ const ALONG_DIAGONALS: usize = 3;
 /// Gathered light is taken from the pixels around in any case, with one sample up to this many widths of a pixel.
 const NEAREST: f32 = 16.0;
 
-/// Light of lamps whose local means differ by this many of their standard errors, and by this part of the light, is not mixed by much.
-const RANGE: f32 = 4.0;
+/// Light whose local means differ by this many of their standard errors, and by this part of the light, is not mixed by much. Of few samples the
+/// standard errors are not known well: their squares are allowed to be larger by this number over that of the samples.
+const RANGE: f32 = 2.5;
+const UNKNOWN: f32 = 3.0;
 const LEAST_RANGE: f32 = 5e-3;
 
 /// Slopes of light are told over this many pixels on both sides, as a power of 2.
@@ -54,9 +57,6 @@ pub(super) struct Links {
     ahead: Vec<u32>,
 }
 
-/// Along rows, columns, and the diagonals down to the right and to the left: right and down by one step.
-const AXES: [[isize; 2]; 4] = [[1, 0], [0, 1], [1, 1], [-1, 1]];
-
 /// How far a pixel is from another.
 #[derive(Clone, Copy)]
 struct Off {
@@ -66,34 +66,39 @@ struct Off {
 }
 
 impl Links {
-    pub(super) fn new(pixels: &[Seen], size: [usize; 2]) -> Self {
+    /// The links of pixels, but for those between which something stands: it throws shadows.
+    pub(super) fn new(
+        pixels: &[Seen],
+        size: [usize; 2],
+        are_parted: impl Fn(usize, usize) -> bool + Sync,
+    ) -> Self {
+        let [width, height] = size;
         let mut links = Links { size, ahead: vec![0; pixels.len()] };
         for k in 0..DISTANCES {
-            let row = |y: usize| (0..size[0]).map(|x| links.found(pixels, [x, y], k)).collect::<Vec<u32>>();
-            links.ahead = on_all_cores(size[1], row).concat();
+            let is_in_sight = |own: usize, axis: usize| match k.checked_sub(1) {
+                None => !are_parted(own, axis),
+                Some(k) => links.ahead(own, axis, k).is_some_and(|half| links.ahead(half, axis, k).is_some()),
+            };
+            let found = |[x, y]: [usize; 2]| {
+                let own = y * width + x;
+                let goes_on = |(axis, way): (usize, [isize; 2])| {
+                    let x = x.checked_add_signed(way[0] << k).filter(|x| *x < width)?;
+                    let y = y.checked_add_signed(way[1] << k).filter(|y| *y < height)?;
+                    let goes_on = is_in_sight(own, axis) && pixels[own].goes_on(&pixels[y * width + x]);
+                    Some(u32::from(goes_on) << (DISTANCES * axis + k))
+                };
+                if pixels[own].normal == Vec3::ZERO {
+                    return 0;
+                }
+                AXES.into_iter()
+                    .enumerate()
+                    .filter_map(goes_on)
+                    .fold(links.ahead[own], |bits, bit| bits | bit)
+            };
+            let row = |y: usize| (0..width).map(|x| found([x, y])).collect::<Vec<u32>>();
+            links.ahead = on_all_cores(height, row).concat();
         }
         links
-    }
-
-    /// The bits of a pixel up to those of distance 2ᵏ, given those of the distances below. A pixel is linked with one whose surface is
-    /// in sight all the way: what stands in between throws shadows.
-    fn found(&self, pixels: &[Seen], [x, y]: [usize; 2], k: usize) -> u32 {
-        let [width, height] = self.size;
-        let own = y * width + x;
-        let mut bits = self.ahead[own];
-        if pixels[own].normal == Vec3::ZERO {
-            return bits;
-        }
-        for (axis, way) in AXES.into_iter().enumerate() {
-            let x = x.checked_add_signed(way[0] << k).filter(|x| *x < width);
-            let y = y.checked_add_signed(way[1] << k).filter(|y| *y < height);
-            let Some((x, y)) = x.zip(y) else { continue };
-            let is_in_sight = k == 0
-                || self.ahead(own, axis, k - 1).is_some_and(|half| self.ahead(half, axis, k - 1).is_some());
-            let goes_on = is_in_sight && pixels[own].goes_on(&pixels[y * width + x]);
-            bits |= u32::from(goes_on) << (DISTANCES * axis + k);
-        }
-        bits
     }
 
     /// The pixel 2ᵏ pixels further along an axis, where it shows the same surface.
@@ -234,8 +239,8 @@ pub(super) fn even_gathered(pixels: &[Seen], light: Vec<Noisy>, links: &Links, s
 
 /// Light, evened out within its noise, which is told from shadows by means over a few pixels; and once more by the outcome, whose
 /// slopes are known.
-pub(super) fn even_noise(light: &[Noisy], links: &Links) -> Vec<Noisy> {
-    let guide = Guide::flat(&links.evened(light, 0), links);
+pub(super) fn even_noise(light: &[Noisy], links: &Links, samples: &[u8]) -> Vec<Noisy> {
+    let guide = Guide::flat(&links.evened(light, 0), links, samples);
     let once = even_by(&guide, light, links);
     even_by(&guide.sloping(&once, links), light, links)
 }
@@ -291,17 +296,18 @@ struct Foretold {
 
 impl Guide {
     /// Without slopes.
-    fn flat(light: &[Noisy], links: &Links) -> Self {
+    fn flat(light: &[Noisy], links: &Links, samples: &[u8]) -> Self {
         // The variance of a variance is large, too.
         let spread: Vec<Noisy> =
             light.iter().map(|of| Noisy { light: Vec3::splat(of.variance), variance: 0.0 }).collect();
         let spread = [1, 2].iter().fold(spread, |spread, &pass| links.evened(&spread, pass));
-        let foretold = |(of, spread): (&Noisy, &Noisy)| {
+        let foretold = |((of, spread), &samples): ((&Noisy, &Noisy), &u8)| {
             let light = mean(of.light);
-            let noise = RANGE * RANGE * spread.light.x + (LEAST_RANGE * light).powi(2);
+            let variance = spread.light.x * (1.0 + UNKNOWN / f32::from(samples));
+            let noise = RANGE * RANGE * variance + (LEAST_RANGE * light).powi(2);
             Foretold { light, slopes: [0.0; 2], scale: 1.0 / (noise + f32::MIN_POSITIVE) }
         };
-        Guide { of: light.iter().zip(&spread).map(foretold).collect() }
+        Guide { of: light.iter().zip(&spread).zip(samples).map(foretold).collect() }
     }
 
     /// A guide by light with less noise, whose slopes are known, for the same noise.
@@ -355,7 +361,7 @@ mod tests {
         };
         let pixels: Vec<Seen> =
             (0..width * height).map(|pixel_| pixel(pixel_ % width, pixel_ / width)).collect();
-        let links = Links::new(&pixels, [width, height]);
+        let links = Links::new(&pixels, [width, height], |_, _| false);
         (pixels, links)
     }
 
@@ -393,7 +399,7 @@ mod tests {
             let step = |pair: &[Vec3]| f64::from(mean(pair[1] - pair[0])).powi(2);
             light.chunks(64).flat_map(|row| row[..40].windows(2)).map(step).sum()
         };
-        let by_lamps = of(even_noise(&light, &links));
+        let by_lamps = of(even_noise(&light, &links, &vec![2; pixels.len()]));
         let gathered = of(even_gathered(&pixels, light.clone(), &links, &vec![32; pixels.len()]));
         let light = of(light);
         for filtered in [by_lamps, gathered] {
@@ -401,6 +407,30 @@ mod tests {
             let [before, after] = [&filtered, &kept].map(|of| sum(of) / sum(&light));
             assert!((before - 1.0).abs() > 2e-3 && (after - 1.0).abs() < 1e-5, "{before} {after}");
             assert!(steps(&kept) < 0.01 * steps(&light), "{} {}", steps(&kept), steps(&light));
+        }
+    }
+
+    /// Pixels are not linked across another surface, nor across what is thinner than a pixel, and filters mix no light across it.
+    #[test]
+    fn nothing_is_linked_across_what_stands_between() {
+        let (mut pixels, _) = corner();
+        let at = |x: usize, y: usize| y * 64 + x;
+        (0..40).for_each(|x| (pixels[at(x, 10)].surface, pixels[at(x, 10)].normal) = (2, Vec3::Y));
+        let links = Links::new(&pixels, [64, 48], |pixel, axis| axis != 0 && pixel / 64 == 30);
+        assert_eq!([0, 1, 2].map(|k| links.ahead(at(5, 9), 1, k)), [None; 3]);
+        assert_eq!([0, 1, 2].map(|k| links.ahead(at(5, 30), 1, k)), [None; 3]);
+        assert_eq!(links.ahead(at(5, 28), 1, 1), Some(at(5, 30)));
+        assert_eq!([2, 3].map(|k| links.ahead(at(5, 28), 1, k)), [None; 2]);
+        assert!(links.is_at_edge(at(5, 30)) && links.is_at_edge(at(5, 31)) && !links.is_at_edge(at(5, 29)));
+        let light = |pixel: usize| if pixel / 64 > 30 { Vec3::ZERO } else { Vec3::ONE };
+        let noisy: Vec<Noisy> =
+            (0..pixels.len()).map(|pixel| Noisy { light: light(pixel), variance: 1.0 }).collect();
+        let samples = vec![2; pixels.len()];
+        let gathered = even_gathered(&pixels, noisy.clone(), &links, &samples);
+        for filtered in [gathered, even_noise(&noisy, &links, &samples)] {
+            let off = |(pixel, of): (usize, &Noisy)| (of.light - light(pixel)).abs().max_element();
+            let worst = filtered.iter().enumerate().map(off).fold(0.0, f32::max);
+            assert!(worst < 1e-6, "{worst}");
         }
     }
 

@@ -11,21 +11,15 @@ use super::light::{
     BACKGROUND, Contrast, Light, SHINING, Shades, balanced, exposure, mean, of_piece, tone, value,
     white_balance,
 };
+use super::sights::{Sights, fine_places, goes_on, within};
 use super::spot::{BAND, Spot};
 use super::{Picture, Shot};
 use crate::camera::Camera;
 use crate::smooth::Smooth;
 use crate::values::Values;
 
-/// Samples along each side of a pixel that an edge goes through.
-const FINE: u32 = 4;
-
 /// A side of a surface is lit where its mean radiosity is above this part of that of all.
 const LIT: f64 = 1e-3;
-
-/// Where a pixel is looked at for what is thinner than a pixel, and may miss its middle: four places, no two of them in one row or column of
-/// the quarters of the pixel.
-const PROBES: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
 
 /// Pixels with edges that are looked at together.
 const FINE_AT_ONCE: usize = 256;
@@ -33,18 +27,13 @@ const FINE_AT_ONCE: usize = 256;
 /// Shades (0 … 1, encoded) beside each other that differ by less than this make no edge.
 const SAME_SHADE: f32 = 1.5 / 255.0;
 
-/// The cosine between the normals of surfaces that go on one into the other.
-const GOES_ON: f64 = 0.98;
-
 /// A scene in front of a camera, with its light measured.
 pub(super) struct Studio<'a> {
     scene: &'a Scene,
     radiosity: &'a [f64],
     /// Where patches are not flat: radiosity at their corners.
     smooth: Option<&'a Smooth>,
-    camera: Camera,
-    /// What is seen in the middle of the pixels.
-    spots: Vec<Spot>,
+    sights: Sights,
     /// What shines, and the irradiance of what is seen, where rays have measured it.
     lit: Option<(Lamps, Field)>,
     /// Light over radiosity, channel by channel.
@@ -90,24 +79,19 @@ impl<'a> Studio<'a> {
         (camera, rays): (Camera, u64),
         view: &View,
     ) -> Self {
-        let [width, height] = camera.size.map(|side| side as usize);
-        let bands = on_all_cores(height.div_ceil(BAND), |band| {
-            let rows = band * BAND..((band + 1) * BAND).min(height);
-            let points = rows.flat_map(|y| (0..width).map(move |x| [x, y].map(|at| at as f64 + 0.5)));
-            Spot::seen_by(&camera, scene, &points.collect::<Vec<_>>())
-        });
-        let spots = bands.concat();
-        let lit = smooth.zip(samples(rays, spots.len())).map(|(smooth, samples)| {
+        let pixels = camera.size.iter().map(|side| *side as usize).product();
+        let light = smooth.zip(samples(rays, pixels));
+        let sights = Sights::new(camera, scene, light.is_some());
+        let lit = light.map(|(smooth, samples)| {
             let lights = Lights::new(scene, smooth, radiosity);
-            let field = Field::new(&lights, &camera, &spots, samples);
+            let field = Field::new(&lights, &sights, samples);
             (lights.lamps, field)
         });
         let mut studio = Studio {
             scene,
             radiosity,
             smooth,
-            camera,
-            spots,
+            sights,
             lit,
             exposure: [1.0; 3],
             contrast: Contrast::NONE,
@@ -129,8 +113,8 @@ impl<'a> Studio<'a> {
     fn brightnesses(&self) -> [Vec<f64>; 2] {
         let mut found = [Vec::new(), Vec::new()];
         let gains = white_balance(self.scene);
-        for pixel in 0..self.spots.len() {
-            if let (Some(piece), Some(radiosity)) = (self.spots[pixel].piece(), self.of_pixel(pixel)) {
+        for pixel in 0..self.sights.spots.len() {
+            if let (Some(piece), Some(radiosity)) = (self.sights.spots[pixel].piece(), self.of_pixel(pixel)) {
                 let emits = self.scene.faces().piece(piece).emittance.is_lit();
                 found[usize::from(emits)].push(balanced(radiosity, gains));
             }
@@ -140,8 +124,8 @@ impl<'a> Studio<'a> {
 
     pub(super) fn shot(&self) -> Shot {
         Shot {
-            viewpoint: self.camera.viewpoint(self.scene),
-            size: self.camera.size,
+            viewpoint: self.sights.camera.viewpoint(self.scene),
+            size: self.sights.camera.size,
             exposure: self.exposure,
             white: self.exposure.map(|exposure| SHINING / exposure),
         }
@@ -149,7 +133,7 @@ impl<'a> Studio<'a> {
 
     /// The picture, and, where they are wanted, the radiosities behind it.
     pub(super) fn develop(&self, with_values: bool) -> (Picture, Option<Values>) {
-        let [width, height] = self.camera.size;
+        let [width, height] = self.sights.camera.size;
         let channels = self.scene.channels();
         let pixels = on_all_cores(height as usize, |row| self.middles(row)).concat();
         let shades: Vec<[f32; 3]> = pixels.iter().map(|pixel| self.shades_of(pixel)).collect();
@@ -168,7 +152,7 @@ impl<'a> Studio<'a> {
 
     /// The pixels of a row, by what is in their middle.
     fn middles(&self, row: usize) -> Vec<Pixel> {
-        let width = self.camera.size[0] as usize;
+        let width = self.sights.camera.size[0] as usize;
         (row * width..(row + 1) * width).map(|pixel| self.pixel(&[self.of_pixel(pixel)])).collect()
     }
 
@@ -179,13 +163,12 @@ impl<'a> Studio<'a> {
 
     /// Some rows of pixels, those with edges looked at more closely.
     fn band(&self, rows: std::ops::Range<usize>, middles: &[Pixel], shades: &[[f32; 3]]) -> Vec<Pixel> {
-        let width = self.camera.size[0] as usize;
+        let width = self.sights.camera.size[0] as usize;
         let mut pixels = middles[rows.start * width..rows.end * width].to_vec();
         let all = rows.clone().flat_map(|y| (0..width).map(move |x| [x, y]));
-        let (mut edges, others): (Vec<[usize; 2]>, Vec<[usize; 2]>) =
-            all.partition(|&pixel| self.has_edge(pixel, shades));
-        edges.extend(self.with_thin_things(&others, &PROBES));
-        self.go_on(&rows, &mut edges);
+        let is_fine =
+            |&[x, y]: &[usize; 2]| self.sights.has_thin(y * width + x) || self.has_edge([x, y], shades);
+        let edges: Vec<[usize; 2]> = all.filter(is_fine).collect();
         for some in edges.chunks(FINE_AT_ONCE) {
             for (&[x, y], pixel) in some.iter().zip(self.fine_pixels(some)) {
                 pixels[(y - rows.start) * width + x] = pixel;
@@ -196,72 +179,26 @@ impl<'a> Studio<'a> {
 
     /// Whether a pixel shows something else than those around it.
     fn has_edge(&self, [x, y]: [usize; 2], shades: &[[f32; 3]]) -> bool {
-        let [width, height] = self.camera.size.map(|side| side as usize);
+        let [width, height] = self.sights.camera.size.map(|side| side as usize);
         let own = y * width + x;
         let mut around = (y.saturating_sub(1)..=(y + 1).min(height - 1))
             .flat_map(|y| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |x| y * width + x));
         around.any(|other| {
             let differs = shades[own].iter().zip(&shades[other]).any(|(a, b)| (a - b).abs() >= SAME_SHADE);
-            differs && !self.goes_on(&self.spots[own], &self.spots[other])
+            differs && !self.goes_on(&self.sights.spots[own], &self.sights.spots[other])
         })
-    }
-
-    /// Those of some pixels that show something else beside their middle, in some places of the pixel.
-    fn with_thin_things(&self, pixels: &[[usize; 2]], places: &[[f64; 2]]) -> Vec<[usize; 2]> {
-        let shows_more = |(&[x, y], spots): (&[usize; 2], &[Spot])| {
-            let middle = &self.spots[y * self.camera.size[0] as usize + x];
-            spots.iter().any(|spot| !spot.is_beside(middle) && !self.goes_on(middle, spot)).then_some([x, y])
-        };
-        let of_some = |some: &[[usize; 2]]| {
-            let points: Vec<[f64; 2]> = some.iter().flat_map(|&pixel| within(pixel, places)).collect();
-            let spots = Spot::seen_by(&self.camera, self.scene, &points);
-            some.iter().zip(spots.chunks_exact(places.len())).filter_map(shows_more).collect::<Vec<_>>()
-        };
-        pixels.chunks(FINE_AT_ONCE).flat_map(of_some).collect()
-    }
-
-    /// Adds to pixels with edges those of the same rows that edges go on through, pixel by pixel: a slat may be too thin to be found by [`PROBES`].
-    fn go_on(&self, rows: &std::ops::Range<usize>, edges: &mut Vec<[usize; 2]>) {
-        let width = self.camera.size[0] as usize;
-        let mut is_known = vec![false; rows.len() * width];
-        edges.iter().for_each(|&[x, y]| is_known[(y - rows.start) * width + x] = true);
-        let (places, mut first) = (fine_places(), 0);
-        while first < edges.len() {
-            let mut beside = Vec::new();
-            for &[x, y] in &edges[first..] {
-                for y in y.saturating_sub(1).max(rows.start)..(y + 2).min(rows.end) {
-                    for x in x.saturating_sub(1)..(x + 2).min(width) {
-                        if !std::mem::replace(&mut is_known[(y - rows.start) * width + x], true) {
-                            beside.push([x, y]);
-                        }
-                    }
-                }
-            }
-            first = edges.len();
-            edges.extend(self.with_thin_things(&beside, &places));
-        }
     }
 
     /// Whether two spots are on one surface to the eye, and the light between them is known.
     fn goes_on(&self, a: &Spot, b: &Spot) -> bool {
-        let (Some(a), Some(b)) = (a.piece(), b.piece()) else { return a == b };
-        if a == b {
-            return true;
-        }
-        let [one, other] = [a, b].map(|piece| self.scene.faces().piece(piece));
-        let [n, m] = [&one, &other]
-            .map(|face| self.scene.surfaces()[face.surface as usize].normal() * face.side.sign());
-        self.lit.is_some()
-            && (one.reflectance, one.emittance) == (other.reflectance, other.emittance)
-            && n.dot(m) >= GOES_ON
-            && n.dot(other.centroid - one.centroid).abs() <= 0.1 * (other.centroid - one.centroid).length()
+        a == b || self.lit.is_some() && goes_on(self.scene, a, b)
     }
 
     /// Pixels that edges go through, by several looks each.
     fn fine_pixels(&self, pixels: &[[usize; 2]]) -> Vec<Pixel> {
         let places = fine_places();
         let points: Vec<[f64; 2]> = pixels.iter().flat_map(|&pixel| within(pixel, &places)).collect();
-        let spots = Spot::seen_by(&self.camera, self.scene, &points);
+        let spots = Spot::seen_by(&self.sights.camera, self.scene, &points);
         let seen: Vec<Option<[f64; 3]>> =
             spots.iter().zip(&points).map(|(spot, &point)| self.of_spot(spot, point)).collect();
         seen.chunks_exact(places.len()).map(|seen| self.pixel(seen)).collect()
@@ -274,12 +211,12 @@ impl<'a> Studio<'a> {
 
     /// B in three channels in the middle of a pixel [W/m²]; `None` beyond the scene.
     fn of_pixel(&self, pixel: usize) -> Option<[f64; 3]> {
-        let piece = self.spots[pixel].piece()?;
+        let piece = self.sights.spots[pixel].piece()?;
         Some(match &self.lit {
             Some((lamps, field)) if !lamps.has(piece) => {
                 left(&self.scene.faces().piece(piece), field.of_pixel(pixel))
             }
-            _ => self.of_solution(piece, &self.spots[pixel]),
+            _ => self.of_solution(piece, &self.sights.spots[pixel]),
         })
     }
 
@@ -313,16 +250,4 @@ impl<'a> Studio<'a> {
         }
         tone(self.contrast.bend(light))
     }
-}
-
-/// Where a pixel with edges is looked at: in a cell of the pixel each, no two of them in one row or column. Of a slat as many as it covers are on it.
-fn fine_places() -> Vec<[f64; 2]> {
-    let offset = |cell: u32, within: u32| (f64::from(cell * FINE + within) + 0.5) / f64::from(FINE * FINE);
-    let at = |k: u32| (k % FINE, k / FINE);
-    (0..FINE * FINE).map(at).map(|(i, j)| [offset(i, j), offset(j, i)]).collect()
-}
-
-/// Some places of a pixel, as points of the picture.
-fn within([x, y]: [usize; 2], places: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
-    places.iter().map(move |[right, down]| [x as f64 + right, y as f64 + down])
 }
