@@ -3,7 +3,7 @@
 //!
 //! `RADWALK_BLESS=1 cargo test --test suite documents::` writes the pages that consist of the program's own words.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -219,24 +219,39 @@ fn hold(page: &str, expected: &str) {
     assert!(found == expected, "{page} is not what the program says: RADWALK_BLESS=1 writes it anew");
 }
 
-/// The help of a command without its first line and its examples, and without the options that the page has already: their
-/// names stand in one line.
-fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
-    let help = help.split_once("\n\n").unwrap().1.split("\n\nExamples:").next().unwrap();
-    let Some((head, options)) = help.split_once("\nOptions:\n") else { return help.to_owned() };
-    let begins =
-        |line: &str| line.starts_with("  ") && line.trim_start().starts_with("-") && !line.contains(" - ");
+/// The blocks of an indented list, each with the lines that go on below it.
+fn blocks_of(list: &str, begins: impl Fn(&str) -> bool) -> Vec<String> {
     let mut blocks: Vec<String> = Vec::new();
-    for line in options.lines() {
+    for line in list.lines() {
         match blocks.last_mut() {
             Some(block) if !begins(line) => *block += &format!("\n{line}"),
             _ => blocks.push(line.to_owned()),
         }
     }
-    let words = |block: &String| block.split_whitespace().collect::<Vec<_>>().join(" ");
-    let (new, old): (Vec<String>, Vec<String>) =
-        blocks.into_iter().partition(|block| told.insert(words(block)));
-    let mut text = trimmed(&format!("{head}\nOptions:\n{}", new.join("\n")));
+    blocks
+}
+
+/// The help of a command without its first line and its examples, and without the arguments and options that the page has
+/// already: the names of these options stand in one line.
+fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
+    let help = help.split_once("\n\n").unwrap().1.split("\n\nExamples:").next().unwrap();
+    let mut new_blocks = |list: &str, begins: fn(&str) -> bool| -> (Vec<String>, Vec<String>) {
+        let words = |block: &String| block.split_whitespace().collect::<Vec<_>>().join(" ");
+        blocks_of(list, begins).into_iter().partition(|block| told.insert(words(block)))
+    };
+    let Some((head, options)) = help.split_once("\nOptions:\n") else { return help.to_owned() };
+    let mut text = head.to_owned();
+    if let Some((usage, arguments)) = head.split_once("\n\nArguments:\n") {
+        let (new, _) = new_blocks(arguments, |line| line.starts_with("  ") && line.trim_start().starts_with(['<', '[']));
+        text = format!("{usage}\n");
+        if !new.is_empty() {
+            text += &format!("\nArguments:\n{}\n", new.join("\n"));
+        }
+    }
+    let begins =
+        |line: &str| line.starts_with("  ") && line.trim_start().starts_with("-") && !line.contains(" - ");
+    let (new, old) = new_blocks(options, begins);
+    text = trimmed(&format!("{text}\nOptions:\n{}", new.join("\n")));
     let name =
         |block: &String| block.split_whitespace().find(|word| word.starts_with("--")).map(str::to_owned);
     let names: Vec<String> = old.iter().filter_map(name).filter(|name| name != "--help").collect();
@@ -248,11 +263,12 @@ fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
 
 #[test]
 fn the_page_of_commands_is_their_help() {
-    let mut page = "# Commands\n\nThe program's own help; `radwalk help COMMAND` prints it with examples. An option that several commands have \
-                    stands once, at the first. A test writes this page.\n"
+    let mut page = "# Commands\n\nThe program's own help; `radwalk help COMMAND` prints it with examples. An argument or option of several \
+                    commands stands once, at the first. A test writes this page.\n"
         .to_owned();
     let (_, help, _) = run(&["--help"]);
-    page += &format!("\n## radwalk\n\n```text\n{}\n```\n", trimmed(&help));
+    let list = help.split("\n\nExamples:").next().unwrap();
+    page += &format!("\n## radwalk\n\n```text\n{}\n```\n", trimmed(list));
     let mut told = BTreeSet::new();
     for command in commands() {
         let (code, help, _) = run(&[&command, "--help"]);
@@ -298,6 +314,9 @@ fn kind(schema: &Value) -> String {
     if let Some(words) = schema["enum"].as_array() {
         return words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
     }
+    if schema["properties"].is_object() {
+        return "table".into();
+    }
     if let Some(choices) = schema["anyOf"].as_array() {
         return choices.iter().map(kind).collect::<Vec<_>>().join(" or ");
     }
@@ -326,26 +345,40 @@ fn kind(schema: &Value) -> String {
     }
 }
 
-/// The tables of keys below a schema, deeper ones after their own.
-fn tables(name: &str, schema: &Value, page: &mut String) {
+/// The tables of keys below a schema, deeper ones after their own. Rows that an earlier table has are left out: their keys stand in one line.
+fn tables(name: &str, schema: &Value, page: &mut String, told: &mut BTreeMap<String, String>) {
     let Some(keys) = schema["properties"].as_object() else { return };
     let required: BTreeSet<&str> =
         schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-    *page += &format!("\n## {name}\n\n| key | holds | means |\n|---|---|---|\n");
+    let (mut rows, mut repeats) = (String::new(), BTreeMap::<String, Vec<String>>::new());
     for (key, value) in keys {
         let must = if required.contains(key.as_str()) { " (required)" } else { "" };
         let means = value["description"].as_str().unwrap_or("");
-        *page += &format!("| `{key}`{must} | {} | {means} |\n", kind(value).replace('|', "\\|"));
+        let row = format!("| `{key}`{must} | {} | {means} |\n", kind(value).replace('|', "\\|"));
+        match told.get(&row) {
+            Some(table) => repeats.entry(table.clone()).or_default().push(format!("`{key}`{must}")),
+            None => {
+                rows += &row;
+                told.insert(row, name.to_owned());
+            }
+        }
+    }
+    *page += &format!("\n## {name}\n");
+    if !rows.is_empty() {
+        *page += &format!("\n| key | holds | means |\n|---|---|---|\n{rows}");
+    }
+    for (table, keys) in repeats {
+        *page += &format!("\nAs in `{table}`: {}.\n", keys.join(", "));
     }
     let path =
         if name.starts_with('[') { name.trim_matches(['[', ']']).to_owned() + "." } else { String::new() };
     let below = |key: &str| format!("[{path}{key}]");
     for (key, value) in keys {
-        tables(&below(key), value, page);
-        tables(&below(&format!("{key}.NAME")), &value["additionalProperties"], page);
-        tables(&format!("[{}]", below(key)), &value["items"], page);
+        tables(&below(key), value, page, told);
+        tables(&below(&format!("{key}.NAME")), &value["additionalProperties"], page, told);
+        tables(&format!("[{}]", below(key)), &value["items"], page, told);
         for choice in value["anyOf"].as_array().into_iter().flatten() {
-            tables(&below(key), choice, page);
+            tables(&below(key), choice, page, told);
         }
     }
 }
@@ -364,7 +397,7 @@ fn the_pages_of_keys_are_the_schemas() {
             "# {title}\n\nEvery key that the program reads, made of the schema by which editors complete keys (`radwalk new schema`). Unknown\n\
              keys are errors. A test writes this page.\n"
         );
-        tables("Top of the file", &schema, &mut text);
+        tables("Top of the file", &schema, &mut text, &mut BTreeMap::new());
         hold(page, &text);
     }
 }
