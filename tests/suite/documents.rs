@@ -242,7 +242,8 @@ fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
     let Some((head, options)) = help.split_once("\nOptions:\n") else { return help.to_owned() };
     let mut text = head.to_owned();
     if let Some((usage, arguments)) = head.split_once("\n\nArguments:\n") {
-        let (new, _) = new_blocks(arguments, |line| line.starts_with("  ") && line.trim_start().starts_with(['<', '[']));
+        let (new, _) =
+            new_blocks(arguments, |line| line.starts_with("  ") && line.trim_start().starts_with(['<', '[']));
         text = format!("{usage}\n");
         if !new.is_empty() {
             text += &format!("\nArguments:\n{}\n", new.join("\n"));
@@ -317,6 +318,9 @@ fn kind(schema: &Value) -> String {
     if schema["properties"].is_object() {
         return "table".into();
     }
+    if let Some(word) = schema["const"].as_str() {
+        return format!("`\"{word}\"`");
+    }
     if let Some(choices) = schema["anyOf"].as_array() {
         return choices.iter().map(kind).collect::<Vec<_>>().join(" or ");
     }
@@ -345,40 +349,37 @@ fn kind(schema: &Value) -> String {
     }
 }
 
-/// The tables of keys below a schema, deeper ones after their own. Rows that an earlier table has are left out: their keys stand in one line.
-fn tables(name: &str, schema: &Value, page: &mut String, told: &mut BTreeMap<String, String>) {
+/// The lists of keys below a schema, deeper ones after their own. Keys that an earlier list has alike stand in one line.
+fn lists(name: &str, schema: &Value, page: &mut String, told: &mut BTreeMap<String, String>) {
     let Some(keys) = schema["properties"].as_object() else { return };
     let required: BTreeSet<&str> =
         schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-    let (mut rows, mut repeats) = (String::new(), BTreeMap::<String, Vec<String>>::new());
+    let (mut items, mut repeats) = (String::new(), BTreeMap::<String, Vec<String>>::new());
     for (key, value) in keys {
         let must = if required.contains(key.as_str()) { " (required)" } else { "" };
         let means = value["description"].as_str().unwrap_or("");
-        let row = format!("| `{key}`{must} | {} | {means} |\n", kind(value).replace('|', "\\|"));
-        match told.get(&row) {
-            Some(table) => repeats.entry(table.clone()).or_default().push(format!("`{key}`{must}")),
+        let item = format!("- `{key}`{must}: {}. {means}\n", kind(value));
+        match told.get(&item) {
+            Some(list) => repeats.entry(list.clone()).or_default().push(format!("`{key}`")),
             None => {
-                rows += &row;
-                told.insert(row, name.to_owned());
+                items += &item;
+                told.insert(item, name.to_owned());
             }
         }
     }
-    *page += &format!("\n## {name}\n");
-    if !rows.is_empty() {
-        *page += &format!("\n| key | holds | means |\n|---|---|---|\n{rows}");
-    }
-    for (table, keys) in repeats {
-        *page += &format!("\nAs in `{table}`: {}.\n", keys.join(", "));
+    *page += &format!("\n## {name}\n\n{items}");
+    for (list, keys) in repeats {
+        *page += &format!("- {}: as in `{list}`.\n", keys.join(", "));
     }
     let path =
         if name.starts_with('[') { name.trim_matches(['[', ']']).to_owned() + "." } else { String::new() };
     let below = |key: &str| format!("[{path}{key}]");
     for (key, value) in keys {
-        tables(&below(key), value, page, told);
-        tables(&below(&format!("{key}.NAME")), &value["additionalProperties"], page, told);
-        tables(&format!("[{}]", below(key)), &value["items"], page, told);
+        lists(&below(key), value, page, told);
+        lists(&below(&format!("{key}.NAME")), &value["additionalProperties"], page, told);
+        lists(&format!("[{}]", below(key)), &value["items"], page, told);
         for choice in value["anyOf"].as_array().into_iter().flatten() {
-            tables(&below(key), choice, page, told);
+            lists(&below(key), choice, page, told);
         }
     }
 }
@@ -394,10 +395,10 @@ fn the_pages_of_keys_are_the_schemas() {
         let schema = find(folder.path(), &format!("schema/{file}.json"));
         let schema: Value = serde_json::from_slice(&fs::read(schema).unwrap()).unwrap();
         let mut text = format!(
-            "# {title}\n\nEvery key that the program reads, made of the schema by which editors complete keys (`radwalk new schema`). Unknown\n\
-             keys are errors. A test writes this page.\n"
+            "# {title}\n\nEvery key, from the schema by which editors complete keys (`radwalk new schema`). Unknown keys are errors. A test\n\
+             writes this page.\n"
         );
-        tables("Top of the file", &schema, &mut text, &mut BTreeMap::new());
+        lists("Top of the file", &schema, &mut text, &mut BTreeMap::new());
         hold(page, &text);
     }
 }
