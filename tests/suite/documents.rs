@@ -3,7 +3,7 @@
 //!
 //! `RADWALK_BLESS=1 cargo test --test suite documents::` writes the pages that consist of the program's own words.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -219,24 +219,40 @@ fn hold(page: &str, expected: &str) {
     assert!(found == expected, "{page} is not what the program says: RADWALK_BLESS=1 writes it anew");
 }
 
-/// The help of a command without its first line and its examples, and without the options that the page has already: their
-/// names stand in one line.
-fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
-    let help = help.split_once("\n\n").unwrap().1.split("\n\nExamples:").next().unwrap();
-    let Some((head, options)) = help.split_once("\nOptions:\n") else { return help.to_owned() };
-    let begins =
-        |line: &str| line.starts_with("  ") && line.trim_start().starts_with("-") && !line.contains(" - ");
+/// The blocks of an indented list, each with the lines that go on below it.
+fn blocks_of(list: &str, begins: impl Fn(&str) -> bool) -> Vec<String> {
     let mut blocks: Vec<String> = Vec::new();
-    for line in options.lines() {
+    for line in list.lines() {
         match blocks.last_mut() {
             Some(block) if !begins(line) => *block += &format!("\n{line}"),
             _ => blocks.push(line.to_owned()),
         }
     }
-    let words = |block: &String| block.split_whitespace().collect::<Vec<_>>().join(" ");
-    let (new, old): (Vec<String>, Vec<String>) =
-        blocks.into_iter().partition(|block| told.insert(words(block)));
-    let mut text = trimmed(&format!("{head}\nOptions:\n{}", new.join("\n")));
+    blocks
+}
+
+/// The help of a command without its first line and its examples, and without the arguments and options that the page has
+/// already: the names of these options stand in one line.
+fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
+    let help = help.split_once("\n\n").unwrap().1.split("\n\nExamples:").next().unwrap();
+    let mut new_blocks = |list: &str, begins: fn(&str) -> bool| -> (Vec<String>, Vec<String>) {
+        let words = |block: &String| block.split_whitespace().collect::<Vec<_>>().join(" ");
+        blocks_of(list, begins).into_iter().partition(|block| told.insert(words(block)))
+    };
+    let Some((head, options)) = help.split_once("\nOptions:\n") else { return help.to_owned() };
+    let mut text = head.to_owned();
+    if let Some((usage, arguments)) = head.split_once("\n\nArguments:\n") {
+        let (new, _) =
+            new_blocks(arguments, |line| line.starts_with("  ") && line.trim_start().starts_with(['<', '[']));
+        text = format!("{usage}\n");
+        if !new.is_empty() {
+            text += &format!("\nArguments:\n{}\n", new.join("\n"));
+        }
+    }
+    let begins =
+        |line: &str| line.starts_with("  ") && line.trim_start().starts_with("-") && !line.contains(" - ");
+    let (new, old) = new_blocks(options, begins);
+    text = trimmed(&format!("{text}\nOptions:\n{}", new.join("\n")));
     let name =
         |block: &String| block.split_whitespace().find(|word| word.starts_with("--")).map(str::to_owned);
     let names: Vec<String> = old.iter().filter_map(name).filter(|name| name != "--help").collect();
@@ -248,11 +264,12 @@ fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
 
 #[test]
 fn the_page_of_commands_is_their_help() {
-    let mut page = "# Commands\n\nThe program's own help; `radwalk help COMMAND` prints it with examples. An option that several commands have \
-                    stands once, at the first. A test writes this page.\n"
+    let mut page = "# Commands\n\nThe program's own help; `radwalk help COMMAND` prints it with examples. An argument or option of several \
+                    commands stands once, at the first. A test writes this page.\n"
         .to_owned();
     let (_, help, _) = run(&["--help"]);
-    page += &format!("\n## radwalk\n\n```text\n{}\n```\n", trimmed(&help));
+    let list = help.split("\n\nExamples:").next().unwrap();
+    page += &format!("\n## radwalk\n\n```text\n{}\n```\n", trimmed(list));
     let mut told = BTreeSet::new();
     for command in commands() {
         let (code, help, _) = run(&[&command, "--help"]);
@@ -298,7 +315,17 @@ fn kind(schema: &Value) -> String {
     if let Some(words) = schema["enum"].as_array() {
         return words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
     }
+    if schema["properties"].is_object() {
+        return "table".into();
+    }
+    if let Some(word) = schema["const"].as_str() {
+        return format!("`\"{word}\"`");
+    }
     if let Some(choices) = schema["anyOf"].as_array() {
+        let one = kind(&choices[0]);
+        if choices[1..].iter().map(kind).eq([format!("3 × {one}")]) {
+            return format!("{one} or [red, green, blue]");
+        }
         return choices.iter().map(kind).collect::<Vec<_>>().join(" or ");
     }
     let number = |key: &str| schema[key].as_f64();
@@ -326,26 +353,39 @@ fn kind(schema: &Value) -> String {
     }
 }
 
-/// The tables of keys below a schema, deeper ones after their own.
-fn tables(name: &str, schema: &Value, page: &mut String) {
+/// The lists of keys below a schema, deeper ones after their own. Keys that an earlier list has alike stand in one line.
+fn lists(name: &str, schema: &Value, page: &mut String, told: &mut BTreeMap<String, String>) {
     let Some(keys) = schema["properties"].as_object() else { return };
     let required: BTreeSet<&str> =
         schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-    *page += &format!("\n## {name}\n\n| key | holds | means |\n|---|---|---|\n");
+    let (mut items, mut repeats) = (String::new(), BTreeMap::<String, Vec<String>>::new());
     for (key, value) in keys {
         let must = if required.contains(key.as_str()) { " (required)" } else { "" };
-        let means = value["description"].as_str().unwrap_or("");
-        *page += &format!("| `{key}`{must} | {} | {means} |\n", kind(value).replace('|', "\\|"));
+        // The kind of a colour says what editors are told in words.
+        let means =
+            value["description"].as_str().unwrap_or("").replace("; a number, or [red, green, blue]", "");
+        let item = format!("- `{key}`{must}: {}. {means}\n", kind(value));
+        match told.get(&item) {
+            Some(list) => repeats.entry(list.clone()).or_default().push(format!("`{key}`")),
+            None => {
+                items += &item;
+                told.insert(item, name.to_owned());
+            }
+        }
+    }
+    *page += &format!("\n## {name}\n\n{items}");
+    for (list, keys) in repeats {
+        *page += &format!("- {}: as in `{list}`.\n", keys.join(", "));
     }
     let path =
         if name.starts_with('[') { name.trim_matches(['[', ']']).to_owned() + "." } else { String::new() };
     let below = |key: &str| format!("[{path}{key}]");
     for (key, value) in keys {
-        tables(&below(key), value, page);
-        tables(&below(&format!("{key}.NAME")), &value["additionalProperties"], page);
-        tables(&format!("[{}]", below(key)), &value["items"], page);
+        lists(&below(key), value, page, told);
+        lists(&below(&format!("{key}.NAME")), &value["additionalProperties"], page, told);
+        lists(&format!("[{}]", below(key)), &value["items"], page, told);
         for choice in value["anyOf"].as_array().into_iter().flatten() {
-            tables(&below(key), choice, page);
+            lists(&below(key), choice, page, told);
         }
     }
 }
@@ -361,10 +401,10 @@ fn the_pages_of_keys_are_the_schemas() {
         let schema = find(folder.path(), &format!("schema/{file}.json"));
         let schema: Value = serde_json::from_slice(&fs::read(schema).unwrap()).unwrap();
         let mut text = format!(
-            "# {title}\n\nEvery key that the program reads, made of the schema by which editors complete keys (`radwalk new schema`). Unknown\n\
-             keys are errors. A test writes this page.\n"
+            "# {title}\n\nEvery key, from the schema by which editors complete keys (`radwalk new schema`). Unknown keys are errors. A test\n\
+             writes this page.\n"
         );
-        tables("Top of the file", &schema, &mut text);
+        lists("Top of the file", &schema, &mut text, &mut BTreeMap::new());
         hold(page, &text);
     }
 }
@@ -629,12 +669,17 @@ fn run_in(folder: &tempfile::TempDir, words: &str) -> (i32, String, String) {
     (output.status.code().unwrap_or(-1), text(&output.stdout), text(&output.stderr))
 }
 
+/// README is a page, ARCHITECTURE a quarter of an hour, and all documents but results, README, ARCHITECTURE and CHANGELOG together a short book.
 #[test]
-fn readme_and_architecture_are_short() {
+fn documents_are_short() {
     let lines = read("README.md").lines().count();
     assert!(lines < 100, "{lines} lines");
-    let words = read("ARCHITECTURE.md").split_whitespace().count();
-    assert!(words <= 3500, "{words} words");
+    let words = |page: &Path| read(page).split_whitespace().count();
+    let architecture = words(Path::new("ARCHITECTURE.md"));
+    assert!(architecture <= 3500, "{architecture} words");
+    let others = ["CONTRIBUTING.md", "SECURITY.md", "crates/python/README.md"].map(PathBuf::from);
+    let all: usize = pages().iter().skip(1).chain(&others).map(|page| words(page)).sum();
+    assert!(all <= 35_000, "{all} words");
 }
 
 /// `check` finds no fault in any job that comes with the program.

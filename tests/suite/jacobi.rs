@@ -362,7 +362,7 @@ fn long_few_links() {
     }
 }
 
-/// The table of docs/theory/intervals.md: coverage and told over real error by expected hits, for each method.
+/// The table of docs/results/intervals.md: coverage and told over real error by expected hits, for each method.
 #[test]
 #[ignore = "minutes; run with --release"]
 fn long_told_over_real() {
