@@ -13,6 +13,6 @@ out=$(mkdir -p "${1:-out/day}" && cd "${1:-out/day}" && pwd)
 RADWALK_CHART="$out/day.csv" cargo test --release --locked -p radwalk-protocol --test day -- --ignored --nocapture a_day_of_4096
 scripts/chart.sh "$out/day.csv" "2:bytes that the coordinator holds" "3:bytes of the checkpoint" "4:files" > "$out/day.svg"
 
-# 10¹² walks in streams of 65,536; 4.5·10⁵ … 9·10⁵ walks/s a worker, so that it takes ten minutes and a half.
-CHART="$out/sockets.csv" scripts/load.sh 4096 100 15258790 500000
+# 10¹² walks in streams of 65,536; 3.5·10⁵ … 7·10⁵ walks/s a worker, so that it takes eight minutes.
+CHART="$out/sockets.csv" scripts/load.sh 4096 100 15258790 700000
 scripts/chart.sh "$out/sockets.csv" "2:memory [kB]" "3:open files" > "$out/sockets.svg"
