@@ -5,7 +5,7 @@
 #
 #     scripts/load.sh [WORKERS PATCHES STREAMS RATE [RELAYS]]      default: all cases of docs/results/scale.md, some minutes
 #
-# The last case needs 6 GB for the workers. As root it runs in a network namespace of its own, whose bytes are counted.
+# CHART=TABLE.csv writes the coordinator's memory and open files down every second. The last case needs 6 GB for the workers. As root it runs in a network namespace of its own, whose bytes are counted.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -17,11 +17,22 @@ trap 'rm -rf "$scratch"' EXIT
 # A file descriptor a worker in the coordinator, two in the workers' processes.
 ulimit -n "$(ulimit -H -n)"
 
+# sample PROCESS: its memory and open files, every second, as long as it is there.
+sample() {
+    local began=$SECONDS memory
+    echo "seconds,memory_kb,files" > "$CHART"
+    while memory=$(awk '/^VmRSS/ { print $2 }' "/proc/$1/status" 2>/dev/null) && [ -n "$memory" ]; do
+        echo "$((SECONDS - began)),$memory,$(ls "/proc/$1/fd" | wc -l)" >> "$CHART"
+        sleep 1
+    done
+}
+
 # run_case WORKERS PATCHES STREAMS RATE [RELAYS]: RATE walks a second each, in streams of 65,536. RELAYS share the workers.
 run_case() {
-    local access="$scratch/$1-$2-${5:-0}.json" processes=${5:-$((($1 + 249) / 250))} coordinator code=0
+    local access="$scratch/$1-$2-${5:-0}.json" processes=${5:-$((($1 + 255) / 256))} coordinator code=0
     "$load" coordinate "$access" "$2" "$3" &
     coordinator=$!
+    [ -z "${CHART:-}" ] || sample "$coordinator" &
     for process in $(seq "$processes"); do
         local near="$access"
         if [ -n "${5:-}" ]; then

@@ -63,21 +63,6 @@ done
 
 echo "$seconds s: $killed workers killed, $frozen frozen, $coordinators coordinators"
 
-# Three panels, each from 0 to the largest value of its curve.
-awk -F, '
-    NR > 1 { x[++n] = $1; for (c = 2; c <= 4; c++) { y[c, n] = $c; if ($c > most[c]) most[c] = $c } }
-    END {
-        split("- memory_[kB] bytes_of_tally.bin open_files", name, " ")
-        print "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 820 420\" font-family=\"sans-serif\" font-size=\"13\">"
-        print "<rect width=\"820\" height=\"420\" fill=\"white\"/>"
-        for (c = 2; c <= 4; c++) {
-            foot = 120 + 130 * (c - 2); gsub("_", " ", name[c])
-            printf "<text x=\"10\" y=\"%d\">%s: 0 … %d</text>\n", foot - 97, name[c], most[c]
-            printf "<path d=\"M10 %d H810\" stroke=\"#bbb\"/>\n<polyline fill=\"none\" stroke=\"#06c\" points=\"", foot
-            for (i = 1; i <= n; i++) printf "%.1f,%.1f ", 10 + 800 * x[i] / x[n], foot - 90 * y[c, i] / (most[c] ? most[c] : 1)
-            print "\"/>"
-        }
-        printf "<text x=\"10\" y=\"405\">0 … %d s</text>\n</svg>\n", x[n]
-    }' "$out/soak.csv" > "$out/soak.svg"
+"$(dirname "$0")/chart.sh" "$out/soak.csv" "2:memory [kB]" "3:bytes of tally.bin" "4:open files" > "$out/soak.svg"
 awk -F, 'NR > 1 { for (c = 2; c <= 4; c++) { if ($c > most[c]) most[c] = $c; last[c] = $c } }
     END { printf "memory %d kB (at most %d), tally.bin %d bytes (%d), open files %d (%d)\n", last[2], most[2], last[3], most[3], last[4], most[4] }' "$out/soak.csv"

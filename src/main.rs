@@ -1,6 +1,7 @@
 //! `radwalk`: arguments, processes, and what is printed.
 
 #![warn(unreachable_pub, unnameable_types)]
+#![forbid(unsafe_code)]
 
 mod args;
 mod build;

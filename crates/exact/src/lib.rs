@@ -37,6 +37,7 @@ mod box_scene;
 mod colour;
 mod contour;
 mod cubature;
+#[allow(unsafe_code, reason = "the product of matrices takes pointers")]
 mod dense;
 mod exchange;
 mod face;

@@ -1,5 +1,7 @@
 //! A plain driver of fuzz targets, for those who have no libFuzzer: the kept corpus, and fixed changes of it. Crates with readers share it.
 
+#![allow(unsafe_code, reason = "allocators are unsafe to write")]
+
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;

@@ -68,6 +68,7 @@ pub(crate) enum PoolOutcome {
 }
 
 /// The workers of a leader, their leases and the ledger.
+#[derive(Debug)]
 pub(crate) struct WorkerPool {
     terms: Terms,
     /// The ledger of all walks.

@@ -8,7 +8,7 @@ use crate::codec::LONGEST_SUM;
 use crate::limits::Limits;
 
 /// What a worker must know and be to join a job.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Terms {
     /// The job, encoded as workers read it.
     pub job: Arc<[u8]>,

@@ -2,47 +2,19 @@
 
 #![expect(clippy::disallowed_methods, reason = "it says how long losing many workers takes")]
 
+#[path = "toy/counting.rs"]
+mod counting;
 mod toy;
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::collections::VecDeque;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use counting::{HELD, MOST, megabytes};
 use protocol::message::{ToCoordinator, ToWorker};
 use protocol::{Action, Coordinator, Lead, PeerId};
 use toy::{READY, coordinator, hello, plan, result};
-
-/// An allocator that counts the bytes in use.
-struct Counting;
-
-static HELD: AtomicUsize = AtomicUsize::new(0);
-static MOST: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: the system's allocator does all the work.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let held = HELD.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        MOST.fetch_max(held, Ordering::Relaxed);
-        // SAFETY: the layout is the caller's, who keeps to `GlobalAlloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        HELD.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the place came from `alloc` with this layout, as the caller promises.
-        unsafe { System.dealloc(place, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
-
-/// A number of bytes in MiB.
-fn megabytes(bytes: usize) -> f64 {
-    bytes as f64 / f64::from(1 << 20)
-}
 
 /// Lets workers join. Returns the number of leases that they get.
 fn join(coordinator: &mut Coordinator, ids: Range<PeerId>, threads: u32, now: Duration) -> usize {

@@ -3,7 +3,6 @@
 mod toy;
 
 mod coordinator;
-mod explore;
 mod late;
 mod liveness;
 mod relay;

@@ -34,6 +34,7 @@ mod jacobi;
 mod method;
 mod random;
 mod scene;
+#[allow(unsafe_code, reason = "intrinsics, each with its proof")]
 mod simd;
 mod tally;
 mod trace;

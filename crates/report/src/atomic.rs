@@ -118,6 +118,24 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(unix) { fs::File::open(folder)?.sync_all() } else { Ok(()) }
 }
 
+/// Makes a folder, and those around it that are not there. All of them outlast a loss of power, as far as the disk can sync: one that cannot says so when the
+/// first file is kept.
+fn make_folder(path: &Path) -> io::Result<()> {
+    let around = folder_of(path);
+    if !path.is_dir() {
+        if around != path {
+            make_folder(around)?;
+        }
+        match fs::create_dir(path) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && path.is_dir() => {}
+            made => made?,
+        }
+    }
+    // Also where it was there: another process may have been killed before it got here.
+    let _ = sync_folder(around);
+    Ok(())
+}
+
 /// The folder that the results of one run go to.
 #[derive(Debug)]
 pub struct OutputFolder {
@@ -155,7 +173,7 @@ impl OutputFolder {
         if path.exists() && !path.is_dir() {
             return Err(Error::NotAFolder { path: path.to_path_buf() });
         }
-        fs::create_dir_all(path).map_err(Error::io("create", path))?;
+        make_folder(path).map_err(Error::io("create", path))?;
         let lock = lock(path)?;
         let entries = entries(path).map_err(Error::io("read", path))?;
         let in_the_way = |entry: &PathBuf| !is_own(entry) || files.iter().any(|file| entry.ends_with(file));
@@ -177,7 +195,7 @@ impl OutputFolder {
         let mut held = self.lock.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(folder) = &*held else { return Ok(()) };
         if !self.path.exists() {
-            fs::create_dir_all(&self.path).map_err(Error::io("create", &self.path))?;
+            make_folder(&self.path).map_err(Error::io("create", &self.path))?;
             *held = lock(&self.path)?;
             return Ok(());
         }

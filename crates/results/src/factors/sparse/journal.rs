@@ -132,9 +132,14 @@ impl Journal {
             file.set_len(length).map_err(failed)?;
             return Ok(Journal { file: BufWriter::with_capacity(1 << 18, file), path, next });
         }
-        let mut file = BufWriter::with_capacity(1 << 18, File::create(&path).map_err(failed)?);
-        let json = serde_json::to_string(heading).expect("numbers and words");
-        writeln!(file, "{WORDS}\n{json}").and_then(|()| file.flush()).map_err(failed)?;
+        // A file without its first lines could not be gone on with.
+        folder.write(ROWS, |file| {
+            writeln!(file, "{WORDS}")?;
+            serde_json::to_writer(&mut *file, heading)?;
+            writeln!(file)
+        })?;
+        let file = OpenOptions::new().append(true).open(&path).map_err(failed)?;
+        let file = BufWriter::with_capacity(1 << 18, file);
         Ok(Journal { file, path, next: heading.rows.start })
     }
 

@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# What is unsafe and what runs on several threads, under tools that see what tests alone do not.
+#
+#     scripts/sanitize.sh [list] [memory] [address] [thread]      default: all four, half an hour on two cores
+#
+# list      every unsafe block of the workspace with its proof; one without a proof is an error
+# memory    valgrind: the vectors of AVX2, the tracing and the dense solver read nothing that was not written, and nothing out of bounds
+# address   AddressSanitizer: all unit tests of the crates that hold unsafe blocks, and of what reads files of strangers
+# thread    ThreadSanitizer, with a standard library that is built for it: loops on threads, chains, sockets, a run in one process
+#
+# Needs valgrind for memory, and for thread the component rust-src (`rustup component add rust-src`). AVX-512 is covered by address on a
+# processor that has it: valgrind does not know it.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+host=$(rustc -vV | sed -n 's/^host: //p')
+target=$(cargo metadata --no-deps --format-version 1 --locked | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
+
+list() {
+    git ls-files 'crates/*.rs' 'src/*.rs' 'tests/*.rs' | xargs awk '
+        FNR == 1 { proof = "" }
+        /^ *\/\/ SAFETY: / { proof = $0; sub(/^ *\/\/ SAFETY: /, "", proof); open = 1; next }
+        open && /^ *\/\/ / { line = $0; sub(/^ *\/\/ /, "", line); proof = proof " " line; next }
+        { open = 0 }
+        /^ *\/\// { next }
+        /(^|[^_a-z])unsafe (impl|\{)/ {
+            n++
+            if (proof == "" ) { missing++; proof = "NO PROOF" }
+            print FILENAME ":" FNR ": " proof
+            proof = ""
+        }
+        END { printf "%d unsafe blocks, %d without a proof\n", n, missing; exit missing > 0 }'
+}
+
+# sanitized KIND ARGUMENTS…: cargo test under a sanitiser, in a folder of its own.
+sanitized() {
+    local kind="$1"
+    shift
+    RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=$kind -Cunsafe-allow-abi-mismatch=sanitizer" CARGO_TARGET_DIR="$target/sanitize-$kind" \
+        cargo test --locked --target "$host" "$@"
+}
+
+memory() {
+    command -v valgrind >/dev/null || { echo "sanitize.sh needs valgrind for memory" >&2; exit 2; }
+    tests() { cargo test --locked --workspace --lib --no-run --message-format json 2>/dev/null |
+        sed -n "s/.*\"name\":\"$1\".*\"executable\":\"\([^\"]*\)\".*/\1/p" | head -1; }
+    for crate in radiosity exact; do
+        filters="simd:: trace:: walk::" && [ "$crate" = radiosity ] || filters="dense::"
+        # shellcheck disable=SC2086
+        valgrind --quiet --error-exitcode=9 --tool=memcheck "$(tests $crate)" --test-threads 1 $filters
+    done
+}
+
+address() {
+    sanitized address -p radwalk-radiosity -p radwalk-exact -p radwalk-import -p radwalk-photometry -p radwalk-sky --lib
+}
+
+thread() {
+    sanitized thread -Zbuild-std -p radwalk-parallel -p radwalk-radiosity -p radwalk-cluster --lib
+}
+
+for part in "${@:-list memory address thread}"; do
+    for each in $part; do
+        echo "== $each"
+        "$each"
+    done
+done
