@@ -4,7 +4,7 @@
 #     scripts/sanitize.sh [list] [memory] [address] [thread]      default: all four, half an hour on two cores
 #
 # list      every unsafe block of the workspace with its proof; one without a proof is an error
-# memory    valgrind: the vectors of AVX2, the tracing and the dense solver read nothing that was not written, and nothing out of bounds
+# memory    valgrind: the vectors of AVX2 and the tracing read nothing that was not written, and nothing out of bounds
 # address   AddressSanitizer: all unit tests of the crates that hold unsafe blocks, and of what reads files of strangers
 # thread    ThreadSanitizer, with a standard library that is built for it: loops on threads, chains, sockets, a run in one process
 #
@@ -41,13 +41,12 @@ sanitized() {
 
 memory() {
     command -v valgrind >/dev/null || { echo "sanitize.sh needs valgrind for memory" >&2; exit 2; }
-    tests() { cargo test --locked --workspace --lib --no-run --message-format json 2>/dev/null |
-        sed -n "s/.*\"name\":\"$1\".*\"executable\":\"\([^\"]*\)\".*/\1/p" | head -1; }
-    for crate in radiosity exact; do
-        filters="simd:: trace:: walk::" && [ "$crate" = radiosity ] || filters="dense::"
-        # shellcheck disable=SC2086
-        valgrind --quiet --error-exitcode=9 --tool=memcheck "$(tests $crate)" --test-threads 1 $filters
-    done
+    local suite
+    suite=$(cargo test --locked -p radwalk-radiosity --test suite --no-run --message-format json 2>/dev/null |
+        sed -n 's/.*"executable":"\([^"]*suite-[^"]*\)".*/\1/p' | head -1)
+    # Walks, groups, slopes, lamps and daylight: the kernels with all their vectors.
+    valgrind --error-exitcode=9 --tool=memcheck "$suite" --test-threads 1 \
+        same_bits::any_split groups::sums linear::slopes lamps::births daylight::parts walks::beyond
 }
 
 address() {

@@ -78,6 +78,9 @@ struct Worker {
     joins: u64,
 }
 
+/// The end of a lease: the time [µs], the worker and its connection.
+type End = Reverse<(u64, usize, PeerId)>;
+
 /// What a row of the chart says.
 struct Row {
     seconds: f64,
@@ -92,8 +95,8 @@ struct Simulation<'a> {
     folder: &'a Path,
     coordinator: Coordinator,
     workers: Vec<Worker>,
-    /// The ends of leases: the time [µs], the worker and its connection.
-    ends: BinaryHeap<Reverse<(u64, usize, PeerId)>>,
+    /// The ends of leases, the earliest first.
+    ends: BinaryHeap<End>,
     /// The worker of each connection.
     of: Vec<usize>,
     tick: u64,
@@ -269,8 +272,7 @@ impl<'a> Simulation<'a> {
     fn row(&mut self, bare: usize) -> Row {
         // What the simulation itself holds is not the coordinator's.
         self.ends.shrink_to_fit();
-        let queues = self.ends.capacity() * size_of::<Reverse<(u64, usize, PeerId)>>()
-            + self.of.capacity() * size_of::<usize>();
+        let queues = self.ends.capacity() * size_of::<End>() + self.of.capacity() * size_of::<usize>();
         let held = (HELD.load(Ordering::Relaxed) - bare).saturating_sub(queues);
         let Past { tally, deliveries, out_of_order, workers, looks, effort } = self.coordinator.past();
         let walks = tally.counts.walks;
@@ -316,6 +318,9 @@ impl Day {
     }
 }
 
+/// A column of the chart.
+type Column = fn(&Row) -> usize;
+
 /// The most of a column in a part of the rows.
 fn most(rows: &[Row], part: Range<f64>, of: impl Fn(&Row) -> usize) -> usize {
     let place = |part: f64| (part * rows.len() as f64) as usize;
@@ -346,7 +351,7 @@ fn a_day_of_4096_workers_is_flat() {
     }
     assert!((20 * 60..28 * 60).contains(&rows.len()), "{} minutes", rows.len());
     assert!(rows.iter().all(|row| row.files == 1));
-    let columns: [(&str, fn(&Row) -> usize); 2] =
+    let columns: [(&str, Column); 2] =
         [("held", |row| row.held), ("of checkpoint", |row| row.checkpoint as usize)];
     for (name, column) in columns {
         let [early, late] = [0.25..0.5, 0.75..1.0].map(|part| most(&rows, part, column));

@@ -111,18 +111,21 @@ enum Event {
     Stop,
 }
 
+/// A lease: its number and its walks.
+type Lease = (u64, Range<u64>);
+
 #[derive(Debug, Default)]
 struct Worker {
     peer: Option<PeerId>,
     /// Messages of its introduction that it has sent.
     introduced: u32,
-    owes: VecDeque<(u64, Range<u64>)>,
+    owes: VecDeque<Lease>,
     /// Results that it has offered and keeps, and those that it was asked for.
-    offered: VecDeque<(u64, Range<u64>)>,
-    asked: VecDeque<(u64, Range<u64>)>,
+    offered: VecDeque<Lease>,
+    asked: VecDeque<Lease>,
     last: Option<LeaseResult>,
     /// The latest connection that has ended, and a result that was not brought over it.
-    before: Option<(PeerId, Option<(u64, Range<u64>)>)>,
+    before: Option<(PeerId, Option<Lease>)>,
 }
 
 impl Worker {
@@ -139,7 +142,7 @@ impl Worker {
     }
 
     /// The lease of an earlier connection, where its number means nothing on this one.
-    fn late(&self) -> Option<(u64, Range<u64>)> {
+    fn late(&self) -> Option<Lease> {
         let (_, lease) = self.before.as_ref()?;
         lease.clone().filter(|&(number, _)| self.introduced == 2 && !self.has(number))
     }
@@ -317,7 +320,7 @@ impl<'a> World<'a> {
     }
 
     /// Brings a small result, or offers a large one.
-    fn bring(&mut self, i: usize, lease: Option<(u64, Range<u64>)>) {
+    fn bring(&mut self, i: usize, lease: Option<Lease>) {
         let (number, walks) = lease.expect("it owes a result");
         if !self.job.is_large() {
             return self.send(i, number, walks);

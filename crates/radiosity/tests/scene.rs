@@ -4,7 +4,10 @@ use std::collections::HashSet;
 
 use crate::common::{box_scene, quad, surface};
 use glam::DVec3;
-use radiosity::{IndexChoice, Scene, SceneSpec, Shape, Side, Sides, SurfaceSpec};
+use radiosity::{
+    EstimatorKind, Experiment, IndexChoice, Scene, SceneSpec, Sequence, Shape, Side, Sides, Solution,
+    SurfaceSpec, Walks,
+};
 
 fn build(surfaces: Vec<SurfaceSpec>) -> Scene {
     Scene::build(&SceneSpec::new(surfaces), IndexChoice::Auto).unwrap()
@@ -60,4 +63,32 @@ fn patches_have_their_share_of_area_and_power() {
     assert_eq!(places[6..], [(6, Side::Front), (4, Side::Back), (5, Side::Back), (6, Side::Back)]);
     assert_eq!(scene.faces().by_patch().collect::<Vec<_>>(), [0, 1, 2, 3, 4, 7, 5, 8, 6, 9]);
     assert_eq!(scene.faces().get(6).centroid, DVec3::new(1.0, 2.5, 1.0));
+}
+
+/// The survival estimator divides by the reflectance: at the end of the range of numbers its estimates were NaN in NaN … ∞.
+#[test]
+fn reflectances_that_scores_cannot_be_divided_by_are_refused() {
+    let box_of = |reflectance: f64| {
+        let mut spec = box_scene(DVec3::ONE, [1, 1]);
+        spec.surfaces[1].reflectance = reflectance.into();
+        spec
+    };
+    for reflectance in [5e-324, 1e-200, 9e-31] {
+        let refused = Scene::build(&box_of(reflectance), IndexChoice::Auto).err().unwrap().to_string();
+        assert!(refused.contains("is below 1e-30") && refused.contains("choose 0"), "{refused}");
+    }
+    for reflectance in [0.0, 1e-30] {
+        let scene = build(box_of(reflectance).surfaces);
+        let experiment = Experiment::new(scene, Walks::shooting(EstimatorKind::Survival)).unwrap();
+        let mut board = experiment.board();
+        experiment.walk(&Sequence::new(1), 0..1000, &mut board);
+        let solution = Solution::new(&experiment, &board.take().unwrap(), 0.95);
+        for estimate in solution.estimates.iter().flatten() {
+            let told = [estimate.radiosity, estimate.ci_low, estimate.ci_high];
+            assert!(
+                told.iter().all(|x| x.is_finite()) && told[1] <= told[0] && told[0] <= told[2],
+                "{told:?}"
+            );
+        }
+    }
 }

@@ -50,6 +50,9 @@ const EDGES: [f64; 2] = [1e-36, 1e36];
 /// What surfaces may emit, if they do [W/m²]: the squares of all that light comes to are numbers then and not 0.
 const EMITTANCES: [f64; 2] = [1e-60, 1e60];
 
+/// The least reflectance of what reflects at all.
+const LEAST_REFLECTANCE: f64 = 1e-30;
+
 fn check_surface(surface: &SurfaceSpec) -> Result<(), SceneFault> {
     let outline = match surface.shape {
         Shape::Parallelogram { .. } | Shape::Divided { .. } => "quad",
@@ -107,6 +110,12 @@ fn check_reflectance(reflectance: Spectrum) -> Result<(), String> {
     outside.map_or(Ok(()), |outside| {
         Err(format!(
             "{outside} is outside [0, 1) (walks would never end, or power be negative); choose 0 ≤ reflectance < 1"
+        ))
+    })?;
+    let tiny = reflectance.channels().into_iter().find(|&rho| rho > 0.0 && rho < LEAST_REFLECTANCE);
+    tiny.map_or(Ok(()), |tiny| {
+        Err(format!(
+            "{tiny:e} is below {LEAST_REFLECTANCE:e} (scores are divided by it, and their squares have to be numbers); choose 0"
         ))
     })
 }
