@@ -113,23 +113,25 @@ impl View<'_> {
         thin
     }
 
-    /// Between which of some pixels and the next, along which axis, something stands that neither middle shows.
+    /// Between which pixels and the next, at some with thin things and around them, along which axis, something stands that neither middle shows.
     fn parted(&self, thin: &[[usize; 2]]) -> Vec<(usize, usize)> {
         let [width, height] = self.camera.size.map(|side| side as usize);
-        let next = |[x, y]: [usize; 2], [right, down]: [isize; 2]| {
-            let x = x.checked_add_signed(right).filter(|x| *x < width)?;
-            Some(y.checked_add_signed(down).filter(|y| *y < height)? * width + x)
+        let next = |own: usize, way: [isize; 2]| {
+            let x = (own % width).checked_add_signed(way[0]).filter(|x| *x < width)?;
+            Some((own / width).checked_add_signed(way[1]).filter(|y| *y < height)? * width + x)
         };
-        let pairs = thin.iter().flat_map(|&[x, y]| {
-            let own = y * width + x;
+        let pairs_of = |own: usize| {
             AXES.into_iter().enumerate().flat_map(move |(axis, [right, down])| {
-                let ahead = next([x, y], [right, down]).map(|other| [own, other, axis]);
-                let behind = next([x, y], [-right, -down]).map(|other| [other, own, axis]);
+                let ahead = next(own, [right, down]).map(|other| [own, other, axis]);
+                let behind = next(own, [-right, -down]).map(|other| [other, own, axis]);
                 [ahead, behind].into_iter().flatten()
             })
-        });
-        let pairs: Vec<[usize; 3]> =
-            pairs.filter(|&[own, other, _]| self.goes_on(&self.spots[own], &self.spots[other])).collect();
+        };
+        let mut pairs: Vec<[usize; 3]> =
+            thin.iter().flat_map(|&pixel| self.around(pixel)).flat_map(pairs_of).collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        pairs.retain(|&[own, other, _]| self.goes_on(&self.spots[own], &self.spots[other]));
         let way = |&[own, _, axis]: &[usize; 3]| {
             let (x, y) = ((own % width) as f64 + 0.5, (own / width) as f64 + 0.5);
             (0..BETWEEN).map(move |k| {
