@@ -186,7 +186,7 @@ impl<'a> World<'a> {
         world
     }
 
-    /// A number for the whole state: equal states have the same.
+    /// The digest of the whole state. Equal states have equal digests.
     fn state(&self) -> u64 {
         let World { job: _, coordinator, workers, connections, now, stopped, lied, taken, kept } = self;
         let state = (coordinator, workers, connections, now, stopped, lied, taken, kept);
@@ -450,7 +450,7 @@ impl<'a> World<'a> {
     }
 }
 
-/// Books as they are read from a disk: their tally is nobody else's, and holds nothing up.
+/// A past as it is read from a disk. No other part of the program shares its tally.
 fn read(past: &Past) -> Past {
     Past { tally: Tally::clone(&past.tally).into(), ..past.clone() }
 }

@@ -20,7 +20,7 @@ const PROBES: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [
 const BETWEEN: usize = 16;
 
 /// Pixels that are looked at together.
-const AT_ONCE: usize = 256;
+pub(super) const AT_ONCE: usize = 256;
 
 /// The cosine between the normals of surfaces that go on one into the other.
 const GOES_ON: f64 = 0.98;
@@ -172,10 +172,8 @@ impl View<'_> {
     }
 
     /// The pixels around one, and itself.
-    fn around(&self, [x, y]: [usize; 2]) -> impl Iterator<Item = usize> {
-        let [width, height] = self.camera.size.map(|side| side as usize);
-        (y.saturating_sub(1)..(y + 2).min(height))
-            .flat_map(move |y| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| y * width + x))
+    fn around(&self, pixel: [usize; 2]) -> impl Iterator<Item = usize> {
+        around(self.camera.size, pixel)
     }
 
     /// Whether the middle of a pixel shows what is seen elsewhere.
@@ -186,6 +184,13 @@ impl View<'_> {
     fn goes_on(&self, a: &Spot, b: &Spot) -> bool {
         if self.is_lit { goes_on(self.scene, a, b) } else { a == b }
     }
+}
+
+/// The pixels around one, and itself, in a picture of some width and height.
+pub(super) fn around(size: [u32; 2], [x, y]: [usize; 2]) -> impl Iterator<Item = usize> {
+    let [width, height] = size.map(|side| side as usize);
+    (y.saturating_sub(1)..(y + 2).min(height))
+        .flat_map(move |y| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| y * width + x))
 }
 
 /// Whether two spots are on one surface to the eye.

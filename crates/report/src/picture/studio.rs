@@ -11,7 +11,7 @@ use super::light::{
     BACKGROUND, Contrast, Light, SHINING, Shades, balanced, exposure, mean, of_piece, tone, value,
     white_balance,
 };
-use super::sights::{Sights, fine_places, goes_on, within};
+use super::sights::{AT_ONCE, Sights, around, fine_places, goes_on, within};
 use super::spot::{BAND, Spot};
 use super::{Picture, Shot};
 use crate::camera::Camera;
@@ -20,9 +20,6 @@ use crate::values::Values;
 
 /// A side of a surface is lit where its mean radiosity is above this part of that of all.
 const LIT: f64 = 1e-3;
-
-/// Pixels with edges that are looked at together.
-const FINE_AT_ONCE: usize = 256;
 
 /// Shades (0 … 1, encoded) beside each other that differ by less than this make no edge.
 const SAME_SHADE: f32 = 1.5 / 255.0;
@@ -169,7 +166,7 @@ impl<'a> Studio<'a> {
         let is_fine =
             |&[x, y]: &[usize; 2]| self.sights.has_thin(y * width + x) || self.has_edge([x, y], shades);
         let edges: Vec<[usize; 2]> = all.filter(is_fine).collect();
-        for some in edges.chunks(FINE_AT_ONCE) {
+        for some in edges.chunks(AT_ONCE) {
             for (&[x, y], pixel) in some.iter().zip(self.fine_pixels(some)) {
                 pixels[(y - rows.start) * width + x] = pixel;
             }
@@ -179,11 +176,9 @@ impl<'a> Studio<'a> {
 
     /// Whether a pixel shows something else than those around it.
     fn has_edge(&self, [x, y]: [usize; 2], shades: &[[f32; 3]]) -> bool {
-        let [width, height] = self.sights.camera.size.map(|side| side as usize);
-        let own = y * width + x;
-        let mut around = (y.saturating_sub(1)..=(y + 1).min(height - 1))
-            .flat_map(|y| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |x| y * width + x));
-        around.any(|other| {
+        let size = self.sights.camera.size;
+        let own = y * size[0] as usize + x;
+        around(size, [x, y]).any(|other| {
             let differs = shades[own].iter().zip(&shades[other]).any(|(a, b)| (a - b).abs() >= SAME_SHADE);
             differs && !self.goes_on(&self.sights.spots[own], &self.sights.spots[other])
         })
