@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{COMPRESS_GROUP, GROUPS, LANE_BITS, LANES, Lanes, Quad, Row};
+use super::{COMPRESS_GROUP, GROUPS, LANE_BITS, LANES, Lanes, NO_KEY, Quad, Row};
 use crate::simd::x86::registers;
 
 /// The number of each lane.
@@ -11,24 +11,6 @@ pub(super) static NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11,
 /// AVX2 and fused multiply-add, two registers for a vector.
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Avx2([__m256; 2]);
-
-/// COMPRESS[bits]: the set lanes of eight in order, a byte each.
-static COMPRESS: [u64; 256] = {
-    let mut table = [0; 256];
-    let mut bits = 0;
-    while bits < table.len() {
-        let (mut lane, mut shift) = (0, 0);
-        while lane < 8 {
-            if bits >> lane & 1 == 1 {
-                table[bits] |= (lane as u64) << shift;
-                shift += 8;
-            }
-            lane += 1;
-        }
-        bits += 1;
-    }
-    table
-};
 
 impl Avx2 {
     #[inline(always)]
@@ -39,22 +21,6 @@ impl Avx2 {
     #[inline(always)]
     fn map(self, f: impl Fn(__m256) -> __m256) -> Self {
         Avx2([f(self.0[0]), f(self.0[1])])
-    }
-
-    #[inline(always)]
-    fn keys(self) -> [__m256i; 2] {
-        [self.half_of_keys(0), self.half_of_keys(1)]
-    }
-
-    /// Not a closure: one of several intrinsics is not always inlined, and then not compiled for the instruction set.
-    #[inline(always)]
-    fn half_of_keys(self, half: usize) -> __m256i {
-        // SAFETY: the instruction set is there (see `registers`), and rows and groups are as long as what is read or written.
-        unsafe {
-            let number = _mm256_loadu_si256(NUMBERS.as_ptr().add(8 * half).cast());
-            let value = _mm256_castps_si256(self.0[half]);
-            _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(LANE_BITS as i32), value), number)
-        }
     }
 }
 
@@ -68,12 +34,28 @@ fn least_of_two_groups(x: __m256, mask: __m256) -> __m256 {
     })
 }
 
-/// The lanes whose bits are set, of the lowest eight, in order.
+/// The sign bits of eight lanes. By name: of two results of the intrinsic that are joined the compiler makes seven other instructions.
+#[inline]
+#[target_feature(enable = "avx")]
+fn signs(x: __m256) -> u32 {
+    let bits;
+    // SAFETY: the instruction reads a register and writes another one.
+    unsafe {
+        std::arch::asm!(
+            "vmovmskps {bits:e}, {x}", bits = lateout(reg) bits, x = in(ymm_reg) x,
+            options(pure, nomem, nostack, preserves_flags)
+        );
+    }
+    bits
+}
+
+/// The keys of the lanes of a mask, given the numbers of the lanes.
 #[inline(always)]
-fn to_front(x: __m256, bits: u32) -> __m256 {
+fn keys(x: __m256, mask: __m256, numbers: __m256i) -> __m256 {
     registers!({
-        let order = COMPRESS[(bits & 255) as usize];
-        _mm256_permutevar8x32_ps(x, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order as i64)))
+        let upper = _mm256_andnot_si256(_mm256_set1_epi32(LANE_BITS as i32), _mm256_castps_si256(x));
+        let key = _mm256_castsi256_ps(_mm256_or_si256(upper, numbers));
+        _mm256_blendv_ps(_mm256_castsi256_ps(_mm256_set1_epi32(NO_KEY as i32)), key, mask)
     })
 }
 
@@ -180,14 +162,6 @@ impl Lanes for Avx2 {
         .0
     }
     #[inline(always)]
-    fn first(count: usize) -> [__m256; 2] {
-        // SAFETY: the instruction set is there (see `registers`), and rows and groups are as long as what is read or written.
-        [0, 1].map(|half| unsafe {
-            let numbers = _mm256_loadu_si256(NUMBERS.as_ptr().add(8 * half).cast());
-            _mm256_castsi256_ps(_mm256_cmpgt_epi32(_mm256_set1_epi32(count as i32), numbers))
-        })
-    }
-    #[inline(always)]
     fn and(a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
         Avx2(a).zip(Avx2(b), |a, b| registers!(_mm256_and_ps(a, b))).0
     }
@@ -197,35 +171,38 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn bits(mask: [__m256; 2]) -> u32 {
-        registers!((_mm256_movemask_ps(mask[0]) | _mm256_movemask_ps(mask[1]) << 8) as u32)
+        registers!(signs(mask[0]) | signs(mask[1]) << 8)
     }
     #[inline(always)]
     fn least_of_groups(self, mask: [__m256; 2]) -> Self {
         self.zip(Avx2(mask), least_of_two_groups)
     }
     #[inline(always)]
-    fn least_key_in(self, mask: [__m256; 2]) -> u32 {
-        let ([a, b], [in_a, in_b]) = (self.keys(), mask);
-        least_u32(registers!({
-            let all = _mm256_set1_epi32(-1);
-            [
-                _mm256_or_si256(a, _mm256_xor_si256(_mm256_castps_si256(in_a), all)),
-                _mm256_or_si256(b, _mm256_xor_si256(_mm256_castps_si256(in_b), all)),
-            ]
-        }))
-    }
-    #[inline(always)]
-    fn least_key(self) -> u32 {
-        least_u32(self.keys())
-    }
-    #[inline(always)]
-    fn compress(self, bits: u32, to: &mut Row) {
+    fn keys(self, mask: [__m256; 2]) -> Self {
         // SAFETY: the instruction set is there (see `registers`), and rows and groups are as long as what is read or written.
-        unsafe {
-            _mm256_storeu_ps(to.as_mut_ptr(), to_front(self.0[0], bits));
-            let next = to.as_mut_ptr().add((bits & 255).count_ones() as usize);
-            _mm256_storeu_ps(next, to_front(self.0[1], bits >> 8));
-        }
+        let numbers = [0, 8].map(|first| unsafe { _mm256_loadu_si256(NUMBERS.as_ptr().add(first).cast()) });
+        Avx2([0, 1].map(|half| keys(self.0[half], mask[half], numbers[half])))
+    }
+    #[inline(always)]
+    fn least(self) -> u32 {
+        least_u32(registers!(self.0.map(|half| _mm256_castps_si256(half))))
+    }
+    #[inline(always)]
+    fn without(self, key: u32) -> Self {
+        self.map(|x| {
+            registers!({
+                let same = _mm256_cmpeq_epi32(_mm256_castps_si256(x), _mm256_set1_epi32(key as i32));
+                // No key has its sign bit set.
+                _mm256_or_ps(x, _mm256_castsi256_ps(_mm256_srli_epi32::<1>(same)))
+            })
+        })
+    }
+    #[inline(always)]
+    fn below(self, limit: u32) -> u32 {
+        // Neither is negative as an integer with a sign.
+        let limit = registers!(_mm256_set1_epi32(limit as i32));
+        let [a, b] = self.0.map(|x| registers!(_mm256_cmpgt_epi32(limit, _mm256_castps_si256(x))));
+        registers!(signs(_mm256_castsi256_ps(a)) | signs(_mm256_castsi256_ps(b)) << 8)
     }
     #[inline(always)]
     fn compress_group(group: &Quad, bits: u32, to: &mut Quad) {

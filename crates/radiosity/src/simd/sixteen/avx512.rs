@@ -3,24 +3,12 @@
 use std::arch::x86_64::*;
 
 use super::avx2::{NUMBERS, compress_group, least_u32};
-use super::{GROUPS, LANE_BITS, Lanes, Quad, Row};
+use super::{GROUPS, LANE_BITS, Lanes, NO_KEY, Quad, Row};
 use crate::simd::x86::registers;
 
 /// AVX-512: foundation, VL and DQ.
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Avx512(__m512);
-
-impl Avx512 {
-    #[inline(always)]
-    fn keys(self) -> __m512i {
-        // SAFETY: the instruction set is there (see `registers`), and rows and groups are as long as what is read or written.
-        unsafe {
-            let numbers = _mm512_loadu_si512(NUMBERS.as_ptr().cast());
-            let low = _mm512_set1_epi32(LANE_BITS as i32);
-            _mm512_or_si512(_mm512_andnot_si512(low, _mm512_castps_si512(self.0)), numbers)
-        }
-    }
-}
 
 impl Lanes for Avx512 {
     type Mask = __mmask16;
@@ -119,10 +107,6 @@ impl Lanes for Avx512 {
         registers!(_mm512_cmpneq_epi32_mask(_mm512_castps_si512(self.0), _mm512_castps_si512(other.0)))
     }
     #[inline(always)]
-    fn first(count: usize) -> __mmask16 {
-        ((1_u32 << count) - 1) as __mmask16
-    }
-    #[inline(always)]
     fn and(a: __mmask16, b: __mmask16) -> __mmask16 {
         a & b
     }
@@ -143,25 +127,35 @@ impl Lanes for Avx512 {
         })
     }
     #[inline(always)]
-    fn least_key_in(self, mask: __mmask16) -> u32 {
-        registers!({
-            let x = _mm512_mask_blend_epi32(mask, _mm512_set1_epi32(-1), self.keys());
-            least_u32([_mm512_castsi512_si256(x), _mm512_extracti32x8_epi32::<1>(x)])
-        })
-    }
-    #[inline(always)]
-    fn least_key(self) -> u32 {
-        registers!({
-            let x = self.keys();
-            least_u32([_mm512_castsi512_si256(x), _mm512_extracti32x8_epi32::<1>(x)])
-        })
-    }
-    #[inline(always)]
-    fn compress(self, bits: u32, to: &mut Row) {
+    fn keys(self, mask: __mmask16) -> Self {
         // SAFETY: the instruction set is there (see `registers`), and rows and groups are as long as what is read or written.
         unsafe {
-            _mm512_storeu_ps(to.as_mut_ptr(), _mm512_maskz_compress_ps(bits as __mmask16, self.0));
+            let numbers = _mm512_loadu_si512(NUMBERS.as_ptr().cast());
+            let upper = _mm512_andnot_si512(_mm512_set1_epi32(LANE_BITS as i32), _mm512_castps_si512(self.0));
+            let key = _mm512_or_si512(upper, numbers);
+            let none = _mm512_set1_epi32(NO_KEY as i32);
+            Self(_mm512_castsi512_ps(_mm512_mask_blend_epi32(mask, none, key)))
         }
+    }
+    #[inline(always)]
+    fn least(self) -> u32 {
+        registers!({
+            let x = _mm512_castps_si512(self.0);
+            least_u32([_mm512_castsi512_si256(x), _mm512_extracti32x8_epi32::<1>(x)])
+        })
+    }
+    #[inline(always)]
+    fn without(self, key: u32) -> Self {
+        registers!({
+            let x = _mm512_castps_si512(self.0);
+            let same = _mm512_cmpeq_epi32_mask(x, _mm512_set1_epi32(key as i32));
+            Self(_mm512_castsi512_ps(_mm512_mask_blend_epi32(same, x, _mm512_set1_epi32(NO_KEY as i32))))
+        })
+    }
+    #[inline(always)]
+    fn below(self, limit: u32) -> u32 {
+        let limit = registers!(_mm512_set1_epi32(limit as i32));
+        registers!(u32::from(_mm512_cmplt_epu32_mask(_mm512_castps_si512(self.0), limit)))
     }
     #[inline(always)]
     fn compress_group(group: &Quad, bits: u32, to: &mut Quad) {

@@ -63,21 +63,21 @@ pub(crate) trait Lanes: Copy {
     fn le(self, other: Self) -> Self::Mask;
     /// Whether the bits of a lane differ.
     fn differs(self, other: Self) -> Self::Mask;
-    /// The first `count` lanes.
-    fn first(count: usize) -> Self::Mask;
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Bit i: lane i.
     fn bits(mask: Self::Mask) -> u32;
     /// The least lane of a mask in each group; infinite where there is none.
     fn least_of_groups(self, mask: Self::Mask) -> Self;
-    /// The least of the keys of the lanes of a mask, `u32::MAX` where there is none. The key of a lane that is
-    /// not negative is its bits, the last four of them replaced by the lane's number.
-    fn least_key_in(self, mask: Self::Mask) -> u32;
-    /// The least of the keys of all lanes.
-    fn least_key(self) -> u32;
-    /// Writes the lanes whose bits are set to the front of `to`, in order; what follows them is arbitrary.
-    fn compress(self, bits: u32, to: &mut Row);
+    /// The keys of the lanes of a mask, as bits, and [`NO_KEY`] elsewhere. The key of a lane that is not negative is its bits,
+    /// the last four of them replaced by the lane's number.
+    fn keys(self, mask: Self::Mask) -> Self;
+    /// The least of keys.
+    fn least(self) -> u32;
+    /// Keys with [`NO_KEY`] in place of one.
+    fn without(self, key: u32) -> Self;
+    /// Bit i: the key of lane i is below a limit, which [`NO_KEY`] is not.
+    fn below(self, limit: u32) -> u32;
     /// Writes the lanes of one group whose bits are set to the front of `to`, in order.
     fn compress_group(group: &Quad, bits: u32, to: &mut Quad);
 }
@@ -106,11 +106,8 @@ pub(crate) fn lane_of(key: u32) -> usize {
     (key & LANE_BITS) as usize
 }
 
-/// At most the value whose key this is, as bits.
-#[inline(always)]
-pub(crate) fn value_of(key: u32) -> u32 {
-    key & !LANE_BITS
-}
+/// What is greater than every key: a positive integer and no number.
+pub(crate) const NO_KEY: u32 = i32::MAX as u32;
 
 /// Plain Rust, which compilers turn into whatever vectors the target has.
 #[derive(Clone, Copy)]
@@ -200,10 +197,6 @@ impl Lanes for Portable {
         std::array::from_fn(|i| if self.0[i].to_bits() == other.0[i].to_bits() { 0 } else { u32::MAX })
     }
     #[inline(always)]
-    fn first(count: usize) -> [u32; LANES] {
-        std::array::from_fn(|i| if i < count { u32::MAX } else { 0 })
-    }
-    #[inline(always)]
     fn and(a: [u32; LANES], b: [u32; LANES]) -> [u32; LANES] {
         std::array::from_fn(|i| a[i] & b[i])
     }
@@ -225,20 +218,21 @@ impl Lanes for Portable {
         Portable(std::array::from_fn(|i| least(i / GROUP * GROUP)))
     }
     #[inline(always)]
-    fn least_key_in(self, mask: [u32; LANES]) -> u32 {
-        (0..LANES).fold(u32::MAX, |least, i| least.min(value_of(self.0[i].to_bits()) | i as u32 | !mask[i]))
+    fn keys(self, mask: [u32; LANES]) -> Self {
+        let key = |i: usize| self.0[i].to_bits() & !LANE_BITS | i as u32;
+        Portable(std::array::from_fn(|i| f32::from_bits(if mask[i] == 0 { NO_KEY } else { key(i) })))
     }
     #[inline(always)]
-    fn least_key(self) -> u32 {
-        self.least_key_in([u32::MAX; LANES])
+    fn least(self) -> u32 {
+        self.0.iter().fold(NO_KEY, |least, key| least.min(key.to_bits()))
     }
     #[inline(always)]
-    fn compress(self, bits: u32, to: &mut Row) {
-        let mut next = 0;
-        for i in 0..LANES {
-            to[next & (LANES - 1)] = self.0[i];
-            next += (bits >> i & 1) as usize;
-        }
+    fn without(self, key: u32) -> Self {
+        Portable(self.0.map(|lane| if lane.to_bits() == key { f32::from_bits(NO_KEY) } else { lane }))
+    }
+    #[inline(always)]
+    fn below(self, limit: u32) -> u32 {
+        (0..LANES).fold(0, |bits, i| bits | u32::from(self.0[i].to_bits() < limit) << i)
     }
     #[inline(always)]
     fn compress_group(group: &Quad, bits: u32, to: &mut Quad) {

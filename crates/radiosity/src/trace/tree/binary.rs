@@ -12,7 +12,7 @@ use crate::geometry::surface::Surface;
 
 /// A binary tree over boxes that hold facets, and these boxes.
 pub(crate) struct BinaryTree {
-    boxes: Vec<Aabb>,
+    pub(super) boxes: Vec<Aabb>,
     pub(super) tree: Bvh2,
     /// Tree coordinates are scene coordinates times this, a power of two.
     pub(super) scale: f64,

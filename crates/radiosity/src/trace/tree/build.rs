@@ -1,10 +1,11 @@
 //! From surfaces to a wide tree: obvhs builds a binary one, which is folded into nodes of sixteen children
 //! and leaves of up to sixteen facets so that the expected work of a ray is least.
 
+use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 
 use super::binary::BinaryTree;
-use super::layout::{CHILDREN, Item, LEAF_LINES, Leaf, Line, Node, Tree};
+use super::layout::{CHILDREN, Item, LEAF_LINES, LEVELS, Leaf, Line, Node, Tree};
 use crate::simd::isa::Isa;
 use crate::simd::sixteen::{GROUP, GROUPS, LANES};
 use crate::trace::facet::{Facet, Facets};
@@ -15,14 +16,9 @@ const LEAF_WORK: f32 = 0.5;
 impl Tree {
     /// A tree over facets, through which rays are traced on an instruction set.
     pub(crate) fn new(binary: &BinaryTree, facets: &Facets, isa: Isa) -> Self {
-        let mut tree = Tree {
-            lines: vec![],
-            levels: 0,
-            scale: binary.scale,
-            slack: (facets.slack() * binary.scale) as f32,
-            isa,
-        };
-        Fold::new(&binary.tree).emit(&mut tree, facets);
+        let mut tree =
+            Tree { lines: vec![], scale: binary.scale, slack: (facets.slack() * binary.scale) as f32, isa };
+        Fold::new(binary).emit(&mut tree, facets);
         tree.lines.shrink_to_fit();
         tree
     }
@@ -33,6 +29,8 @@ impl Tree {
 /// Wide BVHs* (HPG 2017), section 4.1. A ray's chance to open a box is taken as its surface area.
 struct Fold<'a> {
     binary: &'a Bvh2,
+    /// The boxes of the surfaces.
+    boxes: &'a [Aabb],
     /// `work[n][i − 1]`: of subtree n in up to i slots.
     work: Vec<[f32; LANES]>,
     /// Facets under each node.
@@ -40,9 +38,9 @@ struct Fold<'a> {
 }
 
 impl<'a> Fold<'a> {
-    fn new(binary: &'a Bvh2) -> Self {
+    fn new(BinaryTree { tree: binary, boxes, .. }: &'a BinaryTree) -> Self {
         let count = binary.nodes.len();
-        let mut fold = Fold { binary, work: vec![[0.0; LANES]; count], facets: vec![0; count] };
+        let mut fold = Fold { binary, boxes, work: vec![[0.0; LANES]; count], facets: vec![0; count] };
         let mut order = vec![0];
         let mut next = 0;
         while next < order.len() {
@@ -120,26 +118,62 @@ impl<'a> Fold<'a> {
     fn emit(&self, tree: &mut Tree, facets: &Facets) {
         let lines = &mut tree.lines;
         lines.extend(empty_node());
-        let mut open = vec![(0, 0, 1)];
+        let mut open = vec![(Part::Subtree(0), 0, 1)];
         while let Some((source, first, level)) = open.pop() {
-            tree.levels = tree.levels.max(level);
-            for (slot, child) in self.slots(source).into_iter().enumerate() {
-                let next = lines.len();
-                let item = if self.is_leaf(child) {
-                    lines.extend(leaf(&self.surfaces(child), facets, tree.scale));
+            for (slot, child) in self.parts(source, level).into_iter().enumerate() {
+                let (next, bounds) = (lines.len(), self.bounds(&child));
+                let item = if self.makes_leaf(&child) {
+                    lines.extend(leaf(&self.surfaces_of(child), facets, tree.scale));
                     Item::new(Item::LEAF, next)
                 } else {
                     lines.extend(empty_node());
                     open.push((child, next, level + 1));
                     Item::new(Item::NODE, next)
                 };
-                let bounds = self.binary.nodes[child].aabb;
                 for axis in 0..3 {
                     lines[first + 2 * axis].0[slot] = bounds.min[axis];
                     lines[first + 2 * axis + 1].0[slot] = bounds.max[axis];
                 }
                 lines[first + CHILDREN].0[slot] = f32::from_bits(item.0);
             }
+        }
+    }
+
+    /// What fills the slots of the wide node of a level: the best for a ray, but where the tree would become too deep for that as many facets
+    /// for each.
+    fn parts(&self, source: Part, level: usize) -> Vec<Part> {
+        let subtree = match source {
+            Part::Subtree(node) if level + levels_of(self.facets[node]) <= LEVELS => node,
+            other => {
+                let surfaces = self.surfaces_of(other);
+                let each = surfaces.len().div_ceil(LANES);
+                return surfaces.chunks(each).map(|part| Part::Surfaces(part.to_vec())).collect();
+            }
+        };
+        self.slots(subtree).into_iter().map(Part::Subtree).collect()
+    }
+
+    fn bounds(&self, part: &Part) -> Aabb {
+        match part {
+            Part::Subtree(node) => self.binary.nodes[*node].aabb,
+            Part::Surfaces(surfaces) => {
+                let boxes = surfaces.iter().map(|&surface| self.boxes[surface as usize]);
+                boxes.reduce(|all, one| all.union(&one)).expect("no part is empty")
+            }
+        }
+    }
+
+    fn makes_leaf(&self, part: &Part) -> bool {
+        match part {
+            Part::Subtree(node) => self.is_leaf(*node),
+            Part::Surfaces(surfaces) => surfaces.len() <= GROUP,
+        }
+    }
+
+    fn surfaces_of(&self, part: Part) -> Vec<u32> {
+        match part {
+            Part::Subtree(node) => self.surfaces(node),
+            Part::Surfaces(surfaces) => surfaces,
         }
     }
 
@@ -159,6 +193,18 @@ impl<'a> Fold<'a> {
         }
         surfaces
     }
+}
+
+/// What a slot of a wide node is filled with: a subtree of the binary tree, or surfaces.
+enum Part {
+    Subtree(usize),
+    Surfaces(Vec<u32>),
+}
+
+/// The levels of nodes that this many facets take where each node has as many of them in all of its slots.
+fn levels_of(facets: u32) -> usize {
+    let leaves = (facets as usize).div_ceil(GROUP).max(1);
+    leaves.next_power_of_two().ilog2().div_ceil(LANES.ilog2()).max(1) as usize
 }
 
 /// A node without children: boxes that nothing can meet.

@@ -1,15 +1,13 @@
 //! The lines of a tree: nodes and leaves.
 
 use crate::simd::isa::Isa;
-use crate::simd::sixteen::{GROUP, GROUPS, Quad, Row};
+use crate::simd::sixteen::{GROUP, GROUPS, LANES, Quad, Row};
 
 /// A tree of nodes with sixteen children and leaves of up to four facets.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     /// Nodes and leaves one after another, the root first.
     pub(super) lines: Vec<Line>,
-    /// Nodes on the longest way down.
-    pub(super) levels: usize,
     /// Tree coordinates are scene coordinates times this, a power of two.
     pub(super) scale: f64,
     /// The slack of the facets in tree coordinates.
@@ -17,6 +15,9 @@ pub(crate) struct Tree {
     /// What rays are traced with.
     pub(super) isa: Isa,
 }
+
+/// Nodes on the longest way down, at most.
+pub(super) const LEVELS: usize = LANES;
 
 impl Tree {
     /// What nodes and leaves take of memory [bytes].

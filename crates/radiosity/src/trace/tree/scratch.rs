@@ -1,10 +1,8 @@
 //! What a wavefront keeps of its rays.
 
-use std::hint::select_unpredictable;
-
-use super::layout::{Item, Line, Tree};
+use super::layout::{Item, LEVELS, Line, Tree};
 use crate::simd::batch::WIDTH;
-use crate::simd::sixteen::{GROUP, GROUPS, LANES, Lanes, Quad, Row, lane_of, value_of};
+use crate::simd::sixteen::{GROUP, GROUPS, LANES, Lanes, NO_KEY, Quad, Row, lane_of};
 use crate::trace::ray::{Hits, Rays};
 
 /// Rays under way at once. More hide more latency, until they do not fit the first-level cache.
@@ -42,8 +40,9 @@ pub(super) struct Gate {
     pub(super) downwards: [bool; 3],
 }
 
-/// A ray under way as leaves see it.
+/// A ray under way as leaves see it: a cache line.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
 pub(super) struct Flight {
     /// The origin, and the uncertainty of [`Forms`].
     pub(super) start: Quad,
@@ -115,8 +114,8 @@ pub(crate) struct Scratch {
     pub(super) flights: [Flight; ACTIVE],
     pub(super) stacks: Stacks,
     pub(super) queues: Queues,
-    /// Those of the rays that are at a node, in the order of their queue.
-    pub(super) entries: [EnteredBoxes; ACTIVE],
+    /// Of the rays that are at a node, in the order of their queue: the key of the nearest box that they enter.
+    pub(super) nearest: [u32; ACTIVE],
     /// Those of the rays that are at a leaf, in the order of their queue.
     pub(super) glances: [Glances; ACTIVE / GROUPS],
     pub(super) candidates: [Candidates; ACTIVE],
@@ -140,7 +139,7 @@ impl Default for Scratch {
             flights: [Flight::default(); ACTIVE],
             stacks: Stacks::default(),
             queues: Queues::default(),
-            entries: [EnteredBoxes::NONE; ACTIVE],
+            nearest: [NO_KEY; ACTIVE],
             glances: [Glances::NONE; ACTIVE / GROUPS],
             candidates: [Candidates::default(); ACTIVE],
             finalists: Finalists::default(),
@@ -148,69 +147,74 @@ impl Default for Scratch {
     }
 }
 
-/// The items that each ray has yet to visit, with the parameter at which it enters them.
-#[derive(Clone, Debug, Default)]
+/// What each ray has yet to visit: for each node on its way down, from the root on, the children that it has entered
+/// and not visited.
+#[derive(Clone, Debug)]
 pub(super) struct Stacks {
-    pub(super) enter: Vec<f32>,
-    pub(super) items: Vec<f32>,
-    /// Entries of one ray.
-    pub(super) stride: usize,
-    /// The first free entry of each.
-    pub(super) top: [usize; ACTIVE],
+    /// The keys of these children, by level; [`NO_KEY`] in the other lanes.
+    keys: [[Line; ACTIVE]; LEVELS],
+    /// The first line of the node.
+    nodes: [[u32; ACTIVE]; LEVELS],
+    /// The bits of the least key of each level.
+    least: [Line; ACTIVE],
+    /// The level that is free next.
+    top: [u32; ACTIVE],
 }
 
 impl Stacks {
-    /// Where a stack begins: a whole window above entries that no ray enters.
-    pub(super) const BOTTOM: usize = LANES;
-    /// From here on the last item is the next, whatever its distance.
-    pub(super) const HIGH: usize = Self::BOTTOM + 4 * LANES;
+    const NONE: Line = Line([f32::from_bits(NO_KEY); LANES]);
 
-    /// Makes room for a tree of some levels: a node's children replace it, and a row is written whole.
-    pub(super) fn fit(&mut self, levels: usize) {
-        let stride = Self::HIGH + (LANES - 1) * levels + 2 * LANES;
-        if stride != self.stride {
-            self.stride = stride;
-            self.enter = vec![f32::NAN; ACTIVE * stride];
-            self.items = vec![0.0; ACTIVE * stride];
-        }
-    }
-
+    #[inline(always)]
     pub(super) fn clear(&mut self, slot: usize) {
-        self.top[slot] = slot * self.stride + Self::BOTTOM;
+        self.least[slot] = Self::NONE;
+        self.top[slot] = 0;
     }
 
-    /// Adds the lanes of a node's children whose bits are set.
+    /// Puts the children of a node on the stack, whose keys are given.
     #[inline(always)]
-    pub(super) fn push<L: Lanes>(&mut self, slot: usize, bits: u32, enter: L, children: L) {
-        let top = self.top[slot];
-        enter.compress(bits, row_mut(&mut self.enter, top));
-        children.compress(bits, row_mut(&mut self.items, top));
-        self.top[slot] = top + bits.count_ones() as usize;
+    pub(super) fn push<L: Lanes>(&mut self, slot: usize, node: usize, keys: L) {
+        let level = self.top[slot] as usize % LEVELS;
+        keys.store(&mut self.keys[level][slot].0);
+        self.nodes[level][slot] = node as u32;
     }
 
-    /// The nearest of the last sixteen entries, if the ray enters it by `best`; else `Item::DONE`, which those above
-    /// then are.
+    /// Takes the child with the least `key` from those that were put on the stack last.
     #[inline(always)]
-    pub(super) fn pop<L: Lanes>(&mut self, slot: usize, best: f32) -> Item {
-        let last = self.top[slot] - 1;
-        let window = last + 1 - LANES;
-        let key = L::load(row(&self.enter, window)).least_key();
-        let high = last >= slot * self.stride + Self::HIGH;
-        let at = select_unpredictable(high, last, window + lane_of(key));
-        let live = high | (value_of(key) <= best.to_bits());
-        // The last one fills the gap.
-        let item = Item(self.items[at].to_bits());
-        self.enter[at] = self.enter[last];
-        self.items[at] = self.items[last];
-        self.top[slot] = last + usize::from(!live);
-        select_unpredictable(live, item, Item::new(Item::DONE, 0))
+    pub(super) fn take_nearest<L: Lanes>(&mut self, slot: usize, key: u32) {
+        self.take::<L>(slot, self.top[slot] as usize % LEVELS, key);
     }
 
-    /// Forgets the last sixteen entries, which are too far; whether there are others.
+    /// Takes the child with the least key of a level.
     #[inline(always)]
-    pub(super) fn skip(&mut self, slot: usize) -> bool {
-        self.top[slot] -= LANES;
-        self.top[slot] > slot * self.stride + Self::BOTTOM
+    fn take<L: Lanes>(&mut self, slot: usize, level: usize, key: u32) {
+        let keys = &mut self.keys[level][slot].0;
+        let others = L::load(keys).without(key);
+        others.store(keys);
+        let least = others.least();
+        self.least[slot].0[level] = f32::from_bits(least);
+        self.top[slot] = level as u32 + u32::from(least != NO_KEY);
+    }
+
+    /// The first line of a node and one of its children: of those that the ray enters by `best`, the nearest on the
+    /// lowest level. Those on levels below it are farther away, and forgotten.
+    #[inline(always)]
+    pub(super) fn pop<L: Lanes>(&mut self, slot: usize, best: f32) -> Option<(usize, usize)> {
+        let live = L::load(&self.least[slot].0).below(best.to_bits() + LANES as u32);
+        let level = live.checked_ilog2().unwrap_or(0) as usize % LEVELS;
+        let (key, node) = (self.least[slot].0[level].to_bits(), self.nodes[level][slot] as usize);
+        self.take::<L>(slot, level, key);
+        (live != 0).then_some((node, lane_of(key)))
+    }
+}
+
+impl Default for Stacks {
+    fn default() -> Self {
+        Stacks {
+            keys: [[Self::NONE; ACTIVE]; LEVELS],
+            nodes: [[0; ACTIVE]; LEVELS],
+            least: [Self::NONE; ACTIVE],
+            top: [0; ACTIVE],
+        }
     }
 }
 
@@ -247,21 +251,6 @@ pub(super) struct Step {
     pub(super) item: Item,
 }
 
-/// Which boxes of a node a ray enters.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct EnteredBoxes {
-    /// The parameter at which it enters each.
-    pub(super) enter: Line,
-    /// Bit i: box i is entered.
-    pub(super) bits: u32,
-    /// The key of the nearest of them.
-    pub(super) nearest: u32,
-}
-
-impl EnteredBoxes {
-    const NONE: Self = EnteredBoxes { enter: Line([0.0; LANES]), bits: 0, nearest: 0 };
-}
-
 /// What four rays might meet in their leaves: a group for each, of a lane for each facet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Glances {
@@ -293,34 +282,19 @@ pub(super) struct Candidates {
 pub(super) struct Finalists {
     /// One for each ray.
     pub(super) one: [u32; WIDTH],
-    /// The others, hardly any: rays and surfaces, bits side by side.
-    pub(super) rays: Vec<f32>,
-    pub(super) surfaces: Vec<f32>,
-    pub(super) len: usize,
+    /// The others, hardly any: rays and surfaces.
+    pub(super) others: Vec<(usize, u32)>,
 }
 
 impl Default for Finalists {
     fn default() -> Self {
-        Finalists { one: [Hits::NONE; WIDTH], rays: vec![], surfaces: vec![], len: 0 }
-    }
-}
-
-impl Finalists {
-    pub(super) fn clear(&mut self) {
-        self.len = 0;
-        self.rays.resize(LANES * (WIDTH + 1), 0.0);
-        self.surfaces.resize(LANES * (WIDTH + 1), 0.0);
+        Finalists { one: [Hits::NONE; WIDTH], others: vec![] }
     }
 }
 
 #[inline(always)]
 pub(super) fn row(values: &[f32], start: usize) -> &Row {
     values[start..start + LANES].try_into().expect("a row")
-}
-
-#[inline(always)]
-pub(super) fn row_mut(values: &mut [f32], start: usize) -> &mut Row {
-    (&mut values[start..start + LANES]).try_into().expect("a row")
 }
 
 /// Group k of a row.

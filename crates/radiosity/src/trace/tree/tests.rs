@@ -1,7 +1,12 @@
 //! The wide tree finds the very hits that meeting every facet finds, on every instruction set.
 
 use glam::{DMat3, DVec3, Vec3Swizzles};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::node::Bvh2Node;
 
+use super::layout::{CHILDREN, Item, LEVELS};
+use super::{BinaryTree, Tree, WIDTH as LANES};
 use crate::random::rng::{Sequence, WalkRng};
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::Isa;
@@ -239,4 +244,61 @@ fn a_crowd_in_one_place_overflows_nothing() {
         .filter(|s| s.shape.area() > 1e-6)
         .collect();
     assert_agrees("through one point", &mapped(&stars, |p| p));
+}
+
+/// The binary tree in which each node has one surface and all that come after it.
+fn chain(binary: &BinaryTree) -> BinaryTree {
+    let boxes = &binary.boxes;
+    let mut after: Vec<Aabb> = boxes
+        .iter()
+        .rev()
+        .scan(Aabb::empty(), |all, one| {
+            *all = all.union(one);
+            Some(*all)
+        })
+        .collect();
+    after.reverse();
+    let leaf =
+        |i: usize| Bvh2Node { aabb: boxes[i], prim_count: 1, first_index: i as u32, ..Default::default() };
+    let inner = |i: usize| Bvh2Node { aabb: after[i], first_index: 2 * i as u32 + 1, ..Default::default() };
+    let last = boxes.len() - 1;
+    let mut nodes = vec![inner(0)];
+    for i in 0..last {
+        nodes.extend([leaf(i), if i + 1 == last { leaf(last) } else { inner(i + 1) }]);
+    }
+    let primitive_indices = (0..boxes.len() as u32).collect();
+    BinaryTree {
+        boxes: boxes.clone(),
+        tree: Bvh2 { nodes, primitive_indices, ..Default::default() },
+        ..*binary
+    }
+}
+
+/// Nodes on the longest way down.
+fn depth(tree: &Tree, node: usize) -> usize {
+    let slots = (0..LANES).filter(|&slot| tree.lines[node].0[slot] < f32::MAX);
+    let items = slots.map(|slot| Item(tree.lines[node + CHILDREN].0[slot].to_bits()));
+    let below = items.filter(|item| item.kind() == Item::NODE).map(|item| depth(tree, item.line()));
+    1 + below.max().unwrap_or(0)
+}
+
+#[test]
+fn a_tree_is_no_deeper_than_a_stack_however_its_boxes_nest() {
+    for count in [300, 3_000] {
+        let scene = Scene::build(&mapped(&crowd(count, 3), |p| p), IndexChoice::Flat).unwrap();
+        let facets = &scene.parts.facets;
+        let binary = chain(&BinaryTree::new(scene.surfaces(), facets.slack()));
+        let every = Index::Flat(Flat::new(Isa::Portable, scene.surfaces(), facets));
+        for isa in Isa::available() {
+            let tree = Tree::new(&binary, facets, isa);
+            assert_eq!(depth(&tree, 0), LEVELS, "{count} surfaces");
+            for ray in rays(&scene, 500) {
+                assert_eq!(
+                    tree.closest_hit(facets, &ray),
+                    every.closest_hit(facets, &ray),
+                    "{isa:?}: {ray:?}"
+                );
+            }
+        }
+    }
 }

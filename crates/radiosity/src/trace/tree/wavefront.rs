@@ -13,13 +13,12 @@ use std::hint::select_unpredictable;
 use super::layout::{CHILDREN, Item, LEAF_LINES, Leaf, NODE_LINES, Node, Tree, node_at};
 use super::oracle::{Oracle, Unknown};
 use super::scratch::{
-    ACTIVE, CANDIDATES, EnteredBoxes, Flight, Gate, Queues, ROUNDING, Scratch, Step, quad, quad_mut, row,
-    row_mut,
+    ACTIVE, CANDIDATES, Flight, Gate, Queues, ROUNDING, Scratch, Step, quad, quad_mut, row,
 };
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::{Kernel, Simd};
 use crate::simd::prefetch::prefetch;
-use crate::simd::sixteen::{GROUP, GROUPS, LANES, Lanes, lane_of};
+use crate::simd::sixteen::{GROUP, GROUPS, LANES, Lanes, NO_KEY, lane_of};
 use crate::trace::facet::Facets;
 use crate::trace::meet::{Best, meet_alone, meet_each};
 use crate::trace::ray::{Hit, Hits, Ray, Rays};
@@ -119,8 +118,7 @@ impl<O: Oracle> Call<'_, O> {
     /// The whole batch: `ACTIVE` rays at once, the next one as soon as one is done.
     #[inline(always)]
     fn run<L: Lanes>(&self, scratch: &mut Scratch, hits: &mut Hits) {
-        scratch.stacks.fit(self.tree.levels);
-        scratch.finalists.clear();
+        scratch.finalists.others.clear();
         scratch.forms.set(self.rays, self.tree);
         let mut next = self.rays.len.min(ACTIVE);
         for slot in 0..next {
@@ -135,10 +133,6 @@ impl<O: Oracle> Call<'_, O> {
             }
             for i in 0..std::mem::take(&mut scratch.queues.lens[Item::DONE]) {
                 let step = scratch.queues.steps[Item::DONE][i % ACTIVE];
-                if scratch.stacks.skip(step.slot as usize) {
-                    self.pop::<L>(step, scratch);
-                    continue;
-                }
                 self.finish::<L>(step, scratch);
                 if next < self.rays.len {
                     self.start(step.slot as usize, next, scratch);
@@ -147,9 +141,7 @@ impl<O: Oracle> Call<'_, O> {
             }
         }
         meet_each(self.tree.isa, self.facets, &scratch.finalists.one, self.rays, hits);
-        for i in 0..scratch.finalists.len {
-            let surface = scratch.finalists.surfaces[i].to_bits();
-            let ray = scratch.finalists.rays[i].to_bits() as usize;
+        for &(ray, surface) in &scratch.finalists.others {
             let mut best = Best::of(self.facets, hits.get(ray));
             meet_alone(self.facets, surface, &self.rays.get(ray), &mut best);
             best.store(hits, ray);
@@ -194,8 +186,17 @@ impl<O: Oracle> Call<'_, O> {
     fn pop<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
         self.oracle.see(Step { item: Item::new(Item::POP, 0), ..step });
         let slot = step.slot as usize % ACTIVE;
-        let item = scratch.stacks.pop::<L>(slot, scratch.flights[slot].best());
+        let next = scratch.stacks.pop::<L>(slot, scratch.flights[slot].best());
+        let (node, child) = next.unwrap_or((0, 0));
+        let item = self.child(node, child);
+        let item = select_unpredictable(next.is_some(), item, Item::new(Item::DONE, 0));
         self.queue(Step { item, ..step }, &mut scratch.queues);
+    }
+
+    /// A child of the node that begins with a line.
+    #[inline(always)]
+    fn child(&self, node: usize, number: usize) -> Item {
+        Item(self.tree.lines[node + CHILDREN].0[number].to_bits())
     }
 
     /// Takes a step with the rays that are at a node. What a step waits for is a long chain: in two loops of shorter chains the processor
@@ -206,18 +207,18 @@ impl<O: Oracle> Call<'_, O> {
         for i in 0..len {
             let step = scratch.queues.steps[Item::NODE][i % ACTIVE];
             self.oracle.see(step);
-            self.enter_boxes::<L>(step, i % ACTIVE, scratch);
+            scratch.nearest[i % ACTIVE] = self.enter_boxes::<L>(step, scratch);
         }
         for i in 0..len {
             let step = scratch.queues.steps[Item::NODE][i % ACTIVE];
-            let item = self.go_down::<L>(step, i % ACTIVE, scratch);
+            let item = self.go_down::<L>(step, scratch.nearest[i % ACTIVE], scratch);
             self.queue(Step { item, ..step }, &mut scratch.queues);
         }
     }
 
-    /// Finds which boxes of a node a ray enters.
+    /// Puts the boxes of a node that a ray enters on its stack; the key of the nearest.
     #[inline(always)]
-    fn enter_boxes<L: Lanes>(&self, step: Step, i: usize, scratch: &mut Scratch) {
+    fn enter_boxes<L: Lanes>(&self, step: Step, scratch: &mut Scratch) -> u32 {
         let slot = step.slot as usize % ACTIVE;
         let gate = &scratch.gates[slot];
         let node = node_at(&self.tree.lines, step.item.line());
@@ -225,22 +226,17 @@ impl<O: Oracle> Call<'_, O> {
         let enter = x.max(y).max(z).max(L::splat(0.0));
         let [x, y, z]: [L; 3] = [gate.leaves(node, 0), gate.leaves(node, 1), gate.leaves(node, 2)];
         let leave = x.min(y).min(z.min(L::splat(scratch.flights[slot].best())));
-        let mask = enter.le(leave);
-        let entry = &mut scratch.entries[i];
-        enter.store(&mut entry.enter.0);
-        (entry.bits, entry.nearest) = (L::bits(mask), enter.least_key_in(mask));
+        let keys = enter.keys(enter.le(leave));
+        scratch.stacks.push(slot, step.item.line(), keys);
+        keys.least()
     }
 
-    /// Of the boxes that a ray enters, the nearest is next, and the others go on the stack.
+    /// Of the boxes that a ray enters, the nearest is next.
     #[inline(always)]
-    fn go_down<L: Lanes>(&self, step: Step, i: usize, scratch: &mut Scratch) -> Item {
-        let EnteredBoxes { enter, bits, nearest } = &scratch.entries[i];
-        let (bits, nearest) = (*bits, lane_of(*nearest));
-        let children = &node_at(&self.tree.lines, step.item.line())[CHILDREN].0;
-        let child = Item(children[nearest].to_bits());
-        let others = bits & !(1 << nearest);
-        scratch.stacks.push(step.slot as usize % ACTIVE, others, L::load(&enter.0), L::load(children));
-        select_unpredictable(bits == 0, Item::new(Item::POP, 0), child)
+    fn go_down<L: Lanes>(&self, step: Step, nearest: u32, scratch: &mut Scratch) -> Item {
+        let child = self.child(step.item.line(), lane_of(nearest));
+        scratch.stacks.take_nearest::<L>(step.slot as usize % ACTIVE, nearest);
+        select_unpredictable(nearest == NO_KEY, Item::new(Item::POP, 0), child)
     }
 
     /// Takes a step with the rays that are at a leaf, four at a time; what is left waits until there are four, or
@@ -332,11 +328,11 @@ impl<O: Oracle> Call<'_, O> {
         let glances = &scratch.glances[i / GROUPS];
         scratch.flights[slot].way[Flight::BEST] = glances.best.0[GROUP * k];
         let candidates = &mut scratch.candidates[slot];
-        let (bits, len) = (glances.bits >> (GROUP * k) & ((1 << GROUP) - 1), candidates.len);
+        let (bits, len) = (glances.bits >> (GROUP * k) & ((1 << GROUP) - 1), candidates.len % LANES);
         L::compress_group(quad(&glances.enter.0, k), bits, quad_mut(&mut candidates.t, len));
         L::compress_group(quad(&glances.surface.0, k), bits, quad_mut(&mut candidates.surface, len));
         candidates.len = len + bits.count_ones() as usize;
-        if candidates.len > LANES {
+        if candidates.len >= LANES {
             self.settle(step, scratch);
         }
     }
@@ -359,20 +355,22 @@ impl<O: Oracle> Call<'_, O> {
         }
     }
 
-    /// Keeps the candidates that are near enough, hardly ever more than one. There are no more than a row of them:
+    /// Keeps the candidates that are near enough, hardly ever more than one. There are fewer than a row of them:
     /// else [`Call::note_candidates`] has met them.
     #[inline(always)]
     fn finish<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
         let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
         let (candidates, finalists) = (&scratch.candidates[slot], &mut scratch.finalists);
         let near = L::load(row(&candidates.t, 0)).le(L::splat(scratch.flights[slot].best()));
-        let bits = L::bits(L::and(near, L::first(candidates.len)));
+        let bits = L::bits(near) & ((1 << candidates.len) - 1);
         let one = candidates.surface[bits.trailing_zeros() as usize % CANDIDATES].to_bits();
         finalists.one[ray] = select_unpredictable(bits == 0, Hits::NONE, one);
         self.facets.expect(one);
-        let (others, len) = (bits & bits.wrapping_sub(1), finalists.len);
-        L::load(row(&candidates.surface, 0)).compress(others, row_mut(&mut finalists.surfaces, len));
-        L::splat(f32::from_bits(ray as u32)).compress(others, row_mut(&mut finalists.rays, len));
-        finalists.len = len + others.count_ones() as usize;
+        let mut others = bits & bits.wrapping_sub(1);
+        while others != 0 {
+            let other = candidates.surface[others.trailing_zeros() as usize % CANDIDATES].to_bits();
+            finalists.others.push((ray, other));
+            others &= others - 1;
+        }
     }
 }
