@@ -85,8 +85,12 @@ impl Around {
     pub fn of(spec: &SceneSpec) -> Result<Self, SceneError> {
         let mut lit = spec.clone();
         for surface in &mut lit.surfaces {
-            (surface.reflectance, surface.emittance) = (0.5.into(), 1.0.into());
+            (surface.reflectance, surface.emittance) = (0.5.into(), 0.0.into());
             surface.cell_emittance.clear();
+        }
+        // A scene has a lamp, and this one no more than it must.
+        if let Some(first) = lit.surfaces.first_mut() {
+            first.emittance = 1.0.into();
         }
         Ok(Around { scene: Scene::build(&lit, IndexChoice::Auto)? })
     }

@@ -7,6 +7,7 @@
 use std::collections::{HashMap, HashSet};
 use std::io::{self, Write};
 
+use foldhash::fast::FixedState;
 use glam::DVec3;
 use radiosity::{Estimates, Side};
 use serde::Serialize;
@@ -111,7 +112,7 @@ pub(super) fn compact(estimates: &Estimates, smooth: &Smooth) -> io::Result<(Com
     };
 
     // Place and light, 16 bits each.
-    let mut vertices: HashMap<u128, u32> = HashMap::new();
+    let mut vertices: HashMap<u128, u32, FixedState> = HashMap::default();
     let mut places: [Vec<u16>; 3] = Default::default();
     let mut lights: Vec<Vec<u16>> = vec![Vec::new(); channels];
     let mut indices: [Vec<u32>; 4] = Default::default();
@@ -217,24 +218,24 @@ fn rows(estimates: &Estimates) -> (Vec<CompactRows>, DVec3, f64) {
     if finest.len() <= most {
         return (finest, low, size / f64::from(GRID[0]));
     }
-    let kept = |steps: u32| -> Vec<CompactRows> {
+    let kept = |steps: u32, up_to: usize| -> Vec<CompactRows> {
         let times = f64::from(steps) / f64::from(GRID[0]);
         let coarse = |row: &CompactRows| CompactRows {
             corners: row.corners.map(|corner| corner.map(|x| (f64::from(x) * times).round() as u16)),
             ..*row
         };
-        let mut met = HashSet::new();
+        let mut met = HashSet::with_hasher(FixedState::default());
         // A face without area, or where another of that outline is, is lost.
         let is_kept = |row: &CompactRows| !has_no_area(&row.corners) && met.insert(row.corners);
-        finest.iter().map(coarse).filter(is_kept).collect()
+        finest.iter().map(coarse).filter(is_kept).take(up_to).collect()
     };
     let mut coarser = vec![COARSER];
     while let Some(&steps) = coarser.last().filter(|&&steps| steps > GRID[1]) {
         coarser.push(steps * 3 / 4);
     }
-    let fits = coarser.partition_point(|&steps| kept(steps).len() > most);
+    let fits = coarser.partition_point(|&steps| kept(steps, most + 1).len() > most);
     let steps = coarser[fits.min(coarser.len() - 1)];
-    (kept(steps), low, size / f64::from(steps))
+    (kept(steps, finest.len()), low, size / f64::from(steps))
 }
 
 fn has_no_area(corners: &[[u16; 3]; 4]) -> bool {
