@@ -36,7 +36,7 @@ sanitized() {
     local kind="$1"
     shift
     RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=$kind -Cunsafe-allow-abi-mismatch=sanitizer" CARGO_TARGET_DIR="$target/sanitize-$kind" \
-        cargo test --locked --target "$host" "$@"
+        cargo test --locked --no-fail-fast --target "$host" "$@"
 }
 
 memory() {

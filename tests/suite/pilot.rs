@@ -70,3 +70,32 @@ fn a_pilot_that_is_killed_again_and_again_makes_progress() {
     let chosen = results::choose(&job, 2).unwrap().unwrap().partition;
     assert_eq!(results::kept_partition(&out).unwrap(), chosen);
 }
+
+/// Kept walks of a pilot for other paths have no part in a run: it comes to the bytes of an undisturbed one, or goes on with what both share.
+#[test]
+fn a_pilot_that_is_resumed_with_other_paths_comes_to_what_an_undisturbed_one_does() {
+    let folder = tempdir().unwrap();
+    let undisturbed = ["1500000", "6000000"].map(|paths| {
+        let out = path(&folder, paths);
+        run_job(SCENE, &out, &["--set", JOB[1], "--paths", paths, "--workers", "2"]);
+        (paths, answer(&out), std::fs::read(out.join("partition.toml")).unwrap())
+    });
+    // Walks of a stage, then also those of the control that follows it.
+    for begun in ["pilot.bin", "pilot.arrivals.bin"] {
+        for (paths, answered, partition) in &undisturbed {
+            let out = path(&folder, &format!("{begun} {paths}"));
+            let mut child = spawn(&out, &[&JOB[..], &["--workers", "2"]].concat());
+            wait_for(begun, || out.join(begun).exists().then_some(()));
+            child.kill().unwrap();
+            finish(child);
+            assert!(!out.join("tally.bin").exists(), "the pilot was over");
+            let args = ["--set", JOB[1], "--paths", paths, "--workers", "2", "--resume"];
+            run_job(SCENE, &out, &args);
+            assert!(answer(&out) == *answered, "{begun}, then {paths} paths");
+            assert!(std::fs::read(out.join("partition.toml")).unwrap() == *partition);
+            for left in ["pilot.bin", "pilot.arrivals.bin"] {
+                assert!(!out.join(left).exists(), "{left} is left");
+            }
+        }
+    }
+}

@@ -119,13 +119,8 @@ mod tests {
     use super::*;
 
     fn likely(extent: [f64; 3], parts: &[(&str, f64)], drawing: bool) -> Option<f64> {
-        let part =
-            |&(name, height): &(&'static str, f64)| MeshPart { name, extent: DVec3::new(0.1, 0.1, height) };
-        let parts: Vec<(&'static str, f64)> = parts
-            .iter()
-            .map(|&(name, height)| (&*Box::leak(name.to_owned().into_boxed_str()), height))
-            .collect();
-        let parts: Vec<MeshPart<'_>> = parts.iter().map(part).collect();
+        let extents = parts.iter().map(|&(name, height)| (name, DVec3::new(0.1, 0.1, height)));
+        let parts: Vec<MeshPart<'_>> = extents.map(|(name, extent)| MeshPart { name, extent }).collect();
         likely_unit(DVec3::from_array(extent), &parts, drawing).map(|(_, length)| length)
     }
 

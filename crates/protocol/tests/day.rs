@@ -13,7 +13,7 @@ use std::io::{BufWriter, Write};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use counting::{HELD, megabytes};
 use protocol::message::{LeaseResult, ToCoordinator, ToWorker};
@@ -29,6 +29,9 @@ const TICK: Duration = Duration::from_millis(500);
 /// The ticks between two heartbeats of a worker, and between two checkpoints.
 const BEAT: u64 = 10;
 const CHECKPOINT: u64 = 120;
+
+/// The checkpoints between two lines that say how far it is.
+const HOUR: usize = 60;
 
 /// The ticks in which all workers find another coordinator.
 const RETURN: u64 = 20;
@@ -139,9 +142,15 @@ impl<'a> Simulation<'a> {
         self.tick * TICK.as_micros() as u64
     }
 
+    /// The part of the walks that is in [%].
+    fn share(&self) -> f64 {
+        100.0 * self.coordinator.progress().walks as f64 / self.day.walks as f64
+    }
+
     /// Lives through the ticks to the end of the job, or to some tick.
     fn live(&mut self, most: u64) -> Vec<Row> {
-        let mut rows = Vec::new();
+        let mut rows: Vec<Row> = Vec::new();
+        let clock = Instant::now();
         let bare = HELD.load(Ordering::Relaxed);
         while self.coordinator.ending().is_none() {
             assert!(self.tick < most, "the job does not end");
@@ -165,6 +174,13 @@ impl<'a> Simulation<'a> {
             self.act(actions, self.micros());
             if self.tick.is_multiple_of(CHECKPOINT) {
                 rows.push(self.row(bare));
+                if rows.len().is_multiple_of(HOUR) {
+                    let (hours, share) = (rows.len() / HOUR, self.share());
+                    println!(
+                        "{hours} h: {share:.1} % of the walks, after {:.0} s",
+                        clock.elapsed().as_secs_f64()
+                    );
+                }
                 (0..self.day.deaths).for_each(|_| self.kill());
             }
             if self.tick.is_multiple_of(self.day.life) && self.coordinator.ending().is_none() {
