@@ -13,7 +13,7 @@ use std::io::{BufWriter, Write};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use counting::{HELD, megabytes};
 use protocol::message::{LeaseResult, ToCoordinator, ToWorker};
@@ -150,7 +150,6 @@ impl<'a> Simulation<'a> {
     /// Lives through the ticks to the end of the job, or to some tick.
     fn live(&mut self, most: u64) -> Vec<Row> {
         let mut rows: Vec<Row> = Vec::new();
-        let clock = Instant::now();
         let bare = HELD.load(Ordering::Relaxed);
         while self.coordinator.ending().is_none() {
             assert!(self.tick < most, "the job does not end");
@@ -175,11 +174,7 @@ impl<'a> Simulation<'a> {
             if self.tick.is_multiple_of(CHECKPOINT) {
                 rows.push(self.row(bare));
                 if rows.len().is_multiple_of(HOUR) {
-                    let (hours, share) = (rows.len() / HOUR, self.share());
-                    println!(
-                        "{hours} h: {share:.1} % of the walks, after {:.0} s",
-                        clock.elapsed().as_secs_f64()
-                    );
+                    println!("{} h: {:.1} % of the walks", rows.len() / HOUR, self.share());
                 }
                 (0..self.day.deaths).for_each(|_| self.kill());
             }
