@@ -195,8 +195,8 @@ impl Stacks {
         self.top[slot] = level as u32 + u32::from(least != NO_KEY);
     }
 
-    /// The first line of a node and one of its children: of those that the ray enters by `best`, the nearest on the
-    /// lowest level. Those on levels below it are farther away, and forgotten.
+    /// The first line of a node and its nearest child that is left, on the deepest level with one that the ray enters by
+    /// `best`. What deeper levels have is farther away, and forgotten.
     #[inline(always)]
     pub(super) fn pop<L: Lanes>(&mut self, slot: usize, best: f32) -> Option<(usize, usize)> {
         let live = L::load(&self.least[slot].0).below(best.to_bits() + LANES as u32);
