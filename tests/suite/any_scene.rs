@@ -243,7 +243,7 @@ fn outcomes_of(number: u64) -> Outcomes {
             try_scene(number, &mut outcomes);
             outcomes
         });
-        // Nobody listens where the scene was given up.
+        // A scene that was given up has no listener.
         _ = done.send(tried);
     });
     let mut tried = outcome.recv_timeout(SLOW);
