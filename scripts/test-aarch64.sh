@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs the kernel's golden-digest test as an AArch64 program under qemu: the walk must give the same bits
-# there. Needs Debian or Ubuntu, and root or sudo for the first call, which installs a cross compiler.
+# Runs the kernel's golden-digest test and those of its vectors as AArch64 programs under qemu: the walk must give the
+# same bits there. Needs Debian or Ubuntu, and root or sudo for the first call, which installs a cross compiler.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -25,8 +25,13 @@ export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc
 export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER=qemu-aarch64
 # Static: with shared libraries qemu 7.2 was seen to spin for ever in the test harness.
 export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUSTFLAGS="-C target-feature=+crt-static"
-# By its whole name, and counted: a name that no test has would pass.
-tests=$(cargo test --locked -p radwalk-radiosity --target "$target" --target-dir target/aarch64 --test suite -- \
-    --exact same_bits::tallies_are_the_same_bits_on_every_machine)
-echo "$tests"
-grep -q '^test result: ok. 1 passed' <<<"$tests" || { echo "test-aarch64: not one test has run" >&2; exit 1; }
+# Counted: a name that no test has would pass.
+passes() { # N, what cargo test is given
+    local wanted=$1 tests
+    shift
+    tests=$(cargo test --locked -p radwalk-radiosity --target "$target" --target-dir target/aarch64 "$@")
+    echo "$tests"
+    grep -q "^test result: ok. $wanted passed" <<<"$tests" || { echo "test-aarch64: not $wanted tests have run" >&2; exit 1; }
+}
+passes 1 --test suite -- --exact same_bits::tallies_are_the_same_bits_on_every_machine
+passes 4 --lib -- simd:: random::rng::tests::a_batch_draws_what_its_walks_would

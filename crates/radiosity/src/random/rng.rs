@@ -180,9 +180,23 @@ impl Numbers for Generators {
     }
 }
 
-/// [`WalkRng::bits`] for each walk, in halves of words, which instruction sets can multiply side by side.
+/// [`WalkRng::bits`] for each walk.
 #[inline(always)]
 fn draw<R: Real>(generators: &mut Generators, row: &mut [u64; WIDTH]) {
+    if R::MULTIPLIES_HALVES {
+        draw_by_halves(generators, row);
+    } else {
+        for (lane, bits) in row.iter_mut().enumerate() {
+            let mut walk = generators.get(lane);
+            *bits = walk.bits();
+            generators.set(lane, &walk);
+        }
+    }
+}
+
+/// [`draw`] in halves of words.
+#[inline(always)]
+fn draw_by_halves(generators: &mut Generators, row: &mut [u64; WIDTH]) {
     const HALF: u64 = 0xFFFF_FFFF;
     let [add_high, add_low] = [(generators.increment >> 64) as u64, generators.increment as u64];
     let states = generators.high.iter_mut().zip(&mut generators.low);

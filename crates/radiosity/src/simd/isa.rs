@@ -1,6 +1,6 @@
 //! Which instruction set the kernel runs on: picked once, at run time. The answer does not know.
 //!
-//! An instruction set beyond the portable one is a token, [`Avx2`] or [`Avx512`], that only detection makes. Vector types
+//! An instruction set that not every processor of its kind has is a token, `Avx2` or `Avx512`, that only detection makes. Vector types
 //! of the instruction set are named nowhere but in this folder, and reach the kernel as type parameters, through
 //! [`Isa::run`], which asks for the token. So no vector is ever made where the processor has not got it.
 
@@ -8,23 +8,18 @@ use super::real::{self, Real};
 use super::sixteen::{self, Lanes};
 use super::wide::{Quad, Wide};
 
-/// The processor has AVX2, FMA, BMI and what comes with them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Avx2(());
-
-/// The processor has AVX-512 (foundation, VL and DQ), and all that [`Avx2`] says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Avx512(());
-
 /// The instruction sets that the kernel is compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Isa {
     /// Rust without vector instructions.
     Portable,
-    #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "one architecture has it"))]
-    Avx2(Avx2),
-    #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "one architecture has it"))]
-    Avx512(Avx512),
+    #[cfg(target_arch = "x86_64")]
+    Avx2(x86::Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(x86::Avx512),
+    /// Every processor of AArch64 has it.
+    #[cfg(target_arch = "aarch64")]
+    Neon,
 }
 
 /// The vectors of an instruction set.
@@ -56,10 +51,12 @@ impl Simd for Portable {
 impl Isa {
     /// The instruction sets that this machine has, the best last.
     pub(crate) fn available() -> Vec<Isa> {
-        let avx2 = Avx2::detect();
-        let avx512 = avx2.and_then(Avx512::detect);
-        let found = [avx2.map(Isa::Avx2), avx512.map(Isa::Avx512)];
-        std::iter::once(Isa::Portable).chain(found.into_iter().flatten()).collect()
+        let mut available = vec![Isa::Portable];
+        #[cfg(target_arch = "x86_64")]
+        available.extend(x86::available());
+        #[cfg(target_arch = "aarch64")]
+        available.push(Isa::Neon);
+        available
     }
 
     /// The best that this machine has.
@@ -69,8 +66,10 @@ impl Isa {
 
     /// The best that this machine has, AVX-512 left out.
     pub(crate) fn best_without_avx512() -> Isa {
-        let mut others = Isa::available().into_iter().filter(|isa| !matches!(isa, Isa::Avx512(_)));
-        others.next_back().expect("one is always available")
+        let mut others = Isa::available();
+        #[cfg(target_arch = "x86_64")]
+        others.retain(|isa| !matches!(isa, Isa::Avx512(_)));
+        others.pop().expect("one is always available")
     }
 
     /// Does something with the vectors of the instruction set, compiled for it.
@@ -78,8 +77,12 @@ impl Isa {
     pub(crate) fn run(self, kernel: impl Kernel) {
         match self {
             Isa::Portable => kernel.run::<Portable>(),
+            #[cfg(target_arch = "x86_64")]
             Isa::Avx2(found) => found.run(kernel),
+            #[cfg(target_arch = "x86_64")]
             Isa::Avx512(found) => found.run(kernel),
+            #[cfg(target_arch = "aarch64")]
+            Isa::Neon => kernel.run::<OnNeon>(),
         }
     }
 }
@@ -87,6 +90,21 @@ impl Isa {
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::*;
+
+    /// The processor has AVX2, FMA, BMI and what comes with them.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub(crate) struct Avx2(());
+
+    /// The processor has AVX-512 (foundation, VL and DQ), and all that [`Avx2`] says.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub(crate) struct Avx512(());
+
+    /// What this machine has of them, the best last.
+    pub(super) fn available() -> impl Iterator<Item = Isa> {
+        let avx2 = Avx2::detect();
+        let avx512 = avx2.and_then(Avx512::detect);
+        avx2.map(Isa::Avx2).into_iter().chain(avx512.map(Isa::Avx512))
+    }
 
     struct OnAvx2;
 
@@ -108,7 +126,7 @@ mod x86 {
     }
 
     impl Avx2 {
-        pub(super) fn detect() -> Option<Self> {
+        fn detect() -> Option<Self> {
             let found = is_x86_feature_detected!("avx2")
                 && is_x86_feature_detected!("fma")
                 && is_x86_feature_detected!("bmi1")
@@ -130,7 +148,7 @@ mod x86 {
     }
 
     impl Avx512 {
-        pub(super) fn detect(_: Avx2) -> Option<Self> {
+        fn detect(_: Avx2) -> Option<Self> {
             let found = is_x86_feature_detected!("avx512f")
                 && is_x86_feature_detected!("avx512vl")
                 && is_x86_feature_detected!("avx512dq");
@@ -149,29 +167,13 @@ mod x86 {
     }
 }
 
-#[cfg(not(target_arch = "x86_64"))]
-mod elsewhere {
-    use super::*;
+#[cfg(target_arch = "aarch64")]
+struct OnNeon;
 
-    impl Avx2 {
-        pub(super) fn detect() -> Option<Self> {
-            None
-        }
-
-        pub(super) fn run(self, kernel: impl Kernel) {
-            kernel.run::<Portable>();
-        }
-    }
-
-    impl Avx512 {
-        pub(super) fn detect(_: Avx2) -> Option<Self> {
-            None
-        }
-
-        pub(super) fn run(self, kernel: impl Kernel) {
-            kernel.run::<Portable>();
-        }
-    }
+#[cfg(target_arch = "aarch64")]
+impl Simd for OnNeon {
+    type Doubles = real::Neon;
+    type Singles = sixteen::Neon;
 }
 
 /// Calls a function that is generic over [`Real`] with the f64 vectors of an instruction set, compiled for it.

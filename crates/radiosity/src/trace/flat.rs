@@ -326,15 +326,17 @@ fn look<R: Real, const PART: u8, const LAYERED: bool>(sketch: &Sketch, starts: &
         let may_meet = (distance >= -sketch.height_margin) & inside & (from[lane] != sketch.number);
         let t = (distance - sketch.height_margin) / (approach + APPROACH_MARGIN);
         let t = if may_meet { t } else { f32::INFINITY };
-        let worse = if t > guess.t[lane] { t } else { guess.t[lane] };
-        let other = if worse < guess.other[lane] { worse } else { guess.other[lane] };
+        // All are read before one is written: a read that a comparison decides on would keep the loop from vectors on AArch64.
+        let (best, surface, other) = (guess.t[lane], guess.surface[lane], guess.other[lane]);
+        let worse = if t > best { t } else { best };
+        let other = if worse < other { worse } else { other };
         // The sketch cannot decide which side is met of a facet that is seen edge-on.
         let edge_on = (approach <= APPROACH_MARGIN) & (from[lane] != sketch.number);
         // Nor whether a layer of the plane that the ray leaves is in front.
         let layer = LAYERED & (plane[lane] == sketch.plane) & (from[lane] != sketch.number);
         guess.other[lane] = if edge_on | layer { f32::NEG_INFINITY } else { other };
-        guess.surface[lane] = if t < guess.t[lane] { sketch.number } else { guess.surface[lane] };
-        guess.t[lane] = if t < guess.t[lane] { t } else { guess.t[lane] };
+        guess.surface[lane] = if t < best { sketch.number } else { surface };
+        guess.t[lane] = if t < best { t } else { best };
     }
 }
 

@@ -3,8 +3,8 @@
 use std::arch::x86_64::*;
 
 use super::Real;
+use crate::simd::intrinsics::{operator, registers};
 use crate::simd::table::Table;
-use crate::simd::x86::{operator, registers};
 
 /// Four numbers in a register of AVX2.
 #[derive(Clone, Copy)]
@@ -17,6 +17,7 @@ impl Real for Avx2 {
     type Mask = Self;
 
     const N: usize = 4;
+    const MULTIPLIES_HALVES: bool = true;
 
     #[inline(always)]
     fn mul_add_f32(a: f32, b: f32, c: f32) -> f32 {

@@ -4,8 +4,8 @@ use std::arch::x86_64::*;
 use std::ops::BitAnd;
 
 use super::Real;
+use crate::simd::intrinsics::{operator, registers};
 use crate::simd::table::Table;
-use crate::simd::x86::{operator, registers};
 
 /// Eight numbers in a register of AVX-512.
 #[derive(Clone, Copy)]
@@ -30,6 +30,7 @@ impl Real for Avx512 {
     type Mask = Mask512;
 
     const N: usize = 8;
+    const MULTIPLIES_HALVES: bool = true;
 
     #[inline(always)]
     fn mul_add_f32(a: f32, b: f32, c: f32) -> f32 {

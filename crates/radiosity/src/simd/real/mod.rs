@@ -11,11 +11,15 @@ use crate::simd::table::Table;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 
 #[cfg(target_arch = "x86_64")]
 pub(super) use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 pub(super) use avx512::Avx512;
+#[cfg(target_arch = "aarch64")]
+pub(super) use neon::Neon;
 
 /// A vector of N real numbers.
 pub(crate) trait Real:
@@ -26,6 +30,9 @@ pub(crate) trait Real:
 
     /// The number of lanes.
     const N: usize;
+
+    /// Whether words of 64 bits are multiplied faster by their halves, side by side, than whole, one after the other.
+    const MULTIPLIES_HALVES: bool = false;
 
     /// a·b + c, fused or not.
     #[inline(always)]

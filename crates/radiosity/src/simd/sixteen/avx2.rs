@@ -3,7 +3,7 @@
 use std::arch::x86_64::*;
 
 use super::{COMPRESS_GROUP, GROUPS, LANE_BITS, LANES, Lanes, NO_KEY, Quad, Row};
-use crate::simd::x86::registers;
+use crate::simd::intrinsics::registers;
 
 /// The number of each lane.
 pub(super) static NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];

@@ -4,7 +4,7 @@ use std::arch::x86_64::*;
 
 use super::avx2::{NUMBERS, compress_group, least_u32};
 use super::{GROUPS, LANE_BITS, Lanes, NO_KEY, Quad, Row};
-use crate::simd::x86::registers;
+use crate::simd::intrinsics::registers;
 
 /// AVX-512: foundation, VL and DQ.
 #[derive(Clone, Copy)]

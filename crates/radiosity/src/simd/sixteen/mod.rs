@@ -7,11 +7,15 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 
 #[cfg(target_arch = "x86_64")]
 pub(super) use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 pub(super) use avx512::Avx512;
+#[cfg(target_arch = "aarch64")]
+pub(super) use neon::Neon;
 
 /// Lanes of a vector: children of a node.
 pub(crate) const LANES: usize = 16;
@@ -53,7 +57,7 @@ pub(crate) trait Lanes: Copy {
     /// 1/self within 1.1 · 2⁻²⁴ of itself; infinite or NaN for 0.
     fn recip(self) -> Self;
     fn min(self, other: Self) -> Self;
-    /// The greater; `other` where both are zero.
+    /// The greater; +0 for zeros of either sign against +0.
     fn max(self, other: Self) -> Self;
     fn abs(self) -> Self;
     /// `self` in the lanes where `sign` is negative, else 0.

@@ -1,15 +1,17 @@
-//! What the vector types of x86-64 have in common.
+//! What the vector types of all instruction sets have in common.
 
 /// Intrinsics on registers alone.
 macro_rules! registers {
     ($intrinsics:expr) => {{
         // SAFETY: the vector types of an instruction set are named in this folder alone and reach the kernel through
-        // `Isa::run`, where a token shows that the processor has the instruction set. No memory is touched.
+        // `Isa::run`, where a token shows that the processor has the instruction set, or each of its kind has it. No memory
+        // is touched.
         unsafe { $intrinsics }
     }};
 }
 
 /// Operators of a vector type that are one intrinsic each.
+#[cfg(target_arch = "x86_64")]
 macro_rules! operator {
     ($type:ty: $($trait:ident $method:ident $intrinsic:ident),*) => {
         $(impl ::std::ops::$trait for $type {
@@ -23,4 +25,6 @@ macro_rules! operator {
     };
 }
 
-pub(super) use {operator, registers};
+#[cfg(target_arch = "x86_64")]
+pub(super) use operator;
+pub(super) use registers;
