@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use cluster::{Access, Wish, random_bytes, serve};
 use job::Budget;
 use protocol::{Coordinator, Ending, JobPlan, Judge, Look, Notice, Past};
-use radiosity::{Experiment, Tally};
+use radiosity::{Experiment, Scene, Tally};
 use results::Identity;
 use tracing::info;
 
@@ -80,7 +80,7 @@ impl Remote {
         let executor = Executor::Remote(self);
         let began = Instant::now();
         while began.elapsed() < PARTING {
-            let station = executor.station(identity.scene_hash)?;
+            let station = executor.station(experiment.scene())?;
             serve(station.listener, &station.access, &mut coordinator, |_| Wish::Continue, |_| {})
                 .map_err(|source| Fault::System { doing: "parting with the workers", source })?;
         }
@@ -93,10 +93,11 @@ impl Executor {
     ///
     /// # Errors
     /// Where the system refuses.
-    pub(crate) fn station(&self, scene_hash: [u8; 32]) -> Result<WorkerEntry, Fault> {
+    pub(crate) fn station(&self, scene: &Scene) -> Result<WorkerEntry, Fault> {
         match self {
             Executor::Local(team) => {
-                let (listener, access) = listen(scene_hash, "127.0.0.1:0", None)?;
+                let team = team.for_replica(scene.memory());
+                let (listener, access) = listen(scene.hash(), "127.0.0.1:0", None)?;
                 let workers = Some(LocalWorkers::new(&access, team.workers, team.threads));
                 Ok(WorkerEntry { listener, access, workers })
             }
@@ -216,7 +217,7 @@ pub(crate) fn walk(
         true
     };
     let Left { ending, trouble, memory } =
-        executor.station(identity.scene_hash)?.lead(&mut coordinator, turn)?;
+        executor.station(experiment.scene())?.lead(&mut coordinator, turn)?;
     match ending {
         Ending::BudgetSpent => {}
         Ending::Interrupted => return Err(Fault::Interrupted),

@@ -19,13 +19,6 @@ const FUTILE_TIME: Duration = Duration::from_secs(10);
 /// The wait before a missing worker is started, once each of the workers has died in a row.
 const RESTART_WAIT: Duration = Duration::from_millis(500);
 
-/// The variable by which the C library's allocator is told what to do.
-const ALLOCATOR: &str = "GLIBC_TUNABLES";
-
-/// Asks the allocator to take large pieces of memory in huge pages, where the system has them: trees and boards are visited
-/// all over, and finding their pages takes 4 to 14 % of the time of large ones.
-const HUGE_PAGES: &str = "glibc.malloc.hugetlb=1";
-
 /// The children of this process.
 pub(crate) struct LocalWorkers {
     /// What lets them in, as they read it. It goes by their standard input, so that no file is left behind whatever happens.
@@ -121,9 +114,6 @@ impl LocalWorkers {
         let mut command = Command::new(std::env::current_exe()?);
         command.args(["work", "--access", ACCESS_BY_INPUT, "--quiet", "--wait", "0"]);
         command.arg("--threads").arg(self.threads.to_string());
-        if std::env::var_os(ALLOCATOR).is_none() {
-            command.env(ALLOCATOR, HUGE_PAGES);
-        }
         command.stdin(Stdio::piped()).stdout(Stdio::null());
         // A Ctrl-C on the terminal is for the coordinator, which takes its workers down in good order.
         #[cfg(unix)]

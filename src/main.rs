@@ -37,6 +37,9 @@ use crate::commands::{
 };
 use crate::fault::{Fault, Outcome};
 
+#[global_allocator]
+static ALLOCATOR: pages::HugePages = pages::HugePages;
+
 fn main() -> ExitCode {
     let command = match Cli::try_parse() {
         Ok(cli) => cli.command,

@@ -21,7 +21,6 @@ Exit codes:
 Environment:
   RADWALK_LOG     the least level of messages on stderr: error, warn, info, debug, trace or off [default: info; with
                   --quiet: error]
-  GLIBC_TUNABLES  of the C library; where it is not set, workers of `radwalk run` ask for huge pages
 
 Jobs, scenes, output files and checks: docs/reference/.";
 

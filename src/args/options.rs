@@ -123,7 +123,7 @@ impl MadeArgs {
 /// The processes of this machine that walk.
 #[derive(Args)]
 pub(crate) struct TeamArgs {
-    /// Worker processes [default: one per core]
+    /// Worker processes [default: one per core; one with a thread per core in scenes of over 64 MB]
     #[arg(long, value_name = "N", value_parser = workers)]
     pub workers: Option<u32>,
     /// Threads of each worker
@@ -136,7 +136,7 @@ impl TeamArgs {
     pub(crate) fn team(&self) -> Team {
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         let workers = self.workers.map_or_else(cores, |workers| workers as usize);
-        Team { workers, threads: self.threads }
+        Team { workers, threads: self.threads, is_fixed: self.workers.is_some() }
     }
 }
 

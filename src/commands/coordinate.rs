@@ -215,7 +215,7 @@ impl Prepared {
 
     /// Leads workers through the job to its end, and writes what came of it.
     fn drive(self, executor: Executor, course: &CourseArgs, out: &OutArgs) -> Result<Outcome, Fault> {
-        let station = executor.station(self.identity.scene_hash)?;
+        let station = executor.station(self.experiment.scene())?;
         let page = course.metrics.as_deref().map(open_page).transpose()?;
         let reports = Reports::new(self.description(), self.output.path(), executor.access_file(), page);
         let showing = self.showing(course, out)?;
