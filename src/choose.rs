@@ -5,7 +5,7 @@ use std::path::Path;
 use job::{Forecast, Job, Partition};
 use radiosity::Scene;
 use report::words::{counted, percent};
-use results::{Chosen, PilotCrew, PilotStage, Walked, all_threads, choose_by};
+use results::{Chosen, PilotCrew, PilotStage, StageResult, all_threads, choose_by};
 use tracing::info;
 use voice::Phase;
 
@@ -62,7 +62,7 @@ pub(crate) fn load_anew(args: &JobArgs, phase: &Phase) -> Result<Read, Fault> {
 }
 
 /// Walks a stage of a pilot on all threads of this process.
-pub(crate) fn walk_here(stage: &PilotStage) -> Result<Walked, Fault> {
+pub(crate) fn walk_here(stage: &PilotStage) -> Result<StageResult, Fault> {
     Ok(stage.walk_here(all_threads())?)
 }
 

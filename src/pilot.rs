@@ -6,7 +6,7 @@ use std::rc::Rc;
 use protocol::{Coordinator, Look, Past};
 use radiosity::Tally;
 use report::OutputFolder;
-use results::{Groups, PilotBooks, PilotCrew, PilotStage, RunOutput, Walked};
+use results::{EndedGroups, PilotBooks, PilotCrew, PilotStage, RunOutput, StageResult};
 use tracing::{info, warn};
 use voice::Phase;
 
@@ -72,7 +72,7 @@ impl PilotCrew<Fault> for Crew<'_> {
     ///
     /// # Errors
     /// Where the cluster fails, and where a signal ends it.
-    fn walk(&mut self, stage: &PilotStage) -> Result<Walked, Fault> {
+    fn walk(&mut self, stage: &PilotStage) -> Result<StageResult, Fault> {
         if stage.is_short() {
             let walked = walk_here(stage)?;
             return if signals::stop_asked() { Err(Fault::Interrupted) } else { Ok(walked) };
@@ -107,7 +107,7 @@ impl PilotCrew<Fault> for Crew<'_> {
         let job = (&identity, &budget, stage.experiment());
         let walked = walk(executor, job, past, (stage.looks(), Box::new(judge)), &mut keep)?;
         let groups = Rc::into_inner(groups).expect("the coordinator and its judge are gone").into_inner();
-        Ok(Walked::new(groups, walked.tally))
+        Ok(StageResult::new(groups, walked.tally))
     }
 
     fn books(&mut self) -> Result<Option<(&mut PilotBooks, &OutputFolder)>, Fault> {
@@ -125,9 +125,9 @@ impl PilotCrew<Fault> for Crew<'_> {
 }
 
 /// What a stage goes on from.
-fn past(books: &PilotBooks, stage: &PilotStage) -> (Past, Groups) {
+fn past(books: &PilotBooks, stage: &PilotStage) -> (Past, EndedGroups) {
     let none = Past::none(stage.experiment().tally());
-    let Some((tally, groups)) = books.past(stage) else { return (none, Groups::none(stage)) };
+    let Some((tally, groups)) = books.past(stage) else { return (none, EndedGroups::none(stage)) };
     info!("the pilot goes on after {} of {} paths", tally.counts.walks, stage.walks());
     (Past { tally, ..none }, groups)
 }

@@ -43,14 +43,14 @@ pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
 }
 
 /// Opens what workers of a scene join, for a run in a folder.
-type Open<'a> = &'a dyn Fn([u8; 32], &Path) -> Result<Executor, Fault>;
+type ExecutorOpener<'a> = &'a dyn Fn([u8; 32], &Path) -> Result<Executor, Fault>;
 
 /// A run whose pilot may need its folder and workers.
 struct Hosted<'a> {
     folder: &'a Path,
     replace: bool,
     exports: &'a [OutputFile],
-    open: Open<'a>,
+    open: ExecutorOpener<'a>,
 }
 
 impl Host for Hosted<'_> {
@@ -64,7 +64,12 @@ impl Host for Hosted<'_> {
 }
 
 /// Prepares a job for workers, of which some are of this machine, and leads them through it.
-fn start(args: &LeadArgs, course: &CourseArgs, workers: usize, open: Open) -> Result<Outcome, Fault> {
+fn start(
+    args: &LeadArgs,
+    course: &CourseArgs,
+    workers: usize,
+    open: ExecutorOpener,
+) -> Result<Outcome, Fault> {
     signals::catch();
     let (prepared, executor) = match Prepared::new(args, course.resume, (workers, open)) {
         Err(Fault::Interrupted) => {
@@ -107,7 +112,11 @@ struct Prepared {
 
 impl Prepared {
     /// `workers` is how many will work on this machine. They may have joined already, to walk a pilot.
-    fn new(args: &LeadArgs, resume: bool, (workers, open): (usize, Open)) -> Result<(Self, Executor), Fault> {
+    fn new(
+        args: &LeadArgs,
+        resume: bool,
+        (workers, open): (usize, ExecutorOpener),
+    ) -> Result<(Self, Executor), Fault> {
         let LeadArgs { job: asked, out, export } = args;
         let phase = Phase::begin("reading the scene");
         let job = choose::read(asked)?;

@@ -20,7 +20,7 @@ use crate::source::SourceText;
 use crate::sources::read_groups;
 use crate::target::{Target, TotalTarget};
 use crate::vocabulary::{Light, OutputFile};
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// The seed of a job that names none: runs repeat unless asked not to.
 pub const DEFAULT_SEED: u64 = 0;

@@ -15,7 +15,7 @@ use crate::method::BasisKey;
 use crate::shape::{read_grid, read_rows};
 use crate::source::SourceText;
 use crate::vocabulary::AUTO;
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// The word for the cells of the scene file.
 const GIVEN: &str = "given";

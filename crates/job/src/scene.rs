@@ -18,7 +18,7 @@ use crate::error::{Error, SourceLocation, SourceSpot};
 use crate::finishes::Finishes;
 use crate::lighting::bounds;
 use crate::partition::misfit;
-use crate::planes::Demand;
+use crate::planes::PlaneTarget;
 use crate::site::{Lines, SurfaceSite};
 use crate::sky::sky_box;
 pub(crate) use read::is_toml;
@@ -40,7 +40,7 @@ pub struct SceneFile {
     auto: Vec<usize>,
     sensors: Vec<SensorSpec>,
     /// What is demanded of planes.
-    demands: Vec<Demand>,
+    demands: Vec<PlaneTarget>,
     /// The number of the first surface of the sky, behind all others; `None` without one.
     sky: Option<usize>,
     notes: Vec<String>,
@@ -101,7 +101,7 @@ impl SceneFile {
     }
 
     /// What is demanded of its planes.
-    pub fn demands(&self) -> &[Demand] {
+    pub fn demands(&self) -> &[PlaneTarget] {
         &self.demands
     }
 

@@ -33,14 +33,14 @@ const FIRST_WALKS: u64 = 256;
 const APART: u64 = 0xD15C_2E7E_D000_0001;
 
 /// A control of continuous walks in the scene of a discrete result.
-pub struct Control {
+pub struct DiscretisedControl {
     experiment: Experiment,
     sequence: Sequence,
     walks_per_group: u64,
 }
 
-impl Control {
-    /// The number of parts that [`Control::group`] makes.
+impl DiscretisedControl {
+    /// The number of parts that [`DiscretisedControl::group`] makes.
     pub const GROUPS: usize = GROUPS;
 
     /// The control of a result, by its seed and its rays; `None` where the result is not of the discretised system, or too short to be
@@ -53,11 +53,11 @@ impl Control {
         let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) };
         let experiment = Experiment::new(estimates.scene().clone(), Method::Walks(walks)).ok()?;
         let sequence = Sequence::new(seed ^ APART);
-        let control = Control { experiment, sequence, walks_per_group: FIRST_WALKS };
+        let control = DiscretisedControl { experiment, sequence, walks_per_group: FIRST_WALKS };
         let rays_per_walk = control.group(0).counts.rays as f64 / FIRST_WALKS as f64;
         let budget = (rays / SHARE).clamp(LEAST_RAYS, MOST_RAYS) as f64;
         let walks_per_group = (budget / rays_per_walk / GROUPS as f64).ceil() as u64;
-        Some(Control { walks_per_group: walks_per_group.max(2), ..control })
+        Some(DiscretisedControl { walks_per_group: walks_per_group.max(2), ..control })
     }
 
     /// The tally of one group.
@@ -83,7 +83,7 @@ impl Control {
         groups: &[Tally],
         level: f64,
     ) -> Option<DiscretisedSummary> {
-        let mut sums = Sums::default();
+        let mut sums = JackknifeSums::default();
         for (i, face, known) in estimates.known() {
             for (c, estimate) in known.iter().enumerate() {
                 if estimate.irradiance_interval.is_some() {
@@ -106,7 +106,7 @@ pub fn is_discretised(method: &Method) -> bool {
 
 /// Sums over faces and channels, by group.
 #[derive(Default)]
-struct Sums {
+struct JackknifeSums {
     /// Σ A·(d − c_g)·Σ_(h ≠ g)(d − c_h).
     differences: [f64; GROUPS],
     /// Σ A·c_g·Σ_(h ≠ g) c_h.
@@ -115,7 +115,7 @@ struct Sums {
     noise: [f64; 2],
 }
 
-impl Sums {
+impl JackknifeSums {
     fn add(&mut self, area: f64, (discrete, noise): (f64, f64), control: &[f64]) {
         let all: f64 = control.iter().sum();
         let groups = control.len() as f64;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use job::{OutputFile, Word};
+use job::{Keyword, OutputFile};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use results::{Ending, Kept, Latest, RunOutput};

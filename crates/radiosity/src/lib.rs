@@ -69,7 +69,7 @@ pub use random::Sampler;
 pub use random::rng::{Sequence, WalkRng};
 pub use scene::sealed::Sealed;
 pub use scene::view::Lookout;
-pub use scene::{Executor, IndexChoice, Memory, Scene, SceneError, in_turn};
+pub use scene::{IndexChoice, Memory, ParallelFor, Scene, SceneError, in_turn};
 pub use tally::{Counts, Layout, Overflow, Tally};
 pub use trace::coplanar::Overlap;
 pub use trace::ray::{Hit, Ray};

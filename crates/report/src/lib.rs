@@ -47,7 +47,7 @@ pub mod words;
 pub use accuracy::{AccuracySummary, TotalSummary};
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, write_soon};
 pub use camera::{Viewpoint, view_troubles};
-pub use chart::{Axis, Chart, Point, Series, Style};
+pub use chart::{Axis, Chart, ChartPoint, Series, Style};
 pub use daylight::{DaylightArrays, DaylightRow, DaylightSummary, LevelSummary, write_daylight, write_ill};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};

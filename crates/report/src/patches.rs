@@ -68,7 +68,7 @@ pub(crate) fn write_some(
     rows: impl Iterator<Item = usize>,
 ) -> io::Result<()> {
     let (scene, method) = (estimates.scene(), estimates.experiment().method());
-    let form = Form {
+    let form = ColumnFormat {
         bias: estimates.experiment().is_biased(),
         mix: method.is_mix(),
         slopes: method.is_linear(),
@@ -128,7 +128,7 @@ fn to_digit(x: f64, last: i32) -> f64 {
 
 /// Which columns there are that most methods have not, and how numbers are written.
 #[derive(Clone, Copy, Default)]
-struct Form {
+struct ColumnFormat {
     bias: bool,
     mix: bool,
     slopes: bool,
@@ -145,7 +145,7 @@ struct More {
 fn write_rows<K: Deref<Target = [Estimate]>>(
     writer: impl Write,
     scene: &Scene,
-    form: Form,
+    form: ColumnFormat,
     rows: impl Iterator<Item = (Face, Option<K>, More)>,
 ) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
@@ -167,7 +167,7 @@ fn write_rows<K: Deref<Target = [Estimate]>>(
     table.flush()
 }
 
-fn header(scene: &Scene, form: Form) -> Vec<String> {
+fn header(scene: &Scene, form: ColumnFormat) -> Vec<String> {
     let channels = scene.channels();
     let side: &[&str] = if scene.faces().two_sided() { &[SIDE] } else { &[] };
     let place = [PLACE[0], side, PLACE[1]].concat();
@@ -194,9 +194,9 @@ pub(crate) fn per_channel(name: &str, channels: usize) -> Vec<String> {
 }
 
 /// The values of the columns [`PLACE`] and [`SIDE`].
-type Columns<'a> = (u32, &'a str, [u32; 2], Vec<&'static str>, [f64; 3], f64);
+type FaceColumns<'a> = (u32, &'a str, [u32; 2], Vec<&'static str>, [f64; 3], f64);
 
-fn place<'a>(scene: &'a Scene, face: &Face, rounding: Rounding) -> Columns<'a> {
+fn place<'a>(scene: &'a Scene, face: &Face, rounding: Rounding) -> FaceColumns<'a> {
     let side = side_columns(scene, face);
     let name = scene.surface_name(face.surface);
     let centroid = face.centroid.to_array().map(|x| rounding.place(x));
@@ -231,10 +231,10 @@ pub fn side_name(side: Side) -> &'static str {
 }
 
 /// A column that is estimated; an unknown number is missing.
-type Column = fn(&Estimate) -> Option<f64>;
+type EstimateColumn = fn(&Estimate) -> Option<f64>;
 
 /// The columns [`LIGHT`] that are estimated.
-pub(crate) const ESTIMATED: [Column; 8] = [
+pub(crate) const ESTIMATED: [EstimateColumn; 8] = [
     Estimate::known_radiosity,
     known_error,
     |e| Some(e.ci_low),
@@ -246,8 +246,8 @@ pub(crate) const ESTIMATED: [Column; 8] = [
 ];
 
 /// The standard errors of [`ESTIMATED`].
-const ERRORS: [Column; 8] = {
-    let [b, h]: [Column; 2] = [known_error, |e| e.irradiance_error];
+const ERRORS: [EstimateColumn; 8] = {
+    let [b, h]: [EstimateColumn; 2] = [known_error, |e| e.irradiance_error];
     [b, b, b, b, h, h, h, h]
 };
 
@@ -265,7 +265,7 @@ fn light(
     let given = [face.reflectance, face.emittance];
     let given =
         given.into_iter().flat_map(|spectrum| (0..channels).map(move |c| Some(rounding.exact(spectrum[c]))));
-    let told = |(of, error): (&Column, &Column), c: usize| {
+    let told = |(of, error): (&EstimateColumn, &EstimateColumn), c: usize| {
         let estimate = &known?[c];
         of(estimate).map(|x| rounding.measured(x, error(estimate)))
     };
@@ -274,13 +274,13 @@ fn light(
 }
 
 /// The columns that only biased methods have.
-fn bias(channels: usize, form: Form, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
+fn bias(channels: usize, form: ColumnFormat, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
     let channels = if form.bias { channels } else { 0 };
     (0..channels).map(|c| known.map(|known| form.rounding.exact(known[c].bias_bound))).collect()
 }
 
 /// The columns [`MIX`] where they were asked for.
-fn mix(form: Form, best: Option<Mix>) -> Vec<Option<f64>> {
+fn mix(form: ColumnFormat, best: Option<Mix>) -> Vec<Option<f64>> {
     match best {
         Some(mix) => {
             let radiosity = form.rounding.measured(mix.radiosity, mix.std_error);
@@ -296,7 +296,7 @@ fn mix(form: Form, best: Option<Mix>) -> Vec<Option<f64>> {
 type WithError = fn(&Slopes) -> (f64, Option<f64>);
 
 /// The columns [`SLOPES`], the channels of each side by side; empty where nothing is known.
-fn slopes(channels: usize, form: Form, known: Option<&[Slopes]>) -> Vec<Option<f64>> {
+fn slopes(channels: usize, form: ColumnFormat, known: Option<&[Slopes]>) -> Vec<Option<f64>> {
     if !form.slopes {
         return Vec::new();
     }
@@ -375,7 +375,7 @@ mod tests {
             (face, Some(vec![estimate]), More::default())
         });
         let mut bytes = Vec::new();
-        write_rows(&mut bytes, estimates.scene(), Form::default(), rows).unwrap();
+        write_rows(&mut bytes, estimates.scene(), ColumnFormat::default(), rows).unwrap();
         String::from_utf8(bytes).unwrap()
     }
 

@@ -42,7 +42,7 @@ pub struct Smooth {
 }
 
 /// Reflectance and emittance, as bits.
-type Material = [[u64; 3]; 2];
+type MaterialBits = [[u64; 3]; 2];
 
 /// A piece of a face as its neighbours see it.
 #[derive(Clone, Copy, Default)]
@@ -57,7 +57,7 @@ struct Shown {
 /// What is known of some faces: their pieces by number, the fit of B at the four corners of each, and their light as [`Neighbours`] has it.
 #[derive(Default)]
 struct SomeFaces {
-    pieces: Vec<(u32, Shown, Material)>,
+    pieces: Vec<(u32, Shown, MaterialBits)>,
     fitted: Vec<f64>,
     light: Vec<[f64; 2]>,
 }

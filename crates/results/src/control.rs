@@ -1,7 +1,7 @@
 //! What chosen patches leave out of the light, measured by walks that have not chosen them, and finer patches where it is much.
 
 use job::{Auto, Cut, Forecast, Job};
-use judge::partition::{Control, Finer, Missed};
+use judge::partition::{Finer, Missed, PatchControl};
 use radiosity::{Arrival, EstimatorKind, Experiment, Scene, Sequence, Shape, Space, Walks};
 
 use serde::{Deserialize, Serialize};
@@ -122,12 +122,12 @@ struct Controls<'a> {
     job: &'a Job,
     auto: &'a Auto,
     threads: usize,
-    found: Found,
+    found: ControlState,
 }
 
 /// What the controls so far have found.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-struct Found {
+struct ControlState {
     /// The seed of the latest.
     seed: u64,
     /// The walks of each.
@@ -140,7 +140,7 @@ struct Found {
 }
 
 /// The cut of each surface and the patch of each cell, as in [`job::Partition`].
-type Cells = (Vec<Cut>, Vec<u32>);
+type PatchLayout = (Vec<Cut>, Vec<u32>);
 
 impl<'a> Controls<'a> {
     fn new((job, auto): (&'a Job, &'a Auto), forecast: Forecast, threads: usize) -> Self {
@@ -148,7 +148,7 @@ impl<'a> Controls<'a> {
         // Neither the walks of a pilot nor those of a first look.
         let seed = seed(seed(job.seed));
         let walks = walks_of(&forecast, foretold);
-        let found = Found { seed, walks, forecast, foretold, noise: [noise, 0.0] };
+        let found = ControlState { seed, walks, forecast, foretold, noise: [noise, 0.0] };
         Controls { job, auto, threads, found }
     }
 
@@ -159,10 +159,10 @@ impl<'a> Controls<'a> {
         cells: (&[Cut], &[u32]),
         round: u32,
         steps: &mut Steps<'_, E>,
-    ) -> Result<Option<Cells>, E> {
+    ) -> Result<Option<PatchLayout>, E> {
         // A seed of its own, so that what few walks happen to find does not bend what is told.
         self.found.seed = seed(self.found.seed);
-        let control = Control::new(experiment, self.found.walks);
+        let control = PatchControl::new(experiment, self.found.walks);
         let groups = self.walked(&control, steps)?;
         Ok(self.judge((&control, &groups), cells, round))
     }
@@ -170,10 +170,10 @@ impl<'a> Controls<'a> {
     /// Takes down what the arrivals of a control say; finer patches, if these are expected to pay.
     fn judge(
         &mut self,
-        (control, groups): (&Control<'_>, &[Vec<Arrival>]),
+        (control, groups): (&PatchControl<'_>, &[Vec<Arrival>]),
         cells: (&[Cut], &[u32]),
         round: u32,
-    ) -> Option<Cells> {
+    ) -> Option<PatchLayout> {
         let missed = control.missed(groups, self.found.forecast.linear)?;
         if round == 0 && self.is_uneven(missed) {
             // More walks cut the surfaces.
@@ -194,7 +194,7 @@ impl<'a> Controls<'a> {
 
     /// Whether light that was taken for even is not, and linear fits may be had.
     fn is_uneven(&self, missed: Missed) -> bool {
-        let Found { forecast, foretold, noise: [noise, _], .. } = self.found;
+        let ControlState { forecast, foretold, noise: [noise, _], .. } = self.found;
         let is_taken_for_even = !forecast.linear && self.auto.linear && foretold == 0.0;
         is_taken_for_even && missed.part > SURE * missed.error && missed.part > WORTH * (noise + missed.part)
     }
@@ -205,11 +205,11 @@ impl<'a> Controls<'a> {
         experiment: &Experiment,
         steps: &mut Steps<'_, E>,
     ) -> Result<bool, E> {
-        let control = Control::new(experiment, self.found.walks);
+        let control = PatchControl::new(experiment, self.found.walks);
         let groups = self.walked(&control, steps)?;
         let Some(missed) = control.missed(&groups, self.found.forecast.linear) else { return Ok(true) };
         self.take_down(missed, 0);
-        let Found { forecast, .. } = self.found;
+        let ControlState { forecast, .. } = self.found;
         let of_faces = control.noise_of_surfaces(&groups) / missed.energy / forecast.for_paths as f64;
         Ok(forecast.total().powi(2) < of_faces)
     }
@@ -230,11 +230,11 @@ impl<'a> Controls<'a> {
     /// they pay no more.
     fn finer(
         &mut self,
-        (control, groups): (&Control<'_>, &[Vec<Arrival>]),
+        (control, groups): (&PatchControl<'_>, &[Vec<Arrival>]),
         cells: (&[Cut], &[u32]),
         energy: f64,
-    ) -> Option<Cells> {
-        let Found { forecast, .. } = self.found;
+    ) -> Option<PatchLayout> {
+        let ControlState { forecast, .. } = self.found;
         let [of_chosen, lost] = [forecast.noise, forecast.discretisation].map(|part| part * part);
         let worth = WORTH * (of_chosen + lost);
         if lost < worth {
@@ -254,12 +254,12 @@ impl<'a> Controls<'a> {
     /// The arrivals of all groups of a control. Its walks and rays are added to those of the pilot.
     fn walked<E: From<Error>>(
         &mut self,
-        control: &Control<'_>,
+        control: &PatchControl<'_>,
         steps: &mut Steps<'_, E>,
     ) -> Result<Vec<Vec<Arrival>>, E> {
         let sequence = Sequence::new(self.found.seed);
         let group = |number| control.group(number, &sequence);
-        let groups = steps.groups(Control::GROUPS, self.threads, group)?;
+        let groups = steps.groups(PatchControl::GROUPS, self.threads, group)?;
         let (groups, counts): (Vec<Vec<Arrival>>, Vec<[u64; 2]>) = groups.into_iter().unzip();
         for [paths, rays] in counts {
             self.found.forecast.paths += paths;

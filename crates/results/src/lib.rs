@@ -57,12 +57,12 @@ pub use merge::merge;
 pub use outputs::{LivePage, RunOutput, units};
 pub use parallel::cores as all_threads;
 pub use pilot::{
-    Chosen, Groups, PILOT, PilotBooks, PilotCrew, Stage as PilotStage, Walked, choose, choose_by,
+    Chosen, EndedGroups, PILOT, PilotBooks, PilotCrew, PilotStage, StageResult, choose, choose_by,
 };
 pub use protocol::Ending;
 pub use replica::Replica;
 pub use resume::{Resumed, resume};
-pub use rounds::{Round, Walked as RoundWalked};
+pub use rounds::{Round, RoundResult};
 pub use settings::Settings;
-pub use solo::{Stage, walk_here};
+pub use solo::{SoloProgress, walk_here};
 pub use told::summary_lines;

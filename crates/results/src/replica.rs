@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use job::{Demand, NamedView, Partition, Vantage};
+use job::{NamedView, Partition, PlaneTarget, Vantage};
 use photometry::LuminousOpening;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
@@ -34,7 +34,7 @@ struct Packed<'a> {
     /// [`SceneSpec::panes`].
     panes: Vec<PaneSpec>,
     /// [`Settings::demands`].
-    demands: Vec<Demand>,
+    demands: Vec<PlaneTarget>,
     /// [`LampsSpec::openings`].
     openings: Vec<LuminousOpening>,
     /// [`Settings::views`].

@@ -70,7 +70,7 @@ fn digest(identity: &Identity, walks: u64) -> [u8; 32] {
 }
 
 /// What the walks of a round came to.
-pub struct Walked {
+pub struct RoundResult {
     /// The tally of all of them.
     pub tally: Arc<Tally>,
     /// The processor time of the walks [s].
@@ -133,7 +133,7 @@ pub(crate) fn walk_rounds<E: From<Error>>(
     counts: &mut impl RoundCounts,
     (job, build): (&Job, &str),
     folder: &OutputFolder,
-    walk: &mut dyn FnMut(Round<'_>) -> Result<Option<Walked>, E>,
+    walk: &mut dyn FnMut(Round<'_>) -> Result<Option<RoundResult>, E>,
     watch: &dyn Fn(f64),
 ) -> Result<bool, E> {
     while let Some(RoundPlan { experiment, settings, walks, parts: [before, behind] }) = counts.next()? {
@@ -156,7 +156,7 @@ pub(crate) fn walk_rounds<E: From<Error>>(
         };
         let budget = &job.budget;
         let round = Round { identity, experiment, budget, walks, past, keep: &keep, watch: &watch };
-        let Some(Walked { tally, cpu_seconds }) = walk(round)? else { return Ok(false) };
+        let Some(RoundResult { tally, cpu_seconds }) = walk(round)? else { return Ok(false) };
         counts.add(&tally, cost(tally.counts.rays, cpu_seconds));
         counts.keep(folder)?;
         folder.remove(&[ROUND]).map_err(Error::from)?;

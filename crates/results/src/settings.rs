@@ -2,7 +2,7 @@
 //! `tally.bin`.
 
 use job::{
-    Beside, Cut, Demand, Finishes, Forecast, Job, Light, MethodTable, NamedView, OutputFile, Partition,
+    Beside, Cut, Finishes, Forecast, Job, Light, MethodTable, NamedView, OutputFile, Partition, PlaneTarget,
     SensorTarget, Target, TotalTarget, View,
 };
 use judge::target::{Observer, SensorGoal, judge, total_is_met};
@@ -64,7 +64,7 @@ pub struct Settings {
     pub chooses_method: bool,
     /// What is demanded of planes. It travels behind panes.
     #[serde(skip)]
-    pub demands: Vec<Demand>,
+    pub demands: Vec<PlaneTarget>,
     /// Views beside [`Settings::view`]. They travel behind the openings of luminaires.
     #[serde(skip)]
     pub views: Vec<NamedView>,

@@ -35,7 +35,7 @@ const WORKER: PeerId = 0;
 
 /// Where a job stands that this process walks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stage {
+pub struct SoloProgress {
     /// Paths that are in.
     pub paths: u64,
     /// Paths of the whole job.
@@ -56,7 +56,7 @@ pub fn walk_here(
     experiment: Experiment,
     threads: usize,
     build: &str,
-    watch: &mut dyn FnMut(Stage) -> bool,
+    watch: &mut dyn FnMut(SoloProgress) -> bool,
 ) -> Result<Option<(Kept, Ending)>, Error> {
     let settings = Settings::of(job);
     let identity = Identity::new(job, &settings, &experiment, build)?;
@@ -217,7 +217,7 @@ impl Led<'_> {
     fn lead(
         &mut self,
         results: &Receiver<Result<LeaseResult, Overflow>>,
-        watch: &mut dyn FnMut(Stage) -> bool,
+        watch: &mut dyn FnMut(SoloProgress) -> bool,
     ) -> Result<Option<Ending>, Error> {
         let began = Instant::now();
         let mut watched = WATCH;
@@ -284,9 +284,9 @@ impl Led<'_> {
         }
     }
 
-    fn stage(&self, now: Duration) -> Stage {
+    fn stage(&self, now: Duration) -> SoloProgress {
         let paths = self.shooters.replica.experiment().unit().paths();
-        Stage {
+        SoloProgress {
             paths: self.coordinator.progress().walks.saturating_mul(paths),
             paths_total: self.walks.saturating_mul(paths),
             seconds: now.as_secs_f64(),

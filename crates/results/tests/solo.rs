@@ -4,7 +4,7 @@ use std::path::Path;
 
 use job::Job;
 use radiosity::Experiment;
-use results::{Ending, Kept, Replica, Stage, walk_here};
+use results::{Ending, Kept, Replica, SoloProgress, walk_here};
 
 /// The job of a cube in memory.
 fn job(overrides: &[&str]) -> Job {
@@ -16,7 +16,7 @@ fn job(overrides: &[&str]) -> Job {
 fn walked(
     overrides: &[&str],
     threads: usize,
-    watch: &mut dyn FnMut(Stage) -> bool,
+    watch: &mut dyn FnMut(SoloProgress) -> bool,
 ) -> Option<(Kept, Ending)> {
     let job = job(overrides);
     let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();

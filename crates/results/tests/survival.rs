@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use crate::common::tally;
 use glam::DVec3;
 use job::{Forecast, Job, Partition};
-use judge::partition::{Control, Missed};
+use judge::partition::{Missed, PatchControl};
 use radiosity::{
     Estimates, EstimatorKind, Experiment, SceneSpec, Sequence, Shape, Space, SurfaceSpec, Walks,
 };
@@ -57,9 +57,9 @@ fn hall() -> SceneSpec {
 fn missed(job: &Job) -> Missed {
     let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) };
     let experiment = Experiment::new(job.build_scene().unwrap(), walks).unwrap();
-    let control = Control::new(&experiment, 1 << 19);
+    let control = PatchControl::new(&experiment, 1 << 19);
     let sequence = Sequence::new(12_345);
-    let groups: Vec<_> = (0..Control::GROUPS).map(|group| control.group(group, &sequence).0).collect();
+    let groups: Vec<_> = (0..PatchControl::GROUPS).map(|group| control.group(group, &sequence).0).collect();
     control.missed(&groups, true).unwrap()
 }
 

@@ -3,7 +3,7 @@
 use radiosity::{Birth, Course, InfiniteEnd, Iterations, PatchGroup, SensorSpec, Sensors, Solve};
 
 use super::table::{Beside, MethodTable, WalkKind};
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// Names an answer but for the number of walks: equal for equal scene, method, seed, sensors, sources and materials whose
 /// influence is measured (`groups`).

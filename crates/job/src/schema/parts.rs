@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::key::Key;
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// The dialect that the schemas are written in.
 const DIALECT: &str = "http://json-schema.org/draft-07/schema#";
@@ -38,7 +38,7 @@ pub(crate) fn told(mut schema: Value, description: &str) -> Value {
     schema
 }
 
-pub(crate) fn word<W: Word>() -> Value {
+pub(crate) fn word<W: Keyword>() -> Value {
     json!({"enum": W::ALL.iter().map(|choice| choice.word()).collect::<Vec<_>>()})
 }
 

@@ -11,9 +11,9 @@ use radiosity::{Arrival, CutCell, Leaves};
 
 use super::grid::Grid;
 use super::merged::around;
-use super::missed::{Control, Landed};
+use super::missed::{FaceArrival, PatchControl};
 use super::quarters::{MOST_CUTS, Triangles};
-use super::seen::{Basis, Cells, Landing, SurfaceLight};
+use super::seen::{Basis, GridCells, SideArrival, SurfaceLight};
 use super::tree::{Rectangles, Start, rectangles};
 
 /// A patch of fewer arrivals proves nothing.
@@ -56,7 +56,7 @@ impl SurfacePart {
 
     /// A cell of a triangle that is cut in four some times.
     fn of_triangle(level: u32, cell: usize) -> Self {
-        let (origin, sign) = Cells::new(Grid::Triangle(1 << level)).centre(cell);
+        let (origin, sign) = GridCells::new(Grid::Triangle(1 << level)).centre(cell);
         let scale = [sign * f64::from(1_u32 << level); 2];
         SurfacePart { base: Grid::Triangle(1), levels: [level, 0], origin, scale, offset: 1.0 / 3.0 }
     }
@@ -148,7 +148,7 @@ enum PartCuts {
     Triangles(u32, Vec<u32>),
 }
 
-impl Control<'_> {
+impl PatchControl<'_> {
     /// The surfaces of a partition cut finer for a number of walks, where the arrivals of all groups prove that it pays. Only patches of the
     /// surfaces that are open are cut, which lie on one surface each. `None` where nothing is proven.
     pub fn finer(
@@ -168,7 +168,7 @@ impl Control<'_> {
             })
             .collect();
         let seen = self.seen(groups, &parts);
-        let rates = Rates::new(&seen);
+        let rates = LightClassRates::new(&seen);
         let mut finer = Finer { cuts: cuts.to_vec(), groups: Vec::new(), noise: 0.0, gained: 0.0 };
         let mut found: BTreeMap<usize, BTreeMap<usize, PartCuts>> = BTreeMap::new();
         for SeenPart { surface, number, part, light } in &seen {
@@ -196,7 +196,7 @@ impl Control<'_> {
     fn seen(&self, groups: &[Vec<Arrival>], parts: &[Option<SurfaceParts>]) -> Vec<SeenPart> {
         let (scene, on_faces) = (self.scene(), self.on_faces(groups));
         // Each part is a patch, and a patch that is a part lies on one surface.
-        let mut placed: Vec<([usize; 2], &[Landed<'_>])> = Vec::new();
+        let mut placed: Vec<([usize; 2], &[FaceArrival<'_>])> = Vec::new();
         for landed in on_faces.chunk_by(|a, b| a.face == b.face) {
             let arrival = landed[0].arrival;
             let surface = scene.faces().piece(arrival.piece).surface as usize;
@@ -213,7 +213,7 @@ impl Control<'_> {
             }
             let [surface, number] = sides[0].0;
             let part = parts[surface].as_ref().expect("arrivals are on parts").parts[number];
-            let landings: Vec<Vec<Landing>> =
+            let landings: Vec<Vec<SideArrival>> =
                 sides.iter().map(|(_, landed)| self.landings(&part, landed)).collect();
             let whole = &scene.surfaces()[surface];
             let edges = [0, 1].map(|k| whole.edges()[k].length() / part.scale[k].abs());
@@ -225,12 +225,12 @@ impl Control<'_> {
     }
 
     /// The arrivals on one side of a part.
-    fn landings(&self, part: &SurfacePart, landed: &[Landed<'_>]) -> Vec<Landing> {
+    fn landings(&self, part: &SurfacePart, landed: &[FaceArrival<'_>]) -> Vec<SideArrival> {
         let face = self.scene().faces().get(landed[0].face as usize);
-        let together = TREE_GROUPS as f64 / Control::GROUPS as f64;
+        let together = TREE_GROUPS as f64 / PatchControl::GROUPS as f64;
         let values = self.values(face.reflectance).map(|value| together * value);
-        let landing = |&Landed { group, arrival, .. }: &Landed<'_>| Landing {
-            group: group * TREE_GROUPS / Control::GROUPS,
+        let landing = |&FaceArrival { group, arrival, .. }: &FaceArrival<'_>| SideArrival {
+            group: group * TREE_GROUPS / PatchControl::GROUPS,
             at: part.place(arrival.uv),
             light: std::array::from_fn(|c| values[c] * arrival.weights[c]),
         };
@@ -247,11 +247,11 @@ struct SeenPart {
 }
 
 /// Parts are alike whose light is within a factor of two: what they gain in proportion to their energy, all of a class together.
-struct Rates {
+struct LightClassRates {
     by_class: BTreeMap<i64, f64>,
 }
 
-impl Rates {
+impl LightClassRates {
     fn new(seen: &[SeenPart]) -> Self {
         // By class the gains of first cuts, the variance of their sum, and the energies.
         let mut sums: BTreeMap<i64, [f64; 3]> = BTreeMap::new();
@@ -271,7 +271,7 @@ impl Rates {
                 0.0
             }
         };
-        Rates { by_class: sums.into_iter().map(|(class, sums)| (class, rate(sums))).collect() }
+        LightClassRates { by_class: sums.into_iter().map(|(class, sums)| (class, rate(sums))).collect() }
     }
 
     /// What the first cut of a part is expected to gain.
@@ -343,14 +343,14 @@ impl SurfaceParts {
                 };
                 let finest = cuts.iter().map(finest).fold(*rows, u32::max);
                 let (coarse, fine) = (Grid::Triangle(*rows), Grid::Triangle(finest));
-                let cells = Cells::new(fine);
+                let cells = GridCells::new(fine);
                 // Parts of parts, by the part and the number in it.
                 let of_cell = |cell: u64| {
                     let part = own[around(coarse, fine, cell)] as usize;
                     let within = match cuts.get(&part) {
                         Some(PartCuts::Triangles(rows, patches)) => {
                             let place = self.parts[part].place(cells.centre(cell as usize).0);
-                            patches[Cells::new(Grid::Triangle(*rows)).cell_at(place)]
+                            patches[GridCells::new(Grid::Triangle(*rows)).cell_at(place)]
                         }
                         _ => 0,
                     };

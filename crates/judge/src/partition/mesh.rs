@@ -6,7 +6,7 @@ use radiosity::Experiment;
 use super::clusters::Clusters;
 use super::gains::{CAUTION, Gains};
 use super::moments::{PartFrames, PartMoments, Pool};
-use super::part::Seen;
+use super::part::PartEstimate;
 use super::seen::{Basis, PilotTallies};
 
 /// A part that this many walks have hit is believed as much as the part around it.
@@ -23,7 +23,7 @@ const WORTH: f64 = 0.25;
 pub struct MeshLight {
     clusters: Clusters,
     /// What the pilot saw of the parts that are no parts of its patches, and what follows of the others.
-    seen: Vec<Seen>,
+    seen: Vec<PartEstimate>,
     /// The number of the former, which come first.
     measured: usize,
     /// All energy, without bias [W²/m²].
@@ -57,7 +57,7 @@ impl MeshLight {
         let is_linear = experiment.method().is_linear();
         let frames = is_linear.then(|| PartFrames::new(scene, &clusters, patch_of_part));
         let measured = clusters.parts.len();
-        let (seen, walks) = (vec![Seen::default(); measured], tallies.all.counts.walks as f64);
+        let (seen, walks) = (vec![PartEstimate::default(); measured], tallies.all.counts.walks as f64);
         let mut light = MeshLight { clusters, seen, measured, energy: 0.0, shared: 0.0, walks };
         for is_back in [false, true] {
             if is_back && !scene.faces().two_sided() {
@@ -82,14 +82,20 @@ impl MeshLight {
     /// Light of which a pilot of some walks has seen this down to single cells, for tests: b of each cell, and ν of an unknown where b is 1.
     #[cfg(test)]
     pub(super) fn known(clusters: Clusters, (b, noise): (&[f64], f64), walks: f64) -> Self {
-        let mut seen = vec![Seen::default(); clusters.parts.len()];
+        let mut seen = vec![PartEstimate::default(); clusters.parts.len()];
         for (number, part) in clusters.parts.iter().enumerate().rev() {
             let cells = || clusters.cells_of(part);
             let mean = cells().map(|cell| b[cell as usize]).sum::<f64>() / cells().count() as f64;
             let energy = part.area * mean * mean;
             let noise = noise * mean;
-            seen[number] =
-                Seen { energy, noise, hits: 1e3, caught: [energy; 2], foretold: noise, gain: [0.0; 2] };
+            seen[number] = PartEstimate {
+                energy,
+                noise,
+                hits: 1e3,
+                caught: [energy; 2],
+                foretold: noise,
+                gain: [0.0; 2],
+            };
         }
         let cells = clusters.roots.iter().flat_map(|&root| clusters.cells_of(&clusters.parts[root as usize]));
         let energy = cells.map(|cell| b[cell as usize] * b[cell as usize]).sum();
@@ -229,8 +235,8 @@ impl MeshLight {
                 for half in self.clusters.halve(number).into_iter().flatten() {
                     let share = self.clusters.parts[half].area / part.area;
                     let energy = share * around.energy;
-                    let Seen { noise, foretold, .. } = around;
-                    self.seen.push(Seen { energy, noise, foretold, ..Seen::default() });
+                    let PartEstimate { noise, foretold, .. } = around;
+                    self.seen.push(PartEstimate { energy, noise, foretold, ..PartEstimate::default() });
                 }
             }
             if !is_measured {

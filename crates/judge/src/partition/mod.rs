@@ -29,7 +29,7 @@ pub use self::finer::Finer;
 pub use self::grid::Grid;
 pub use self::merged::{around, merged};
 pub use self::mesh::{Grouped, MeshLight};
-pub use self::missed::{Control, Missed};
+pub use self::missed::{Missed, PatchControl};
 use self::quarters::Triangles;
 pub use self::seen::{Basis, PilotTallies, SurfaceLight, doublings};
 use self::tree::{Start, rectangles};
@@ -78,7 +78,7 @@ struct Ladder<'a> {
 }
 
 /// A cut of a surface with the foretold noise and the energy that its fits leave out [W²/m²].
-struct Foretold {
+struct PredictedCut {
     cut: Cut,
     /// As in [`Choice::patches`].
     patches: Option<Vec<u32>>,
@@ -88,19 +88,19 @@ struct Foretold {
 
 impl Ladder<'_> {
     /// What is foretold of a grid.
-    fn of_grid(&self, step: &GridStep, basis: Basis, walks: f64) -> Foretold {
+    fn of_grid(&self, step: &GridStep, basis: Basis, walks: f64) -> PredictedCut {
         let noise = self.light.noise[basis as usize] * step.cut.cells() as f64 / walks;
-        Foretold { cut: step.cut.cut(), patches: None, noise, lost: step.lost }
+        PredictedCut { cut: step.cut.cut(), patches: None, noise, lost: step.lost }
     }
 
     /// The surface as a whole, where nothing tells that its light varies.
-    fn whole(&self, basis: Basis, walks: f64) -> Foretold {
+    fn whole(&self, basis: Basis, walks: f64) -> PredictedCut {
         let lost = if self.steps.len() > 1 { 0.0 } else { self.steps[0].lost };
         self.of_grid(&GridStep { lost, ..self.steps[0] }, basis, walks)
     }
 
     /// The cut of the least error: parts of different sizes, of which a grid is one case, or a grid where only grids may be had.
-    fn best(&self, basis: Basis, walks: f64) -> Foretold {
+    fn best(&self, basis: Basis, walks: f64) -> PredictedCut {
         self.of_tree(basis, walks).unwrap_or_else(|| {
             let grids = self.steps.iter().map(|step| self.of_grid(step, basis, walks));
             let best = grids.min_by(|a, b| (a.noise + a.lost).total_cmp(&(b.noise + b.lost)));
@@ -109,7 +109,7 @@ impl Ladder<'_> {
     }
 
     /// What is foretold of the best parts of different sizes: all that the laws of grids say there is beyond what they catch.
-    fn of_tree(&self, basis: Basis, walks: f64) -> Option<Foretold> {
+    fn of_tree(&self, basis: Basis, walks: f64) -> Option<PredictedCut> {
         if basis != Basis::Linear || self.steps.len() == 1 {
             return None;
         }
@@ -117,7 +117,7 @@ impl Ladder<'_> {
         if let Some(images) = &self.light.images {
             let tree = rectangles(images, (self.light.walks, walks), Start::SURFACE);
             let lost = (whole - tree.caught).max(tree.left);
-            return Some(Foretold {
+            return Some(PredictedCut {
                 cut: Cut::Leaves(tree.leaves),
                 patches: None,
                 noise: tree.noise / walks,
@@ -129,7 +129,7 @@ impl Ladder<'_> {
         let lost = (whole - caught).max(left);
         let is_grid = patch_of_cell.iter().zip(0..).all(|(&patch, cell)| patch == cell);
         let patches = Some(patch_of_cell).filter(|_| !is_grid);
-        Some(Foretold { cut: Cut::Rows(rows), patches, noise: noise / walks, lost })
+        Some(PredictedCut { cut: Cut::Rows(rows), patches, noise: noise / walks, lost })
     }
 }
 
@@ -140,7 +140,7 @@ pub fn shared_noise(surfaces: &[SurfaceLight]) -> f64 {
 }
 
 /// The cuts that some surfaces may get, under each basis that may be chosen.
-pub struct Candidates<'a> {
+pub struct CutCandidates<'a> {
     /// What every surface may get, by basis.
     by_basis: Vec<(Basis, Vec<Ladder<'a>>)>,
     /// How much likelier light is that varies along some axes than light that varies along none.
@@ -149,7 +149,7 @@ pub struct Candidates<'a> {
     shared: f64,
 }
 
-impl<'a> Candidates<'a> {
+impl<'a> CutCandidates<'a> {
     /// The candidates of a pilot, whose cells have some noise in common after one walk [W²/m²].
     pub fn new(surfaces: &'a [SurfaceLight], shared: f64, bases: &[Basis]) -> Self {
         let curves = |basis: Basis| {
@@ -170,7 +170,7 @@ impl<'a> Candidates<'a> {
         if bases.contains(&Basis::Linear) {
             by_basis.push(of(Basis::Linear, curves(Basis::Linear)));
         }
-        Candidates { by_basis, unevenness, shared: shared.max(0.0) }
+        CutCandidates { by_basis, unevenness, shared: shared.max(0.0) }
     }
 
     /// Whether nothing tells that the light varies: then every surface stays whole.
@@ -207,7 +207,7 @@ impl<'a> Candidates<'a> {
         let noise = self.shared / walks;
         let mut choice = Choice { cuts: Vec::new(), patches: Vec::new(), basis, walks, noise, lost: 0.0 };
         for ladder in surfaces {
-            let Foretold { cut, patches, noise, lost } = match self.are_even() {
+            let PredictedCut { cut, patches, noise, lost } = match self.are_even() {
                 true => ladder.whole(basis, walks),
                 false => ladder.best(basis, walks),
             };

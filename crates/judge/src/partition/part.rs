@@ -2,7 +2,7 @@
 
 /// What the pilot saw of one part, all sides and channels together.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Seen {
+pub(crate) struct PartEstimate {
     /// The square of the mean light over the part, times its area, without bias [W²/m²].
     pub(crate) energy: f64,
     /// What halving it gains, without bias, of means and of linear fits [W²/m²]; 0 where the pilot does not see its halves.

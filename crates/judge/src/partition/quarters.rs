@@ -5,7 +5,7 @@
 
 use super::grid::Grid;
 use super::images::AROUND;
-use super::seen::{Basis, Cells};
+use super::seen::{Basis, GridCells};
 use super::tree::{MISFIT, PROOF, Start, TAIL};
 
 /// Unknowns that a cut adds: four linear fits in place of one.
@@ -43,8 +43,8 @@ pub(crate) struct Triangles {
 }
 
 /// The cells of a level.
-fn cells(level: u32) -> Cells {
-    Cells::new(Grid::Triangle(1 << level))
+fn cells(level: u32) -> GridCells {
+    GridCells::new(Grid::Triangle(1 << level))
 }
 
 impl Quarters {

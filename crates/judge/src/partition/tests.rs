@@ -27,7 +27,7 @@ fn grids_follow_the_light() {
     for walks in [1e5, 1e6, 1e7, 1e8] {
         let light = smooth(walks / 8.0);
         for (basis, more) in [(Basis::Constant, 0), (Basis::Linear, 1)] {
-            let choice = Candidates::new(std::slice::from_ref(&light), 0.0, &[basis]).choose(walks);
+            let choice = CutCandidates::new(std::slice::from_ref(&light), 0.0, &[basis]).choose(walks);
             let Cut::Grid([nu, nv]) = choice.cuts[0] else { panic!("a quad") };
             assert_eq!(nv, 1, "{walks} {basis:?}");
             let error =
@@ -42,7 +42,7 @@ fn grids_follow_the_light() {
 #[test]
 fn the_basis_follows_the_light() {
     let choose = |light: SurfaceLight| {
-        Candidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant, Basis::Linear]).choose(1e6)
+        CutCandidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant, Basis::Linear]).choose(1e6)
     };
     assert_eq!(choose(smooth(1e5)).basis, Basis::Linear);
     let even = SurfaceLight::known([5, 5], |_, _| 1.0, [1.0, 3.0], 1e5);
@@ -71,7 +71,7 @@ fn chance_is_not_taken_for_light() {
         };
         lights.push(SurfaceLight::known([5, 5], caught, noise, 1e5));
     }
-    let candidates = Candidates::new(&lights, 0.0, &[Basis::Constant, Basis::Linear]);
+    let candidates = CutCandidates::new(&lights, 0.0, &[Basis::Constant, Basis::Linear]);
     let choice = candidates.choose(1e6);
     assert!(candidates.are_even() && choice.basis == Basis::Constant);
     assert!(choice.cuts.iter().all(|cut| *cut == Cut::Grid([1, 1])), "{:?}", choice.cuts);
@@ -86,7 +86,7 @@ fn symmetric_light_is_found_behind_the_first_doubling() {
     };
     let caught = |_, [i, j]: [u32; 2]| 1.0 + part(i) + part(j);
     let light = SurfaceLight::known([5, 5], caught, [1.0, 3.0], 1e6);
-    let choice = Candidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant]).choose(1e7);
+    let choice = CutCandidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant]).choose(1e7);
     let Cut::Grid(cells) = choice.cuts[0] else { panic!("a quad") };
     assert!(cells.iter().all(|&n| n >= 16), "{cells:?}");
 }
@@ -95,7 +95,7 @@ fn symmetric_light_is_found_behind_the_first_doubling() {
 #[test]
 fn a_target_takes_the_fewest_walks() {
     let light = smooth(1e6);
-    let candidates = Candidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant]);
+    let candidates = CutCandidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant]);
     let choice = candidates.choose_for(1e-3, 1024.0, 1e9);
     assert!(choice.error() <= 1e-3 && candidates.choose(0.5 * choice.walks).error() > 1e-3);
     assert_eq!(candidates.choose_for(1e-9, 1024.0, 1e6).walks, 1e6);

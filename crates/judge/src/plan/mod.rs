@@ -10,4 +10,4 @@ pub use bound::Bound;
 pub use cut::{ChainSplit, cuts, idle_workers};
 pub use forecast::RunForecast;
 pub use pilot::{PlanPilot, StopCounts, foretell};
-pub use resources::{Costs, Demand};
+pub use resources::{Costs, ResourceDemand};

@@ -24,7 +24,7 @@ const BY_CHAINS: u64 = 375_000;
 
 /// What is tried in a room.
 #[derive(Clone, Copy)]
-pub struct Effort {
+pub struct TrialPlan {
     /// Choices and runs of each chosen job.
     pub seeds: u64,
     /// Longest edges of patches by hand [m].
@@ -35,12 +35,14 @@ pub struct Effort {
     pub by_hand: u64,
 }
 
-impl Effort {
+impl TrialPlan {
     /// In a room of some thousand faces.
-    pub const ROOM: Effort = Effort { seeds: 5, sizes: &SIZES, of_chains: &OF_CHAINS, by_hand: BY_HAND[3] };
+    pub const ROOM: TrialPlan =
+        TrialPlan { seeds: 5, sizes: &SIZES, of_chains: &OF_CHAINS, by_hand: BY_HAND[3] };
 
     /// In a mesh of a million, whose faces are small without being cut, and where walks are a hundred rays long.
-    pub const LONG: Effort = Effort { seeds: 1, sizes: &[1.0, 0.25], of_chains: &[], by_hand: BY_HAND[2] };
+    pub const LONG: TrialPlan =
+        TrialPlan { seeds: 1, sizes: &[1.0, 0.25], of_chains: &[], by_hand: BY_HAND[2] };
 }
 
 /// Longest edges of patches by hand [m].
@@ -172,7 +174,11 @@ pub fn experiment(
 }
 
 /// What jobs by hand come to.
-pub fn given(room: &ChoiceRoom, truth: &RoomReference, effort: Effort) -> Result<Vec<JobOutcome>, Failure> {
+pub fn given(
+    room: &ChoiceRoom,
+    truth: &RoomReference,
+    effort: TrialPlan,
+) -> Result<Vec<JobOutcome>, Failure> {
     let mut found = Vec::new();
     for (linear, basis) in [(true, "linear"), (false, "constant")] {
         for &size in effort.sizes {
@@ -242,7 +248,11 @@ fn run(
 }
 
 /// What the program's choice comes to, for each number of walks, and without words.
-pub fn chosen(room: &ChoiceRoom, truth: &RoomReference, effort: Effort) -> Result<Vec<JobOutcome>, Failure> {
+pub fn chosen(
+    room: &ChoiceRoom,
+    truth: &RoomReference,
+    effort: TrialPlan,
+) -> Result<Vec<JobOutcome>, Failure> {
     let budgets = CHOSEN.map(|walks| Some(format!("budget.paths={walks}")));
     budgets.into_iter().chain([None]).map(|budget| chosen_for((room, truth), budget, effort.seeds)).collect()
 }

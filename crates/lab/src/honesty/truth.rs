@@ -70,12 +70,12 @@ fn light(estimates: &Estimates) -> Vec<[f64; 3]> {
 pub struct Fine {
     kept: Kept,
     /// The places that it is held against, one in the middle of each part of every piece.
-    places: Vec<Sample>,
+    places: Vec<SurfaceSample>,
     linear: bool,
 }
 
 /// A place on a surface: its side and local coordinates, the area that it stands for [m²], and the light reflected there with its variance, by channel.
-struct Sample {
+struct SurfaceSample {
     surface: u32,
     side: Side,
     uv: [f64; 2],
@@ -125,7 +125,7 @@ impl Fine {
         (number, piece): (u32, &Face),
         parts: u32,
         light: &[(f64, f64, Option<Slopes>)],
-    ) -> Vec<Sample> {
+    ) -> Vec<SurfaceSample> {
         let scene = estimates.scene();
         let surface = &scene.surfaces()[piece.surface as usize];
         let cell = number - scene.faces().first_piece_on(piece.surface, piece.side).expect("it has a piece");
@@ -136,7 +136,13 @@ impl Fine {
                 [mean + slopes.as_ref().map_or(0.0, |slopes| slope(slopes, scene, number, uv)), *variance]
             });
             let area = piece.area / f64::from(parts * parts);
-            Sample { surface: piece.surface, side: piece.side, uv, area, reflected: reflected.collect() }
+            SurfaceSample {
+                surface: piece.surface,
+                side: piece.side,
+                uv,
+                area,
+                reflected: reflected.collect(),
+            }
         };
         middles.map(sample).collect()
     }
@@ -148,7 +154,7 @@ impl Fine {
         let ours = estimates.scene();
         let surfaces = self.kept.experiment.scene().surfaces().len();
         assert_eq!(ours.surfaces().len(), surfaces, "places lie on the same surfaces");
-        for Sample { surface: number, side, uv, area, reflected } in &self.places {
+        for SurfaceSample { surface: number, side, uv, area, reflected } in &self.places {
             let surface = &ours.surfaces()[*number as usize];
             let piece = surface.piece(surface.cell_at(*uv), *side);
             let face = ours.faces().face_of(piece) as usize;

@@ -60,7 +60,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
 
 /// Adds the coverage under a weather.
 fn coverage(page: &mut Markdown, seeds: u64, weather: &str) -> Result<(), Failure> {
-    let study = Study::new(weather)?;
+    let study = DaylightStudy::new(weather)?;
     let truths = on_all_cores(PLACES.len(), |place| study.told(&study.counts(0, place, TRUTH)));
     let rows: Vec<[String; FIGURES + 1]> =
         RUNS.iter().map(|&walks| study.row(seeds, walks, &truths)).collect();
@@ -84,7 +84,7 @@ fn coverage(page: &mut Markdown, seeds: u64, weather: &str) -> Result<(), Failur
 }
 
 /// A room, a year, and what is asked of them.
-struct Study {
+struct DaylightStudy {
     coefficients: Coefficients,
     dome: Dome,
     year: Year,
@@ -99,7 +99,7 @@ struct Told {
     figures: Vec<BoundedValue>,
 }
 
-impl Study {
+impl DaylightStudy {
     fn new(weather: &str) -> Result<Self, Failure> {
         let file = job::load_scene(SCENE.as_ref())?.for_daylight(0);
         let patches = SkyPatches::new(145).ok_or("Tregenza's sky")?;
@@ -108,7 +108,7 @@ impl Study {
         let dome = Dome::new(patches);
         let year = Year::new(&job::load_weather(weather.as_ref())?, &dome, SkyUnit::Illuminance, 0.2);
         let overcast = Sky::standard(STANDARD_SKIES, [0.0, 0.0, 1.0], 100.0).ok_or("the overcast sky")?;
-        Ok(Study {
+        Ok(DaylightStudy {
             mean: year.mean(&dome),
             overcast: dome.vector(&overcast),
             wanted: Wanted { enough: ENOUGH, ..Wanted::default() },

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use report::{Axis, Chart, Point, Series, Style};
+use report::{Axis, Chart, ChartPoint, Series, Style};
 
 use super::pictures;
 use super::runs::Failure;
@@ -142,7 +142,7 @@ fn chart(study: &PatchStudy) -> Chart {
     let series = |name: &str, of: &dyn Fn(&StudyRow) -> [f64; 2]| Series {
         name: name.into(),
         style: Style::Joined,
-        points: study.rows.iter().map(of).map(|[x, y]| Point { x, y, error: 0.0 }).collect(),
+        points: study.rows.iter().map(of).map(|[x, y]| ChartPoint { x, y, error: 0.0 }).collect(),
     };
     Chart {
         title: format!("Total error against processor time: {}", study.name),

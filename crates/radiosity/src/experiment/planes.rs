@@ -152,11 +152,11 @@ impl Readings<'_> {
     }
 
     /// What is known of the irradiance at a cell.
-    fn known_at(&self, cell: usize, channel: usize) -> Known {
+    fn known_at(&self, cell: usize, channel: usize) -> ValueWithError {
         let Reading { irradiance, std_error, ci_low, ci_high } = self.reading(cell, channel);
         let is_told = std_error.is_some_and(|error| error > 0.0);
         let error = if is_told { self.sample_error(cell, channel) } else { 0.0 };
-        Known { value: irradiance.unwrap_or(0.0), error, limits: [ci_low, ci_high] }
+        ValueWithError { value: irradiance.unwrap_or(0.0), error, limits: [ci_low, ci_high] }
     }
 
     /// Cylindrical over horizontal illuminance, the index of modelling (EN 12464-1), at the points of two planes: the least and the largest. The
@@ -170,9 +170,9 @@ impl Readings<'_> {
             let value = top.value / bottom.value;
             let error = value * (top.error / top.value).hypot(bottom.error / bottom.value);
             let limits = [top.limits[0] / bottom.limits[1], top.limits[1] / bottom.limits[0]];
-            (top.value > 0.0 && bottom.value > 0.0).then_some(Known { value, error, limits })
+            (top.value > 0.0 && bottom.value > 0.0).then_some(ValueWithError { value, error, limits })
         };
-        let known: Vec<Known> = tops.zip(bottoms).filter_map(quotient).collect();
+        let known: Vec<ValueWithError> = tops.zip(bottoms).filter_map(quotient).collect();
         (self.samples() > 0 && !known.is_empty())
             .then(|| [1.0, -1.0].map(|sign| self.extreme(known.iter().copied(), 0.0, sign).0))
     }
@@ -180,11 +180,11 @@ impl Readings<'_> {
     /// The least of some numbers, whose errors have this correlation in pairs, with the standard error of its estimate, or, with `sign` −1, the largest.
     pub(super) fn extreme(
         &self,
-        known: impl Iterator<Item = Known>,
+        known: impl Iterator<Item = ValueWithError>,
         correlation: f64,
         sign: f64,
     ) -> (Figure, f64) {
-        let turned = |Known { value, error, limits: [low, high] }: Known| {
+        let turned = |ValueWithError { value, error, limits: [low, high] }: ValueWithError| {
             let [low, high] = if sign > 0.0 { [low, high] } else { [-high, -low] };
             [sign * value, error, low, high]
         };
@@ -208,7 +208,7 @@ impl Readings<'_> {
 
 /// A number with its standard error, which is 0 where none is told, and the interval of itself alone.
 #[derive(Clone, Copy)]
-pub(super) struct Known {
+pub(super) struct ValueWithError {
     pub(super) value: f64,
     pub(super) error: f64,
     pub(super) limits: [f64; 2],

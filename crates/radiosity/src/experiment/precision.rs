@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::solution::{Channels, Estimate, Estimates};
 use crate::geometry::face::Face;
 use crate::scene::sealed::Sealed;
-use crate::scene::{Executor, Scene};
+use crate::scene::{ParallelFor, Scene};
 use crate::walk::Space;
 
 /// The quantity whose half-widths are judged.
@@ -162,7 +162,7 @@ struct Ranked {
 
 impl Estimates<'_> {
     /// How well the faces are known, by the half-widths of a quantity. The executor runs the search for what light comes to.
-    pub fn precision(&self, quantity: Quantity, executor: &Executor) -> Precision {
+    pub fn precision(&self, quantity: Quantity, executor: &ParallelFor) -> Precision {
         let mut ranks = Vec::new();
         let mut hit = vec![false; self.scene().faces().len()];
         let (mut of_dark, mut of_all) = (Spread::default(), Spread::default());
@@ -252,7 +252,7 @@ enum Dark<'a> {
 impl<'a> Reach<'a> {
     /// The faces of a solved scene, each of which was `hit` or not. What walks have hit is reached by light, and so is all that is
     /// joined to it. Walks that go on from where they arrive light parts of faces, others whole faces.
-    pub fn new(estimates: &Estimates<'a>, hit: &[bool], executor: &Executor) -> Self {
+    pub fn new(estimates: &Estimates<'a>, hit: &[bool], executor: &ParallelFor) -> Self {
         let scene = estimates.scene();
         let dark = match estimates.experiment().method().space() {
             _ if !hit.contains(&false) => Dark::Nowhere,

@@ -8,7 +8,7 @@ use super::gathering::{EventValues, Gathering};
 use super::solution::Solution;
 use crate::hands::Hands;
 use crate::method::{Method, Score, Walks};
-use crate::random::quasi::{Place, Quasi};
+use crate::random::quasi::{Quasi, QuasiPosition};
 use crate::random::rng::Sequence;
 use crate::scene::births::Births;
 use crate::tally::{Counts, Overflow};
@@ -255,7 +255,7 @@ impl Experiment {
                 walk_all(scene, births, space, sequence, walks.clone(), fate, score)
             }
             Source::Sobol(numbers, walks) => {
-                let starts = walks.clone().map(|walk| Place::start(walk as u32));
+                let starts = walks.clone().map(|walk| QuasiPosition::start(walk as u32));
                 walk_each(scene, births, space, *numbers, starts, fate, score)
             }
         }

@@ -3,13 +3,13 @@
 //! A pilot finds out where radiosity differs. It is a chain of its own, whose numbers do not depend on the job's seed, and its rays serve
 //! nothing else: the rays of a chain are shared out without regard to what they find, so that its links have no bias.
 
-use super::beams::LampLight;
+use super::beams::DirectLight;
 use super::cast::{Caster, systematic};
 use super::direct::Direct;
 use super::faces::FaceTable;
 use super::halves::Half;
 use super::linked::straight;
-use super::near::Landed;
+use super::near::LandingCounts;
 use super::numbers::SobolNumbers;
 use super::solve::solve;
 use crate::hands::Hands;
@@ -41,11 +41,13 @@ pub(crate) fn aim(faces: &FaceTable, rays: u64, hands: &dyn Hands) -> Option<Vec
     if let Some(direct) = &mut direct {
         direct.cast(caster.rng(), false, hands)?;
     }
-    let lamps = LampLight::of(faces, caster.rng(), rays, &|| hands.go_on())?;
+    let lamps = DirectLight::of(faces, caster.rng(), rays, &|| hands.go_on())?;
     let rays = rays - direct.as_ref().map_or(0, Direct::rays) - lamps.as_ref().map_or(0, |lamps| lamps.rays);
     let rays = rays.min(MOST_RAYS * faces.list.len() as u64);
-    let mut sample =
-        Half::new(Landed::new(faces.areas.len(), direct.as_ref().map(Direct::bounds)), faces.areas.len());
+    let mut sample = Half::new(
+        LandingCounts::new(faces.areas.len(), direct.as_ref().map(Direct::bounds)),
+        faces.areas.len(),
+    );
     let mut wanted = density(&faces.areas, &[]);
     let mut radiosity: Vec<Vec<f64>> = Vec::new();
     for eighths in STAGES {

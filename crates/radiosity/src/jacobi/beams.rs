@@ -28,7 +28,7 @@ const MIDDLE: u64 = 1 << 31;
 const NEAR: f64 = 2.0;
 
 /// What lamps bring to the faces of one chain.
-pub(super) struct LampLight {
+pub(super) struct DirectLight {
     /// H of every face, channel by channel [W/m²].
     pub(super) irradiance: Vec<Vec<f64>>,
     /// The means of H·ψ₁ and H·ψ₂ [W/m²], face-major and channel-minor.
@@ -39,7 +39,7 @@ pub(super) struct LampLight {
     pub(super) rays: u64,
 }
 
-impl LampLight {
+impl DirectLight {
     /// The light of the lamps of a scene, where it has any, for a chain of `rays` rays in all. `None` in place of an answer once `go_on`
     /// says no.
     pub(super) fn of(
@@ -54,7 +54,7 @@ impl LampLight {
             return Some(None);
         }
         let channels = scene.channels();
-        let mut light = LampLight {
+        let mut light = DirectLight {
             irradiance: vec![vec![0.0; count]; channels],
             slopes: vec![[0.0; 2]; count * channels],
             lost: vec![[0.0; 2]; channels],

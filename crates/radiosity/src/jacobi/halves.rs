@@ -8,7 +8,7 @@
 use super::cast::Caster;
 use super::faces::FaceTable;
 use super::links::{LinkTable, Links};
-use super::near::Landed;
+use super::near::LandingCounts;
 use super::numbers::SobolNumbers;
 use super::shared::cast;
 use crate::hands::Hands;
@@ -21,14 +21,14 @@ const BEYOND_OF_EMITTERS: f64 = 0.6;
 
 /// Where one half of the rays went.
 pub(super) struct Half<'a> {
-    landed: Landed<'a>,
+    landed: LandingCounts<'a>,
     shot: Vec<u32>,
     lost: Vec<[u32; 2]>,
 }
 
 /// Rays that links are made of: those of a half, or of both.
 pub(super) struct LinkRays<'a> {
-    pub(super) landed: Vec<&'a Landed<'a>>,
+    pub(super) landed: Vec<&'a LandingCounts<'a>>,
     /// Rays that each face has shot.
     pub(super) shot: &'a [u32],
     /// Rays of each face that left the scene, that ended on backs.
@@ -37,7 +37,7 @@ pub(super) struct LinkRays<'a> {
 
 impl<'a> Half<'a> {
     /// No ray yet.
-    pub(super) fn new(landed: Landed<'a>, faces: usize) -> Self {
+    pub(super) fn new(landed: LandingCounts<'a>, faces: usize) -> Self {
         Half { landed, shot: vec![0; faces], lost: vec![[0; 2]; faces] }
     }
 
@@ -95,7 +95,7 @@ impl<'a> LinkRays<'a> {
         Links::new(&tables, (self.shot, self.lost), faces)
     }
 
-    /// [`Landed::near_light`] of all rays.
+    /// [`LandingCounts::near_light`] of all rays.
     pub(super) fn near_light(&self, areas: &[f64], mut bring: impl FnMut(usize, usize, f64)) {
         self.landed.iter().for_each(|landed| landed.near_light(self.shot, areas, &mut bring));
     }

@@ -6,7 +6,7 @@
 //! would weigh less where they have found much, and links would have a bias.
 
 use super::aim::aimed;
-use super::beams::LampLight;
+use super::beams::DirectLight;
 use super::board::largest_radiosity;
 use super::cast::Caster;
 use super::direct::Direct;
@@ -14,7 +14,7 @@ use super::faces::{FaceTable, face_major};
 use super::halves::{Half, LinkRays, cast_halves, extrapolated};
 use super::lamps::emitted_power;
 use super::links::Links;
-use super::near::Landed;
+use super::near::LandingCounts;
 use super::numbers::SobolNumbers;
 use super::outcome::ChainOutcome;
 use super::solve::{Straight, solve};
@@ -39,11 +39,12 @@ pub(crate) fn chain(
     if let Some(direct) = &mut direct {
         direct.cast(caster.rng(), with_slopes, hands)?;
     }
-    let lamps = LampLight::of(faces, caster.rng(), rays, &|| hands.go_on())?;
+    let lamps = DirectLight::of(faces, caster.rng(), rays, &|| hands.go_on())?;
     let beside = direct.as_ref().map_or(0, Direct::rays) + lamps.as_ref().map_or(0, |lamps| lamps.rays);
     let rays = rays - beside;
     let bounds = direct.as_ref().map(Direct::bounds);
-    let mut halves = [0, 1].map(|_| Half::new(Landed::new(faces.areas.len(), bounds), faces.areas.len()));
+    let mut halves =
+        [0, 1].map(|_| Half::new(LandingCounts::new(faces.areas.len(), bounds), faces.areas.len()));
     let offset = caster.rng().pair()[0];
     let more = aimed(aim, &caster.shot, rays, offset);
     cast_halves(&mut halves, &mut caster, &more, hands)?;
@@ -71,7 +72,7 @@ pub(crate) fn chain(
 fn spread_of(
     (links, caster): (&Links, &Caster<SobolNumbers>),
     radiosity: &[Vec<f64>],
-    (direct, lamps): (Option<&Direct>, Option<&LampLight>),
+    (direct, lamps): (Option<&Direct>, Option<&DirectLight>),
     hands: &dyn Hands,
 ) -> Option<Vec<[f64; 2]>> {
     let incoming: Vec<Vec<f64>> = radiosity.iter().map(|b| links.incoming(b, hands)).collect();
@@ -89,7 +90,7 @@ fn spread_of(
 }
 
 /// What comes straight from emitters, where shadow rays bring it, and from lamps.
-pub(super) fn straight(emitted: Option<Vec<Vec<f64>>>, lamps: Option<&LampLight>) -> Straight {
+pub(super) fn straight(emitted: Option<Vec<Vec<f64>>>, lamps: Option<&DirectLight>) -> Straight {
     let has_emitted = emitted.is_some();
     let sum = |emitted: Vec<f64>, lamps: &Vec<f64>| emitted.iter().zip(lamps).map(|(a, b)| a + b).collect();
     let irradiance = match (emitted, lamps) {
@@ -138,7 +139,7 @@ impl LinkEstimates {
 fn solved(
     links: &Links,
     rays: &LinkRays,
-    (direct, lamps): (Option<&Direct>, Option<&LampLight>),
+    (direct, lamps): (Option<&Direct>, Option<&DirectLight>),
     (start, residual): (&[Vec<f64>], f64),
     hands: &dyn Hands,
 ) -> Option<LinkEstimates> {

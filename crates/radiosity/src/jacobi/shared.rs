@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::cast::{Caster, Meeting};
-use super::near::Landed;
+use super::near::LandingCounts;
 use super::numbers::SobolNumbers;
 use crate::hands::{Hands, PARTS_PER_HAND};
 
@@ -28,7 +28,7 @@ struct RaySlice {
 pub(super) fn cast(
     caster: &mut Caster<SobolNumbers>,
     rays: &[u32],
-    landed: &mut Landed,
+    landed: &mut LandingCounts,
     hands: &dyn Hands,
 ) -> Option<()> {
     let go_on = || hands.go_on();
@@ -38,7 +38,7 @@ pub(super) fn cast(
         landed.end_row();
         return Some(());
     }
-    let found: Vec<Mutex<Option<Landed>>> = parts.iter().map(|_| Mutex::new(None)).collect();
+    let found: Vec<Mutex<Option<LandingCounts>>> = parts.iter().map(|_| Mutex::new(None)).collect();
     let (apart, sums) = (caster.apart(), Mutex::new(&mut *caster));
     let empty = landed.apart(rays.len());
     hands.share(parts.len(), &|number| {

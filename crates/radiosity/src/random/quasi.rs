@@ -31,15 +31,15 @@ pub(crate) struct Quasi {
 
 /// A walk of a batch.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct QuasiPosition {
     index: u32,
     drawn: u32,
 }
 
-impl Place {
+impl QuasiPosition {
     /// The start of walk number `index` of its batch.
     pub(crate) fn start(index: u32) -> Self {
-        Place { index: index.reverse_bits(), drawn: 0 }
+        QuasiPosition { index: index.reverse_bits(), drawn: 0 }
     }
 }
 
@@ -54,16 +54,16 @@ impl Quasi {
 }
 
 impl Numbers for Quasi {
-    type Place = Place;
+    type Place = QuasiPosition;
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, place: &Place) {
+    fn set(&mut self, lane: usize, place: &QuasiPosition) {
         (self.index[lane], self.drawn[lane]) = (place.index, place.drawn);
     }
 
     #[inline(always)]
-    fn get(&self, lane: usize) -> Place {
-        Place { index: self.index[lane], drawn: self.drawn[lane] }
+    fn get(&self, lane: usize) -> QuasiPosition {
+        QuasiPosition { index: self.index[lane], drawn: self.drawn[lane] }
     }
 
     #[inline(always)]
@@ -191,7 +191,7 @@ mod tests {
         let mut numbers = Quasi::new(&Sequence::new(4), batch, walks.into());
         let mut rows = Vec::new();
         for first in (0..walks).step_by(WIDTH) {
-            (0..WIDTH).for_each(|lane| numbers.set(lane, &Place::start(first + lane as u32)));
+            (0..WIDTH).for_each(|lane| numbers.set(lane, &QuasiPosition::start(first + lane as u32)));
             let (mut birth, mut arrival) = ([[0; WIDTH]; 4], [[0; WIDTH]; 3]);
             numbers.births(isa, &mut birth);
             (0..arrivals).for_each(|_| numbers.arrivals(isa, &mut arrival));

@@ -44,7 +44,7 @@ use crate::trace::stack::Stack;
 use births::{Birthplace, Births, Origin};
 use lamps::PointLamps;
 use lit_parts::LitParts;
-pub use lit_parts::{Executor, in_turn};
+pub use lit_parts::{ParallelFor, in_turn};
 use panes::Panes;
 use scatter::Scatter;
 use sealed::Sealed;
@@ -415,7 +415,7 @@ impl Scene {
 
     /// By face: the part of its area that light comes to by paths that go on from where they arrive, above 0 where a face was `hit`. The executor
     /// runs the search for it, once for each scene: a second and more among a million faces.
-    pub fn lit_parts(&self, hit: &[bool], executor: &Executor) -> Vec<f64> {
+    pub fn lit_parts(&self, hit: &[bool], executor: &ParallelFor) -> Vec<f64> {
         self.parts.lit_parts.get_or_init(|| Arc::new(LitParts::new(self, executor))).given(self, hit)
     }
 

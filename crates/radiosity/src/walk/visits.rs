@@ -95,7 +95,7 @@ impl<P: VisitRecord> Visits<P> {
     #[inline(always)]
     pub(super) fn earlier(&self, isa: Isa, faces: &[u32; WIDTH]) -> Earlier<P> {
         let mut earlier = Earlier { visits: [0; WIDTH], spots: P::NO_SUMS };
-        isa.run(Search { visits: self, faces, earlier: &mut earlier });
+        isa.run(VisitSearch { visits: self, faces, earlier: &mut earlier });
         earlier
     }
 
@@ -141,16 +141,16 @@ impl<P: VisitRecord> Visits<P> {
 }
 
 /// Looks for the faces of a batch among earlier visits.
-struct Search<'a, P: VisitRecord> {
+struct VisitSearch<'a, P: VisitRecord> {
     visits: &'a Visits<P>,
     faces: &'a [u32; WIDTH],
     earlier: &'a mut Earlier<P>,
 }
 
-impl<P: VisitRecord> Kernel for Search<'_, P> {
+impl<P: VisitRecord> Kernel for VisitSearch<'_, P> {
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Search { visits, faces, earlier } = self;
+        let VisitSearch { visits, faces, earlier } = self;
         let longest = visits.len.iter().fold(0, |longest, &len| longest.max(len));
         for (k, visit) in (0..longest).zip(&visits.first) {
             for (lane, face) in faces.iter().enumerate() {

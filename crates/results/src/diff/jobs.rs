@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use job::{Beside, WalkKind, Word};
+use job::{Beside, Keyword, WalkKind};
 use protocol::Checkpoint;
 use radiosity::{Course, Space};
 use serde::Deserialize;

@@ -16,7 +16,7 @@ pub use answer::{FILES, FactorsAnswer, MatrixFile, matrices_in};
 pub use count::count;
 pub use counted::Counted;
 pub use fault::FactorsFault;
-pub use kept::{KeptCounts, is_counted, merge};
+pub use kept::{FactorCounts, is_counted, merge};
 pub use question::{Asked, FactorsQuestion};
 pub use sparse::{
     RowWalks, RowWatcher, SparseAnswer, SparseAsked, SparseCounted, SparseFile, count_rows, sparse_files,

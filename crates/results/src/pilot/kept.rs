@@ -9,7 +9,7 @@ use report::OutputFolder;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::stage::{Groups, Stage, Walked};
+use super::stage::{EndedGroups, PilotStage, StageResult};
 use crate::error::Error;
 use crate::kept_tally::{KeptTally, sealed, unsealed};
 
@@ -45,20 +45,20 @@ impl PilotBooks {
     }
 
     /// The walks of a stage that are kept, and the groups of them that have ended.
-    pub fn past(&self, stage: &Stage) -> Option<(Arc<Tally>, Groups)> {
+    pub fn past(&self, stage: &PilotStage) -> Option<(Arc<Tally>, EndedGroups)> {
         let hash = stage.hash();
         let kept = self.stages.iter().find(|kept| kept.hash == hash)?;
         let (rows, layout) = (stage.experiment().rows(), stage.experiment().layout());
         let prefix = kept.prefix.unpack(rows, layout)?;
         let group = |group: &KeptTally| group.unpack(rows, layout.without_squares());
         let groups = kept.groups.iter().map(group).collect::<Option<_>>()?;
-        Some((prefix.into(), Groups::of(stage, groups)?))
+        Some((prefix.into(), EndedGroups::of(stage, groups)?))
     }
 
     /// A stage of which all walks are kept.
-    pub fn walked(&self, stage: &Stage) -> Option<Walked> {
+    pub fn walked(&self, stage: &PilotStage) -> Option<StageResult> {
         let (prefix, groups) = self.past(stage)?;
-        (prefix.counts.walks == stage.walks()).then(|| Walked::new(groups, prefix))
+        (prefix.counts.walks == stage.walks()).then(|| StageResult::new(groups, prefix))
     }
 
     /// Keeps a stage in a folder, as far as it is walked, beside those before it.
@@ -67,8 +67,8 @@ impl PilotBooks {
     /// Where the file cannot be written.
     pub fn keep(
         &mut self,
-        stage: &Stage,
-        (prefix, groups): (&Tally, &Groups),
+        stage: &PilotStage,
+        (prefix, groups): (&Tally, &EndedGroups),
         folder: &OutputFolder,
     ) -> Result<(), Error> {
         let hash = stage.hash();

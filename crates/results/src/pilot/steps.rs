@@ -8,9 +8,9 @@ use report::OutputFolder;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::arrivals::{ARRIVALS, ArrivalsFile, Group};
+use super::arrivals::{ARRIVALS, ArrivalsFile, GroupArrivals};
 use super::kept::PilotBooks;
-use super::stage::{Stage, Walked};
+use super::stage::{PilotStage, StageResult};
 use crate::error::Error;
 use crate::settings::Settings;
 
@@ -20,7 +20,7 @@ pub trait PilotCrew<E> {
     ///
     /// # Errors
     /// Where its walks come to no end.
-    fn walk(&mut self, stage: &Stage) -> Result<Walked, E>;
+    fn walk(&mut self, stage: &PilotStage) -> Result<StageResult, E>;
 
     /// What is kept of the choice, and where; `None` where nothing is.
     ///
@@ -39,8 +39,8 @@ pub trait PilotCrew<E> {
     fn trouble(&mut self, _: Error) {}
 }
 
-impl<E, F: FnMut(&Stage) -> Result<Walked, E>> PilotCrew<E> for F {
-    fn walk(&mut self, stage: &Stage) -> Result<Walked, E> {
+impl<E, F: FnMut(&PilotStage) -> Result<StageResult, E>> PilotCrew<E> for F {
+    fn walk(&mut self, stage: &PilotStage) -> Result<StageResult, E> {
         self(stage)
     }
 }
@@ -78,7 +78,7 @@ impl<'c, E: From<Error>> Steps<'c, E> {
     ///
     /// # Errors
     /// Those of the crew.
-    pub(super) fn walk(&mut self, stage: &Stage) -> Result<Walked, E> {
+    pub(super) fn walk(&mut self, stage: &PilotStage) -> Result<StageResult, E> {
         self.crew.walk(stage)
     }
 
@@ -122,8 +122,8 @@ impl<'c, E: From<Error>> Steps<'c, E> {
         &mut self,
         all: usize,
         threads: usize,
-        make: impl Fn(usize) -> Group + Sync,
-    ) -> Result<Vec<Group>, E> {
+        make: impl Fn(usize) -> GroupArrivals + Sync,
+    ) -> Result<Vec<GroupArrivals>, E> {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.choice()?).update(&(self.next as u64).to_le_bytes());
         let control = *hasher.finalize().as_bytes();
@@ -138,7 +138,7 @@ impl<'c, E: From<Error>> Steps<'c, E> {
                 (None, None)
             }
         };
-        let mut groups: Vec<Option<Group>> = (0..all).map(|_| None).collect();
+        let mut groups: Vec<Option<GroupArrivals>> = (0..all).map(|_| None).collect();
         kept.into_iter()
             .flatten()
             .filter(|(number, _)| *number < all)
@@ -207,7 +207,7 @@ mod tests {
     }
 
     impl PilotCrew<End> for Mortal<'_> {
-        fn walk(&mut self, stage: &Stage) -> Result<Walked, End> {
+        fn walk(&mut self, stage: &PilotStage) -> Result<StageResult, End> {
             self.stages.set(self.stages.get() + 1);
             Ok(stage.walk_here(2)?)
         }
@@ -289,7 +289,7 @@ mod tests {
             (vec![arrival; number], [number as u64, 1])
         };
         let stages = Cell::new(0);
-        let groups = |all: usize, make: &(dyn Fn(usize) -> Group + Sync)| {
+        let groups = |all: usize, make: &(dyn Fn(usize) -> GroupArrivals + Sync)| {
             let books = PilotBooks::read(&folder);
             let mut crew = Mortal { folder: &folder, books, left: usize::MAX, stages: &stages };
             let mut steps = Steps::new((&job, job.auto.as_ref().unwrap()), &mut crew);

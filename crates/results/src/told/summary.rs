@@ -1,6 +1,6 @@
 //! The summary of a run, for people.
 
-use job::{OutputFile, Unhit, Word};
+use job::{Keyword, OutputFile, Unhit};
 use radiosity::Scene;
 use report::words::{counted, duration, percent, quantity};
 use report::{
