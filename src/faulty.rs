@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use cluster::Work;
 use protocol::Limits;
-use radiosity::{Hands, Overflow, Tally};
+use radiosity::{Overflow, Tally, ThreadPool};
 
 use crate::shift::Shift;
 
@@ -46,8 +46,8 @@ impl Work for Faulty {
         self.shift.shoot(walks, board);
     }
 
-    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, hands: &dyn Hands) {
-        self.shift.shoot_while(walks, board, hands);
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, pool: &dyn ThreadPool) {
+        self.shift.shoot_while(walks, board, pool);
     }
 
     fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow> {

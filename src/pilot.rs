@@ -6,7 +6,7 @@ use std::rc::Rc;
 use protocol::{Coordinator, Look, Past};
 use radiosity::Tally;
 use report::OutputFolder;
-use results::{EndedGroups, PilotBooks, PilotCrew, PilotStage, RunOutput, StageResult};
+use results::{EndedGroups, PilotBooks, PilotRunner, PilotStage, RunOutput, StageResult};
 use tracing::{info, warn};
 use voice::Phase;
 
@@ -26,7 +26,7 @@ pub(crate) trait Host {
 }
 
 /// Those who walk a pilot.
-pub(crate) struct Crew<'a> {
+pub(crate) struct PilotWorkers<'a> {
     host: &'a dyn Host,
     phase: &'a Phase,
     resume: bool,
@@ -40,10 +40,10 @@ struct Camp {
     executor: Option<Executor>,
 }
 
-impl<'a> Crew<'a> {
+impl<'a> PilotWorkers<'a> {
     /// Those who walk a pilot for a run, and may go on with one that was begun in its folder.
     pub(crate) fn new(host: &'a dyn Host, resume: bool, phase: &'a Phase) -> Self {
-        Crew { host, phase, resume, camp: None }
+        PilotWorkers { host, phase, resume, camp: None }
     }
 
     /// The folder and the workers, which go on with the run; without a run no more workers are let in.
@@ -67,7 +67,7 @@ impl<'a> Crew<'a> {
     }
 }
 
-impl PilotCrew<Fault> for Crew<'_> {
+impl PilotRunner<Fault> for PilotWorkers<'_> {
     /// Walks a stage: on threads of this process where it is short, else on those of the workers, from what is kept of it on.
     ///
     /// # Errors

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use cluster::{Access, Work, WorkerIntroduction, work};
 use protocol::Checkpoint;
-use radiosity::{Counts, Hands, Overflow, Tally};
+use radiosity::{Counts, Overflow, Tally, ThreadPool};
 
 use crate::support::shim::Wrong;
 use crate::support::storm::{Cluster, Dice, Fault, draw, faults};
@@ -59,8 +59,8 @@ impl Work for Liar {
     fn shoot(&self, walks: Range<u64>, board: &mut u64) {
         *board += walks.end - walks.start;
     }
-    fn shoot_while(&self, walks: Range<u64>, board: &mut u64, hands: &dyn Hands) {
-        while matches!(self.lie, Lie::Progress) && hands.go_on() {
+    fn shoot_while(&self, walks: Range<u64>, board: &mut u64, pool: &dyn ThreadPool) {
+        while matches!(self.lie, Lie::Progress) && pool.go_on() {
             thread::sleep(Duration::from_millis(10));
         }
         self.shoot(walks, board);

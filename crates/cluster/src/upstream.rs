@@ -64,8 +64,8 @@ pub fn relay<W: Work>(
             drop(outbox);
             shell.finish(&mut relay).map_err(unserved)?;
             match (ended, link.failure()) {
-                (RelayEnd::Told, None) => Ok(()),
-                (RelayEnd::Told, Some(reason)) => Err(WorkerError::Failed(reason)),
+                (RelayEnd::Dismissed, None) => Ok(()),
+                (RelayEnd::Dismissed, Some(reason)) => Err(WorkerError::Failed(reason)),
                 (RelayEnd::Overflow, _) => Err(link.give_up("a sum of the tally overflowed".into())),
                 (RelayEnd::Excess, _) => Err(WorkerError::Protocol),
             }
@@ -85,7 +85,7 @@ fn lead<T: FnMut(Notice)>(
         shell.turn(relay).map_err(|error| unserved(link, &error))?;
         if leave() {
             link.leave();
-            shell.act(relay.finish(RelayEnd::Told));
+            shell.act(relay.finish(RelayEnd::Dismissed));
         }
         while relay.end().is_none()
             && let Ok(heard) = inbox.try_recv()
@@ -94,7 +94,7 @@ fn lead<T: FnMut(Notice)>(
                 ToWorker::Lease { id, first_walk, walks } => {
                     relay.on_lease(id, first_walk, walks, shell.now())
                 }
-                ToWorker::Done => relay.finish(RelayEnd::Told),
+                ToWorker::Done => relay.finish(RelayEnd::Dismissed),
                 ToWorker::Refused { reason } => return Err(WorkerError::Refused(reason)),
                 _ => return Err(WorkerError::Protocol),
             };

@@ -13,7 +13,7 @@ use protocol::digest::Digester;
 use protocol::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
 use protocol::pace::{BOARD_WALKS, FIRST_CHUNK, MOST_KEPT, next_chunk};
 use protocol::{LeaseProvenance, Limits};
-use radiosity::{Hands, Overflow, Tally};
+use radiosity::{Overflow, Tally, ThreadPool};
 
 use crate::access::Access;
 use crate::lending::{Lending, LentThreads};
@@ -37,11 +37,11 @@ pub trait Work: Sync {
     fn board(&self) -> Self::Board;
     /// Shoots a range of walks onto the board.
     fn shoot(&self, walks: Range<u64>, board: &mut Self::Board);
-    /// Shoots walks that take long. It asks `hands` many times a second whether to go on, which marks progress, and may
+    /// Shoots walks that take long. It asks `pool` many times a second whether to go on, which marks progress, and may
     /// share work with the threads that have no lease. Once it is not to go on, the board may be left as it is, since it is not
     /// used any more.
-    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, hands: &dyn Hands) {
-        let _ = hands;
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, pool: &dyn ThreadPool) {
+        let _ = pool;
         self.shoot(walks, board);
     }
     /// Moves the board's scores onto a tally and empties the board.
@@ -329,7 +329,7 @@ fn shoot_lease<W: Work>(
         link.progress.fetch_add(1, Ordering::Relaxed);
         !link.over.load(Ordering::Relaxed)
     };
-    let hands = LentThreads { lending, go_on };
+    let pool = LentThreads { lending, go_on };
     let mut total: Option<Tally> = None;
     let mut next = walks.start;
     while next < walks.end {
@@ -338,9 +338,9 @@ fn shoot_lease<W: Work>(
             let chunk = next..end.min(next + *chunk_walks);
             next = chunk.end;
             let start = Instant::now();
-            work.shoot_while(chunk, board, &hands);
+            work.shoot_while(chunk, board, &pool);
             *chunk_walks = next_chunk(*chunk_walks, start.elapsed());
-            if !hands.go_on() {
+            if !pool.go_on() {
                 return Ok(None);
             }
         }

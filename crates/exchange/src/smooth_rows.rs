@@ -297,7 +297,7 @@ mod tests {
 
     /// Two groups that see nothing but each other, of unequal areas: no factors are reciprocal and add up.
     #[test]
-    fn what_cannot_be_smoothed_is_told() {
+    fn what_cannot_be_smoothed_is_reported() {
         let counts = ExchangeCounts::of(&[vec![0, 8, 0, 0], vec![16, 0, 0, 0]]);
         assert!(paired(&counts, &[3.0, 4.0]).smooth().is_none());
     }

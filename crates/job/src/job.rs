@@ -70,7 +70,7 @@ pub struct Job {
     pub view: View,
     /// More views of the same size and exposure.
     pub views: Vec<NamedView>,
-    /// Groups of emitters that are told apart.
+    /// Groups of emitters that are distinguished.
     pub sources: Vec<PatchGroup>,
     /// Materials whose influence is measured, each as the group of its patches.
     pub sensitivity: Vec<PatchGroup>,
@@ -80,7 +80,7 @@ pub struct Job {
     pub chooses_method: bool,
     /// What is left to the program before the job can be run; `None`: nothing.
     pub auto: Option<Auto>,
-    /// What a pilot has foretold of the patches, where it has chosen them.
+    /// What a pilot has predicted of the patches, where it has chosen them.
     pub forecast: Option<Forecast>,
     origin: JobOrigin,
 }
@@ -272,10 +272,10 @@ fn read(
     let (method, note) = read_method(method, &cutting, &budget)?;
     let forecast = partition.and_then(|partition| partition.forecast);
     // A pilot tells how light is spread over patches.
-    let is_told = open.is_some() || forecast.is_some();
+    let has_pilot = open.is_some() || forecast.is_some();
     let AskedGoals { target, sensor_target, mut total_target } =
-        target.about((cutting.patches, is_told), &method, scene.sensors())?;
-    let is_default_target = asks_nothing && is_told;
+        target.about((cutting.patches, has_pilot), &method, scene.sensors())?;
+    let is_default_target = asks_nothing && has_pilot;
     if is_default_target {
         total_target = Some(TotalTarget { total_error: DEFAULT_TOTAL_ERROR, min_paths: DEFAULT_MIN_PATHS });
     }

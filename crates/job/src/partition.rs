@@ -35,11 +35,11 @@ pub struct Partition {
     pub linear: bool,
     /// Where the walks of jobs that do not say so go on from, where their method has the choice.
     pub space: Space,
-    /// What the pilot that chose it foretells; `None` where a file says it.
+    /// What the pilot that chose it predicts; `None` where a file says it.
     pub forecast: Option<Forecast>,
 }
 
-/// What a pilot foretells of the job with the patches that it has chosen.
+/// What a pilot predicts of the job with the patches that it has chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Forecast {
     /// Surfaces whose cells were chosen.
@@ -50,7 +50,7 @@ pub struct Forecast {
     pub rays: u64,
     /// Whether the errors are those of linear fits, not of means.
     pub linear: bool,
-    /// Walks of the job that the errors are foretold for.
+    /// Walks of the job that the errors are predicted for.
     pub for_paths: u64,
     /// The relative error over the area that is due to the number of walks.
     pub noise: f64,

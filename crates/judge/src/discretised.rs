@@ -10,7 +10,9 @@
 //! interval is that of the jackknife over groups (Student, G − 1 degrees of freedom), so that what walks score on several patches at once is in
 //! it, widened by the noise of the discrete result.
 
-use radiosity::{Course, Estimates, EstimatorKind, Experiment, Method, Sequence, Space, Tally, Walks};
+use radiosity::{
+    AbsorptionMode, Estimates, EstimatorKind, Experiment, Method, Sequence, Space, Tally, Walks,
+};
 use report::DiscretisedSummary;
 
 /// G, the number of groups of the control.
@@ -19,7 +21,7 @@ const GROUPS: usize = 16;
 /// The control takes this part of the rays of the result …
 const SHARE: u64 = 16;
 
-/// … but so many at least, and so many at most.
+/// … but at least the first, and at most the second of these.
 const LEAST_RAYS: u64 = 1 << 15;
 const MOST_RAYS: u64 = 1 << 21;
 
@@ -100,7 +102,7 @@ impl DiscretisedControl {
 /// Whether a method solves the radiosity system of the patches, not the integral equation. What comes straight from the emitters is the same
 /// in both.
 pub fn is_discretised(method: &Method) -> bool {
-    let direct = method.estimator_kind().is_some_and(|kind| kind.course() == Course::FirstHit);
+    let direct = method.estimator_kind().is_some_and(|kind| kind.absorption() == AbsorptionMode::DirectOnly);
     method.space() == Space::Discrete && !direct
 }
 

@@ -8,7 +8,7 @@ use crossbeam::channel::{RecvTimeoutError, bounded};
 use job::Job;
 use pyo3::prelude::*;
 use radiosity::Experiment;
-use results::{Kept, SoloProgress, all_threads, choose, walk_here};
+use results::{SoloProgress, StoredRun, all_threads, choose, walk_here};
 
 use crate::answer::Answer;
 use crate::mesh::ArrayMesh;
@@ -102,7 +102,7 @@ fn walk(job: &Job, threads: usize, watch: &mut dyn FnMut(SoloProgress) -> bool) 
 /// Opens the result of a run by its output folder.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, folder: PathBuf) -> PyResult<Answer> {
-    let kept = py.detach(|| Kept::open(&folder)).map_err(refuse)?;
+    let kept = py.detach(|| StoredRun::open(&folder)).map_err(refuse)?;
     Ok(Answer { kept, ending: None, warnings: Vec::new() })
 }
 

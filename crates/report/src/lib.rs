@@ -74,7 +74,7 @@ pub use planes::{
     DemandSummary, FigureInterval, GlareSummary, ModellingSummary, PerChannel, PlaneSource, PlaneSummary,
     plane_summaries, write_planes,
 };
-pub use precision::{ApartSummary, DiscretisedSummary, HeadlineSummary, PrecisionSummary};
+pub use precision::{DiscretisedSummary, HeadlineSummary, PatchShare, PrecisionSummary};
 pub use replay::walk_lines;
 pub use sensitivities::{SensitivitySummary, sensitivity_summaries, write_sensitivities};
 pub use sensors::{SensorSummary, SensorsSummary, write_sensors};

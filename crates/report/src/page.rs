@@ -372,7 +372,7 @@ impl Page<'_> {
         })
     }
 
-    /// What mixtures of sources are made from, where sources are told apart.
+    /// What mixtures of sources are made from, where sources are distinguished.
     fn scores(&self) -> io::Result<Option<String>> {
         let groups = self.estimates.experiment().groups();
         let apart = groups.is_some_and(|groups| !groups.sources().is_empty());

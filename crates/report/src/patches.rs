@@ -1,6 +1,6 @@
 //! `patches.csv`: one row per patch, in patch order; two, one for each side, where a patch has two.
 //!
-//! Numbers are the shortest decimals that read back as the same f64, or [`Digits::Told`]. A whole number keeps its ".0", so that
+//! Numbers are the shortest decimals that read back as the same f64, or [`Digits::Rounded`]. A whole number keeps its ".0", so that
 //! a reader that guesses column types from the first rows never takes a column of them for integers.
 
 use std::io::{self, Write};
@@ -47,7 +47,7 @@ pub enum Digits {
     All,
     /// To three digits of their standard error, which moves no number by more than half a hundredth of it; to [`SHORT`] digits what has no
     /// error, and places to that many of the scene's extent.
-    Told,
+    Rounded,
 }
 
 /// Digits of numbers without an error where tables are short.
@@ -91,7 +91,7 @@ struct Rounding {
 
 impl Rounding {
     fn new(digits: Digits, extent: f64) -> Self {
-        Rounding { of_places: (digits == Digits::Told).then(|| first_digit(extent) - SHORT) }
+        Rounding { of_places: (digits == Digits::Rounded).then(|| first_digit(extent) - SHORT) }
     }
 
     fn place(self, x: f64) -> f64 {
@@ -265,11 +265,11 @@ fn light(
     let given = [face.reflectance, face.emittance];
     let given =
         given.into_iter().flat_map(|spectrum| (0..channels).map(move |c| Some(rounding.exact(spectrum[c]))));
-    let told = |(of, error): (&EstimateColumn, &EstimateColumn), c: usize| {
+    let column = |(of, error): (&EstimateColumn, &EstimateColumn), c: usize| {
         let estimate = &known?[c];
         of(estimate).map(|x| rounding.measured(x, error(estimate)))
     };
-    let estimated = ESTIMATED.iter().zip(&ERRORS).flat_map(|of| (0..channels).map(move |c| told(of, c)));
+    let estimated = ESTIMATED.iter().zip(&ERRORS).flat_map(|of| (0..channels).map(move |c| column(of, c)));
     given.chain(estimated).collect()
 }
 
@@ -422,10 +422,10 @@ mod tests {
 
     /// Beside a table with all digits, numbers move by less than half a hundredth of their errors, and none is long.
     #[test]
-    fn told_digits_are_those_of_the_errors() {
+    fn printed_digits_are_those_of_the_errors() {
         let (experiment, mut tables) = (experiment(&cube()), Vec::new());
         let tally = shot(&experiment);
-        for digits in [Digits::All, Digits::Told] {
+        for digits in [Digits::All, Digits::Rounded] {
             let mut bytes = Vec::new();
             write_patches(&mut bytes, &Estimates::new(&experiment, &tally, 0.95), digits).unwrap();
             let mut reader = csv::Reader::from_reader(&bytes[..]);
@@ -437,15 +437,20 @@ mod tests {
             .into_iter()
             .chain([("irradiance_error", ["irradiance", "irradiance_low", "irradiance_high"])]);
         for (error, of) in columns {
-            for (all, told) in tables[0].iter().zip(&tables[1]) {
+            for (all, rounded) in tables[0].iter().zip(&tables[1]) {
                 let Ok(sigma) = all[at(error)].parse::<f64>() else { continue };
                 let number = |row: &csv::StringRecord, name| row[at(name)].parse::<f64>().unwrap();
                 for name in of {
-                    let moved = (number(all, name) - number(told, name)).abs();
-                    assert!(moved <= 0.005_001 * sigma, "{name}: {} for {}", &told[at(name)], &all[at(name)]);
+                    let moved = (number(all, name) - number(rounded, name)).abs();
+                    assert!(
+                        moved <= 0.005_001 * sigma,
+                        "{name}: {} for {}",
+                        &rounded[at(name)],
+                        &all[at(name)]
+                    );
                 }
-                assert!(told.iter().skip(at("x")).all(|cell| cell.len() <= 12), "{told:?}");
-                let digits = told[at(error)].trim_start_matches(['0', '.']);
+                assert!(rounded.iter().skip(at("x")).all(|cell| cell.len() <= 12), "{rounded:?}");
+                let digits = rounded[at(error)].trim_start_matches(['0', '.']);
                 assert!(digits.chars().filter(char::is_ascii_digit).count() <= 4, "{digits}");
             }
         }

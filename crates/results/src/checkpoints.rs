@@ -192,7 +192,7 @@ pub(crate) const PLANES: &str = "planes.csv";
 pub(crate) const ISOLUX: &str = "planes.svg";
 pub(crate) const ISOLUX_PICTURE: &str = "planes.png";
 
-/// What each source does; absent where none are told apart.
+/// What each source does; absent where none are distinguished.
 pub(crate) const SOURCES: &str = "sources.csv";
 
 /// What materials do; absent where that is not asked for.

@@ -10,16 +10,16 @@ use crate::error::Error;
 use crate::pilot::{Chosen, Steps, seed};
 
 /// A control takes one of this many parts of the walks that the patches are for: fewer find cuts that chance favours. Of light that is taken for even, of
-/// which nothing is foretold, it takes the second one.
+/// which nothing is predicted, it takes the second one.
 const SHARES: [u64; 2] = [4, 16];
 
-/// A control has so many walks at least, where there are as many, and at most.
+/// The least and the most walks of a control, where the budget allows the least.
 const WALKS: [u64; 2] = [1 << 14, 1 << 18];
 
 /// The least walks of a control of light that is taken for even, in runs of fewer walks too: nothing but a control can say that it is not.
 const EVEN_WALKS: u64 = 1 << 17;
 
-/// It has so many arrivals at most, as far as the rays of a pilot foretell: what hits tell does not depend on how many walks they are of, and all are kept
+/// A control has this many arrivals at most, as far as the rays of a pilot predict: what hits tell does not depend on how many walks they are of, and all are kept
 /// until they are counted.
 const ARRIVALS: f64 = 4e6;
 
@@ -34,7 +34,7 @@ const SURE: f64 = 2.0;
 const WORTH: f64 = 0.2;
 
 impl Chosen {
-    /// The choice, cut finer where walks of a control let expect that it pays, and foretelling the noise of its patches and what their fits leave out
+    /// The choice, cut finer where walks of a control let expect that it pays, and predicting the noise of its patches and what their fits leave out
     /// as walks find them that have not chosen them. It is the same whatever the threads.
     ///
     /// # Errors
@@ -70,7 +70,7 @@ impl Chosen {
         Ok(self)
     }
 
-    /// Whether its groups of faces are told to err by less than the noise of fits to each face, by a control of its own; all its walks and rays; and a scene of
+    /// Whether its groups of faces are predicted to err by less than the noise of fits to each face, by a control of its own; all its walks and rays; and a scene of
     /// the surfaces.
     ///
     /// # Errors
@@ -107,10 +107,10 @@ fn shooting(scene: Scene) -> Result<Experiment, Error> {
 }
 
 /// The walks of a control of patches whose fits are expected to leave out this energy.
-fn walks_of(forecast: &Forecast, foretold: f64) -> u64 {
+fn walks_of(forecast: &Forecast, predicted: f64) -> u64 {
     let rays = forecast.rays as f64 / forecast.paths.max(1) as f64;
     let most = WALKS[1].min((ARRIVALS / rays.max(1.0)) as u64);
-    let (share, least) = match foretold > 0.0 {
+    let (share, least) = match predicted > 0.0 {
         true => (SHARES[0], WALKS[0].min(forecast.for_paths)),
         false => (SHARES[1], EVEN_WALKS.min(most)),
     };
@@ -134,7 +134,7 @@ struct ControlState {
     walks: u64,
     forecast: Forecast,
     /// The energy that the fits are expected to leave out, as a part of that of the light, before a control measures it.
-    foretold: f64,
+    predicted: f64,
     /// The energy of the noise, by the pilot, and by a control of the patches that the pilot has chosen.
     noise: [f64; 2],
 }
@@ -144,11 +144,11 @@ type PatchLayout = (Vec<Cut>, Vec<u32>);
 
 impl<'a> Controls<'a> {
     fn new((job, auto): (&'a Job, &'a Auto), forecast: Forecast, threads: usize) -> Self {
-        let [noise, foretold] = [forecast.noise, forecast.discretisation].map(|part| part * part);
+        let [noise, predicted] = [forecast.noise, forecast.discretisation].map(|part| part * part);
         // Neither the walks of a pilot nor those of a first look.
         let seed = seed(seed(job.seed));
-        let walks = walks_of(&forecast, foretold);
-        let found = ControlState { seed, walks, forecast, foretold, noise: [noise, 0.0] };
+        let walks = walks_of(&forecast, predicted);
+        let found = ControlState { seed, walks, forecast, predicted, noise: [noise, 0.0] };
         Controls { job, auto, threads, found }
     }
 
@@ -160,7 +160,7 @@ impl<'a> Controls<'a> {
         round: u32,
         steps: &mut Steps<'_, E>,
     ) -> Result<Option<PatchLayout>, E> {
-        // A seed of its own, so that what few walks happen to find does not bend what is told.
+        // A seed of its own, so that what few walks happen to find does not bend the prediction.
         self.found.seed = seed(self.found.seed);
         let control = PatchControl::new(experiment, self.found.walks);
         let groups = self.walked(&control, steps)?;
@@ -180,9 +180,9 @@ impl<'a> Controls<'a> {
             let Missed { part, noise, energy, .. } = control.missed(groups, true)?;
             let found = &mut self.found;
             found.forecast.linear = true;
-            found.foretold = part.max(0.0);
+            found.predicted = part.max(0.0);
             found.noise = [noise / energy / found.forecast.for_paths as f64; 2];
-            found.walks = found.walks.max(walks_of(&found.forecast, found.foretold));
+            found.walks = found.walks.max(walks_of(&found.forecast, found.predicted));
             return Some((cells.0.to_vec(), cells.1.to_vec()));
         }
         self.take_down(missed, round);
@@ -194,8 +194,8 @@ impl<'a> Controls<'a> {
 
     /// Whether light that was taken for even is not, and linear fits may be had.
     fn is_uneven(&self, missed: Missed) -> bool {
-        let ControlState { forecast, foretold, noise: [noise, _], .. } = self.found;
-        let is_taken_for_even = !forecast.linear && self.auto.linear && foretold == 0.0;
+        let ControlState { forecast, predicted, noise: [noise, _], .. } = self.found;
+        let is_taken_for_even = !forecast.linear && self.auto.linear && predicted == 0.0;
         is_taken_for_even && missed.part > SURE * missed.error && missed.part > WORTH * (noise + missed.part)
     }
 
@@ -223,7 +223,7 @@ impl<'a> Controls<'a> {
         }
         let [of_pilot, of_chosen] = found.noise;
         found.forecast.noise = (of_pilot + noise - of_chosen).max(0.0).sqrt();
-        found.forecast.discretisation = missed.with(found.foretold).sqrt();
+        found.forecast.discretisation = missed.with(found.predicted).sqrt();
     }
 
     /// Finer patches, if they are expected to pay. What their fits leave out is then expected to be no more than their noise, since cuts go on until
@@ -247,7 +247,7 @@ impl<'a> Controls<'a> {
         if gained.min(lost) - noise < worth {
             return None;
         }
-        self.found.foretold = self.found.foretold.min(of_chosen + noise);
+        self.found.predicted = self.found.predicted.min(of_chosen + noise);
         Some((cuts, groups))
     }
 
@@ -288,10 +288,10 @@ mod tests {
     use super::*;
     use crate::PilotStage;
 
-    /// That a pilot foretells what its patches leave out is no reason to leave it out, nor that it takes the light for even: cuts that pay are
+    /// That a pilot predicts what its patches leave out is no reason to leave it out, nor that it takes the light for even: cuts that pay are
     /// taken, and less is left.
     #[test]
-    fn light_that_is_foretold_to_be_left_out_is_cut_too() {
+    fn light_that_is_predicted_to_be_left_out_is_cut_too() {
         const PATHS: u64 = 100_000;
         let folder = tempfile::tempdir().unwrap();
         let mut spec = scenes::cube_with_tile(0.1, 0.5);
@@ -321,12 +321,12 @@ mod tests {
             };
             let auto = job.auto.as_ref().unwrap();
             let chosen = Chosen { partition, scene: scene.clone() };
-            let mut crew = |_: &PilotStage| -> Result<_, Error> { unreachable!("the pilot is over") };
-            let mut steps = Steps::new((&job, auto), &mut crew);
+            let mut runner = |_: &PilotStage| -> Result<_, Error> { unreachable!("the pilot is over") };
+            let mut steps = Steps::new((&job, auto), &mut runner);
             let finer = chosen.controlled((&job, auto), 2, &mut steps).unwrap().partition;
             let patches: u64 = finer.cuts.iter().map(Cut::cells).sum();
-            let told = finer.forecast.unwrap();
-            assert!(finer.linear && patches > 20 && told.discretisation < 0.2, "{patches}, {told:?}");
+            let forecast = finer.forecast.unwrap();
+            assert!(finer.linear && patches > 20 && forecast.discretisation < 0.2, "{patches}, {forecast:?}");
         }
     }
 }

@@ -22,9 +22,9 @@ use crate::checkpoints::{
     SOURCES, derived,
 };
 use crate::error::Error;
-use crate::kept::Kept;
 use crate::pilot::{ARRIVALS, PILOT};
 use crate::settings::Settings;
+use crate::stored_run::StoredRun;
 use crate::views;
 
 /// Files by name, written but not in their places.
@@ -39,7 +39,7 @@ const LONG_TABLE: usize = 20_000;
 
 /// The digits of `patches.csv`, beside a table for data frames or alone.
 pub(crate) fn digits(scene: &Scene, has_parquet: bool) -> Digits {
-    if has_parquet && is_long(scene) { Digits::Told } else { Digits::All }
+    if has_parquet && is_long(scene) { Digits::Rounded } else { Digits::All }
 }
 
 fn is_long(scene: &Scene) -> bool {
@@ -105,7 +105,7 @@ impl RunOutput {
     ///
     /// # Errors
     /// Where a file cannot be written.
-    pub fn rebuild(&self, kept: &Kept, now: &dyn Fn(&'static str)) -> Result<(), Error> {
+    pub fn rebuild(&self, kept: &StoredRun, now: &dyn Fn(&'static str)) -> Result<(), Error> {
         let (_, drafts) = self.drafts(&kept.settings, &kept.experiment, &kept.checkpoint, now)?;
         self.place(drafts)
     }
@@ -362,7 +362,7 @@ impl LivePage {
     }
 }
 
-impl Kept {
+impl StoredRun {
     /// The summary but for the view, by a program that was built from a commit.
     pub fn summary(&self, git: &str) -> Summary {
         summarise(&self.settings, &self.estimates(), &self.checkpoint.book, git, true)
@@ -451,10 +451,10 @@ fn facts(
             total: forecast.total(),
             asked: None,
         }),
-        accuracy: estimates.answer_error(settings.foretold()).map(|error| {
+        accuracy: estimates.answer_error(settings.predicted()).map(|error| {
             let asked = settings.total_target.map(|target| TotalSummary {
                 target: target.total_error,
-                reached: target::total_is_met(&target, settings.foretold(), estimates, paths),
+                reached: target::total_is_met(&target, settings.predicted(), estimates, paths),
             });
             AccuracySummary::new(error, asked)
         }),

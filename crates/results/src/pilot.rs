@@ -1,7 +1,7 @@
 //! The choice of a job's patches: a pilot walks the scene on a fine grid, with walks of its own, and a rule reads off what to cut.
 
 mod arrivals;
-mod kept;
+mod books;
 mod stage;
 mod steps;
 
@@ -12,15 +12,15 @@ use judge::partition::{
 use radiosity::{IndexChoice, Scene, Space};
 
 pub(crate) use self::arrivals::ARRIVALS;
-pub use self::kept::{PILOT, PilotBooks};
+pub use self::books::{PILOT, PilotBooks};
 use self::stage::StageSpec;
 pub use self::stage::{EndedGroups, PilotStage, StageResult};
-pub use self::steps::PilotCrew;
+pub use self::steps::PilotRunner;
 pub(crate) use self::steps::Steps;
 use crate::error::Error;
 use crate::meshes::{FirstLook, Meshes, add_patches};
 
-/// The pilot takes one of this many parts of the walks that it foretells, between [`LEAST`] and [`MOST`].
+/// The pilot takes one of this many parts of the walks that it predicts, between [`LEAST`] and [`MOST`].
 const SHARE: u64 = 10;
 
 /// The least number of walks of a pilot.
@@ -32,7 +32,7 @@ const MOST: u64 = 1 << 24;
 /// The pilot looks at the light first after one of this many parts of its walks: where the light is even, that is enough.
 const FIRST_PART: u64 = 8;
 
-/// A first look has one in this many of the cells that its walks allow: even light is told by coarse ones.
+/// A first look has one in this many of the cells that its walks allow: coarse cells resolve even light.
 const FIRST_CELLS: u64 = 8;
 
 /// A first look that has not this many times fewer walks and cells than the pilot saves nothing.
@@ -73,7 +73,7 @@ const GROWTH: u64 = 4;
 /// Groups of faces are tried as they would be chosen for one of this many parts of the walks.
 const TRIAL: u64 = 4;
 
-/// The part of a total error that the choice aims at: what is foretold is not exact.
+/// The part of a total error that the choice aims at: what is predicted is not exact.
 const AIM: f64 = 0.9;
 
 /// What was chosen for a job.
@@ -86,9 +86,9 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// What is foretold of it.
+    /// What is predicted of it.
     pub(crate) fn forecast(&self) -> Forecast {
-        self.partition.forecast.expect("a pilot foretells")
+        self.partition.forecast.expect("a pilot predicts")
     }
 
     /// Builds the scene of the job that has been read again with the partition: rays find its surfaces by what the pilot's found them by.
@@ -112,15 +112,15 @@ pub fn choose(job: &Job, threads: usize) -> Result<Option<Chosen>, Error> {
 /// [`choose`] by a pilot whose walks are taken, and whose steps are kept, elsewhere.
 ///
 /// # Errors
-/// As [`choose`], and those of the crew.
+/// As [`choose`], and those of the runner.
 pub fn choose_by<E: From<Error>>(
     job: &Job,
     threads: usize,
-    crew: &mut dyn PilotCrew<E>,
+    runner: &mut dyn PilotRunner<E>,
 ) -> Result<Option<Chosen>, E> {
     let Some(auto) = &job.auto else { return Ok(None) };
     let most = job.budget.paths;
-    let steps = Steps::new((job, auto), crew);
+    let steps = Steps::new((job, auto), runner);
     let mut pilots = Pilots { job, threads, steps, scene: None, counted: [0, 0] };
     let Some(target) = &job.total_target else {
         let chosen = pilots.choose(auto, Plan { walks: most, most, aim: 0.0 })?;
@@ -138,14 +138,14 @@ pub fn choose_by<E: From<Error>>(
             continue;
         }
         let chosen = chosen.controlled((job, auto), threads, &mut pilots.steps)?;
-        let told = chosen.forecast();
-        if told.paths_to(target.total_error) <= (ENOUGH * needed) as f64 || needed >= most {
+        let forecast = chosen.forecast();
+        if forecast.paths_to(target.total_error) <= (ENOUGH * needed) as f64 || needed >= most {
             return Ok(Some(chosen));
         }
-        pilots.counted = [told.paths, told.rays];
+        pilots.counted = [forecast.paths, forecast.rays];
         pilots.scene = Some(chosen.scene);
         // Of k patches after n walks the noise is as k/n, what linear fits leave out as 1/k²: with the best k both together are as n^(−2/3).
-        let growth = (told.total() / target.total_error).powi(3) as u64;
+        let growth = (forecast.total() / target.total_error).powi(3) as u64;
         walks = most.min(needed.saturating_mul(growth.clamp(GROWTH, GROWTH * GROWTH)));
     }
 }
@@ -157,7 +157,7 @@ struct Plan {
     walks: u64,
     /// The walks of the job at the most.
     most: u64,
-    /// The total error that is aimed at: the choice is for the fewest walks, of `walks` and its doubles, that are foretold to reach it. 0: for `walks`.
+    /// The total error that is aimed at: the choice is for the fewest walks, of `walks` and its doubles, that are predicted to reach it. 0: for `walks`.
     aim: f64,
 }
 
@@ -342,7 +342,7 @@ fn best_in_groups(
     let error = plan.aim * plan.aim * energy.max(0.0);
     let choose = |walks: f64| {
         let of_basis = |basis| COARSENING.map(|coarser| (basis, coarser));
-        // Where light varies on large faces, constants lose more than their laws foretell.
+        // Where light varies on large faces, constants lose more than their laws predict.
         let choices = candidates.bases().flat_map(of_basis).map(|(basis, coarser)| {
             let mut choice = candidates.choose_basis(basis, walks);
             // As fine as pays among fewer walks; the noise is that of all.
@@ -428,9 +428,9 @@ impl Pilot<'_> {
         let of_face = |face: u32| {
             let channels = 0..experiment.scene().channels();
             let fits = channels.filter_map(|channel| experiment.fit(all, face as usize, channel));
-            let told =
+            let ratios =
                 fits.filter(|fit| fit.mean_variance > 0.0).map(|fit| fit.mean * fit.mean / fit.mean_variance);
-            (told.fold(0.0, f64::max) - 1.0).max(0.0)
+            (ratios.fold(0.0, f64::max) - 1.0).max(0.0)
         };
         let of_patch = |patch: u32| times * faces.of_patch(patch).map(of_face).sum::<f64>();
         (0..faces.patch_count() as u32).map(of_patch).collect()

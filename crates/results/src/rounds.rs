@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::checkpoints::Identity;
 use crate::error::Error;
-use crate::kept_tally::{KeptTally, sealed, unsealed};
+use crate::packed_tally::{PackedTally, sealed, unsealed};
 use crate::settings::Settings;
 
 /// The file of a round that is under way.
@@ -38,19 +38,20 @@ pub struct Round<'a> {
 
 /// A round as it is kept.
 #[derive(Serialize, Deserialize)]
-struct KeptRound {
+struct StoredRound {
     /// The digest of the walks, their number included.
     walks: [u8; 32],
     /// The first of them.
-    prefix: KeptTally,
+    prefix: PackedTally,
     /// What they have cost, but for the rays, which the tally counts.
     cost: Cost,
 }
 
-impl KeptRound {
+impl StoredRound {
     /// What is kept of a round in a folder; nothing where that is not readable.
     fn read(folder: &OutputFolder, walks: [u8; 32], experiment: &Experiment) -> Option<(Tally, Cost)> {
-        let kept: KeptRound = unsealed(&folder.file(ROUND)).filter(|kept: &KeptRound| kept.walks == walks)?;
+        let kept: StoredRound =
+            unsealed(&folder.file(ROUND)).filter(|kept: &StoredRound| kept.walks == walks)?;
         Some((kept.prefix.unpack(experiment.rows(), experiment.layout())?, kept.cost))
     }
 
@@ -141,7 +142,7 @@ pub(crate) fn walk_rounds<E: From<Error>>(
         let watch = |done| watch(before + (behind - before) * done as f64 / walks as f64);
         let began = Instant::now();
         let digest = digest(&identity, walks);
-        let (past, before) = match KeptRound::read(folder, digest, &experiment) {
+        let (past, before) = match StoredRound::read(folder, digest, &experiment) {
             Some((tally, cost)) => (tally, cost),
             None => (experiment.tally(), Cost::default()),
         };
@@ -151,8 +152,8 @@ pub(crate) fn walk_rounds<E: From<Error>>(
             cost
         };
         let keep = |prefix: &Tally| {
-            let prefix = KeptTally::of(prefix);
-            KeptRound { walks: digest, prefix, cost: cost(0, 0.0) }.write(folder)
+            let prefix = PackedTally::of(prefix);
+            StoredRound { walks: digest, prefix, cost: cost(0, 0.0) }.write(folder)
         };
         let budget = &job.budget;
         let round = Round { identity, experiment, budget, walks, past, keep: &keep, watch: &watch };

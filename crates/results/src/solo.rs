@@ -20,9 +20,9 @@ use rustix::time::{ClockId, clock_gettime};
 
 use crate::checkpoints::Identity;
 use crate::error::Error;
-use crate::kept::Kept;
 use crate::replica::Replica;
 use crate::settings::Settings;
+use crate::stored_run::StoredRun;
 
 /// Between two calls of the watcher.
 const WATCH: Duration = Duration::from_millis(100);
@@ -57,7 +57,7 @@ pub fn walk_here(
     threads: usize,
     build: &str,
     watch: &mut dyn FnMut(SoloProgress) -> bool,
-) -> Result<Option<(Kept, Ending)>, Error> {
+) -> Result<Option<(StoredRun, Ending)>, Error> {
     let settings = Settings::of(job);
     let identity = Identity::new(job, &settings, &experiment, build)?;
     let mut observer = settings.observer(&experiment);
@@ -87,7 +87,8 @@ pub fn walk_here(
         Ok::<_, Error>((ending, led.coordinator.into_past()))
     })?;
     let checkpoint = identity.checkpoint(past);
-    Ok(ending.map(|ending| (Kept { checkpoint, settings, experiment: replica.into_experiment() }, ending)))
+    Ok(ending
+        .map(|ending| (StoredRun { checkpoint, settings, experiment: replica.into_experiment() }, ending)))
 }
 
 /// A range of walks under a number.

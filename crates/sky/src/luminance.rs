@@ -68,7 +68,7 @@ pub(crate) enum SkyForm {
 }
 
 impl Sky {
-    /// The standard sky 1 … 16 of CIE S 011, for a direction of the sun, which gives a horizontal plane so much; `None` of other numbers.
+    /// The standard sky 1 … 16 of CIE S 011, for a direction of the sun, by the illuminance that it gives a horizontal plane; `None` of other numbers.
     pub fn standard(number: u8, sun: [f64; 3], horizontal: f64) -> Option<Self> {
         if number == STANDARD_SKIES {
             return Some(Sky { form: SkyForm::Overcast, sun, horizontal });

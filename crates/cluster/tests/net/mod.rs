@@ -146,7 +146,7 @@ impl Raw {
     pub fn enter(access: &Access) -> Self {
         let mut raw = Raw::connect(access);
         raw.say(&ToCoordinator::Hello(toy::hello("raw", 1)));
-        assert!(matches!(raw.told(), ToWorker::Welcome { job, .. } if *job == *JOB));
+        assert!(matches!(raw.message(), ToWorker::Welcome { job, .. } if *job == *JOB));
         raw
     }
 
@@ -154,7 +154,7 @@ impl Raw {
     pub fn join(access: &Access) -> (Self, u64, Range<u64>) {
         let mut raw = Raw::enter(access);
         raw.say(&READY);
-        let ToWorker::Lease { id, first_walk, walks } = raw.told() else { panic!("no lease") };
+        let ToWorker::Lease { id, first_walk, walks } = raw.message() else { panic!("no lease") };
         (raw, id, first_walk..first_walk + walks)
     }
 
@@ -179,7 +179,7 @@ impl Raw {
     }
 
     /// The next message of a coordinator, heartbeats left out.
-    pub fn told(&mut self) -> ToWorker {
+    pub fn message(&mut self) -> ToWorker {
         loop {
             match self.hear() {
                 ToWorker::Alive => {}

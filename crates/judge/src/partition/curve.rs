@@ -17,7 +17,7 @@ pub(crate) fn code(surfaces: &[SurfaceLight], basis: Basis) -> Code {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GridStep {
     pub(crate) cut: Grid,
-    /// The energy of what a fit on this grid leaves out of the light, as far as can be told [W²/m²].
+    /// The energy of what a fit on this grid leaves out of the light, as far as is known [W²/m²].
     pub(crate) lost: f64,
 }
 
@@ -86,7 +86,7 @@ fn promise(seen: (&SurfaceLight, Basis, f64), levels: [u32; 2], axis: usize, law
     let level = levels[axis] as usize;
     let of = |doublings: u32| {
         let measured = measured(seen, levels, axis, doublings)?;
-        Some(laws.told(level, doublings as usize, &measured) / f64::from(doublings))
+        Some(laws.measured_gain(level, doublings as usize, &measured) / f64::from(doublings))
     };
     match (of(1), of(2)) {
         (Some(one), Some(two)) => one.max(two),

@@ -19,7 +19,7 @@ use super::tree::{Rectangles, Start, rectangles};
 /// A patch of fewer arrivals proves nothing.
 const LEAST_ARRIVALS: usize = 6;
 
-/// The groups of a control are taken together into so many: products of what they find have the errors of a pilot's, in less time.
+/// The groups of a control are joined to this number of groups: products of what they find have the errors of a pilot's, in less time.
 const TREE_GROUPS: usize = 4;
 
 /// Patches of which some are cut finer.
@@ -296,7 +296,7 @@ struct CutPart {
     gained: f64,
 }
 
-/// The cuts of a part whose first one is expected to gain so much, for a job of some walks; `None` where none pays.
+/// The cuts of a part whose first one is expected to gain `gain`, for a job of some walks; `None` where none pays.
 fn cut_part(part: &SurfacePart, light: &SurfaceLight, gain: f64, walks: f64) -> Option<CutPart> {
     let (most, expected) = match part.base {
         // Cuts along both edges gain it together.

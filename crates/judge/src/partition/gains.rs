@@ -244,12 +244,12 @@ impl MeasuredGain {
         }
     }
 
-    /// The variance of the measurement where so much is gained.
+    /// The variance of the measurement where `gain` is gained.
     fn variance(&self, gain: f64) -> f64 {
         (4.0 * gain + 2.0 * self.unknowns * self.noise) * self.noise
     }
 
-    /// The likelihood of the measurement where so much is gained, give or take a part of it, but for a factor: Student's with 15 degrees of
+    /// The likelihood of the measurement where `gain` is gained, give or take a part of it, but for a factor: Student's with 15 degrees of
     /// freedom, as the pilot has 16 groups.
     fn likelihood(&self, gain: f64) -> f64 {
         let variance = self.variance(gain) + (MISFIT * gain) * (MISFIT * gain);

@@ -12,7 +12,7 @@ use super::seen::{Basis, PilotTallies};
 /// A part that this many walks have hit is believed as much as the part around it.
 const FEW: f64 = 8.0;
 
-/// What is foretold of the noise of a part that fewer walks have hit is that of the part around it: a part that chance made bright is cut
+/// What is predicted of the noise of a part that fewer walks have hit is that of the part around it: a part that chance made bright is cut
 /// more often than others.
 const MANY: f64 = 50.0;
 
@@ -39,9 +39,9 @@ pub struct MeshLight {
 pub struct Grouped {
     /// By cell, the number of the part that it is in.
     pub part_of_cell: Vec<u32>,
-    /// The foretold noise [W²/m²].
+    /// The predicted noise [W²/m²].
     pub noise: f64,
-    /// The foretold energy that the fits leave out [W²/m²].
+    /// The predicted energy that the fits leave out [W²/m²].
     pub lost: f64,
 }
 
@@ -93,7 +93,7 @@ impl MeshLight {
                 noise,
                 hits: 1e3,
                 caught: [energy; 2],
-                foretold: noise,
+                predicted: noise,
                 gain: [0.0; 2],
             };
         }
@@ -151,7 +151,7 @@ impl MeshLight {
             seen.caught[1] += energies.iter().sum::<f64>();
             let [integral, variance] = sums[number];
             seen.noise += self.walks * variance / part.area;
-            seen.foretold = seen.noise;
+            seen.predicted = seen.noise;
             if is_root[number] {
                 let of_groups = spread(pool.of(number)) / part.area;
                 self.shared += self.walks * (of_groups - variance / part.area);
@@ -182,9 +182,10 @@ impl MeshLight {
             for half in part.halves.into_iter().flatten().map(|half| half as usize) {
                 let share = self.clusters.parts[half].area / part.area;
                 let seen = &mut self.seen[half];
-                seen.foretold = if seen.hits >= MANY { seen.noise } else { around.foretold };
+                seen.predicted = if seen.hits >= MANY { seen.noise } else { around.predicted };
                 let ratio = (seen.hits + 1.0) / (share * around.hits + 1.0);
-                let mixed = |own: f64, told: f64| (seen.hits * own.max(0.0) + FEW * told) / (seen.hits + FEW);
+                let mixed =
+                    |own: f64, prior: f64| (seen.hits * own.max(0.0) + FEW * prior) / (seen.hits + FEW);
                 seen.noise = mixed(seen.noise, ratio * around.noise);
                 seen.energy = mixed(seen.energy, ratio * ratio * share * around.energy);
             }
@@ -212,7 +213,7 @@ impl MeshLight {
                 Some(halves) if !whole.of_part[part] => open.extend(halves),
                 _ => {
                     chosen.push(number);
-                    grouped.noise += basis.unknowns() * seen.foretold / walks;
+                    grouped.noise += basis.unknowns() * seen.predicted / walks;
                     caught += if is_beyond || is_finest { 0.0 } else { seen.caught[basis as usize] };
                     grouped.lost += whole.unseen[part] / caution;
                 }
@@ -235,8 +236,8 @@ impl MeshLight {
                 for half in self.clusters.halve(number).into_iter().flatten() {
                     let share = self.clusters.parts[half].area / part.area;
                     let energy = share * around.energy;
-                    let PartEstimate { noise, foretold, .. } = around;
-                    self.seen.push(PartEstimate { energy, noise, foretold, ..PartEstimate::default() });
+                    let PartEstimate { noise, predicted, .. } = around;
+                    self.seen.push(PartEstimate { energy, noise, predicted, ..PartEstimate::default() });
                 }
             }
             if !is_measured {

@@ -1,6 +1,6 @@
 //! What fits on chosen patches leave out, measured by walks that have not chosen them.
 //!
-//! A pilot foretells it by laws: of light that is steeper than its cells, such as beside lamps close to a ceiling, it sees nothing. A
+//! A pilot predicts it by laws: of light that is steeper than its cells, such as beside lamps close to a ceiling, it sees nothing. A
 //! control of continuous walks in G groups arrives at places, not at cells. With s_gβ the light that group g finds in a bin β of a
 //! patch [W], A_β its area, and f_gβ the mean over the bin of the fit that the group makes on the patch, the energy
 //!
@@ -25,8 +25,8 @@ const SHARP: f64 = 0.1;
 /// whose energy bins of a quarter, an eighth and a sixteenth of an edge show 0.70, 0.92 and 0.98.
 const BLUR: [f64; 3] = [1.4, 1.09, 1.02];
 
-/// What fits leave out is expected to be this many times what is foretold, in energy, if nothing is known but the laws: calibrated. Laws of smooth light
-/// foretell a sixth of what groups of an office's faces leave out, and all of it in empty rooms (docs/theory/patches.md).
+/// What fits leave out is expected to be this many times what is predicted, in energy, if nothing is known but the laws: calibrated. Laws of smooth light
+/// predict a sixth of what groups of an office's faces leave out, and all of it in empty rooms (docs/theory/patches.md).
 const LAWS: f64 = 3.0;
 
 /// The energy that fits leave out, as a part of that of the light.
@@ -43,11 +43,11 @@ pub struct Missed {
 }
 
 impl Missed {
-    /// What is expected where `foretold` was by other walks: the mean of all energies by their likelihood, which is normal about the measurement, and by an
+    /// What is expected where `predicted` was by other walks: the mean of all energies by their likelihood, which is normal about the measurement, and by an
     /// exponential distribution about what the laws let expect, or about what the measurement proves. So the measurement decides where it is
-    /// sharp, and where it tells nothing there are [`LAWS`] times what is foretold.
-    pub fn with(self, foretold: f64) -> f64 {
-        let expected = (LAWS * foretold).max(self.part - self.error);
+    /// sharp, and where it tells nothing there are [`LAWS`] times what is predicted.
+    pub fn with(self, predicted: f64) -> f64 {
+        let expected = (LAWS * predicted).max(self.part - self.error);
         match expected > 0.0 && self.error > 0.0 {
             true => mean_above_zero(self.part - self.error * (self.error / expected), self.error),
             false => self.part.max(0.0).min(expected.max(0.0)),
@@ -546,8 +546,8 @@ mod tests {
     }
 
     /// What is expected of a measurement.
-    fn with(part: f64, error: f64, foretold: f64) -> f64 {
-        Missed { part, error, energy: 1.0, noise: 0.0 }.with(foretold)
+    fn with(part: f64, error: f64, predicted: f64) -> f64 {
+        Missed { part, error, energy: 1.0, noise: 0.0 }.with(predicted)
     }
 
     /// What the laws let expect holds where walks tell nothing, and what is measured where they tell all.
@@ -569,14 +569,14 @@ mod tests {
         assert!((mean_above_zero(0.0, 1.0) - (2.0 / std::f64::consts::PI).sqrt()).abs() < 1e-9);
     }
 
-    /// Laws foretold a sixth of the energy that groups of an office's faces leave out, 0.043, and controls measured it with an error of 0.016
-    /// at the most: of the whole error, with a noise of 0.0087, at least 0.7 is told where the measurement is one standard error low, and 0.9 where it is right.
+    /// Laws predicted a sixth of the energy that groups of an office's faces leave out, 0.043, and controls measured it with an error of 0.016
+    /// at the most: of the whole error, with a noise of 0.0087, at least 0.7 is reported where the measurement is one standard error low, and 0.9 where it is right.
     #[test]
     fn little_is_told_by_no_run() {
         let (lost, noise, error) = (0.043, 0.0087, 0.016);
         for (low, least) in [(-1.0, 0.7), (0.0, 0.9), (1.0, 0.9)] {
-            let told = with(lost + low * error, error, lost / 6.0);
-            let ratio = ((told + noise) / (lost + noise)).sqrt();
+            let reported = with(lost + low * error, error, lost / 6.0);
+            let ratio = ((reported + noise) / (lost + noise)).sqrt();
             assert!((least..1.5).contains(&ratio), "{low}: {ratio}");
         }
     }

@@ -47,7 +47,7 @@ const VARIED: f64 = 0.1;
 /// Twice the walks pay where they leave less than this part of an error's square.
 const PAYS: f64 = 0.98;
 
-/// Cuts of some surfaces, a basis for all, and the errors that are foretold.
+/// Cuts of some surfaces, a basis for all, and the errors that are predicted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// The cut of each surface.
@@ -58,9 +58,9 @@ pub struct Choice {
     pub basis: Basis,
     /// The walks that it is for.
     pub walks: f64,
-    /// The foretold noise [W²/m²].
+    /// The predicted noise [W²/m²].
     pub noise: f64,
-    /// The foretold energy that the fits leave out [W²/m²].
+    /// The predicted energy that the fits leave out [W²/m²].
     pub lost: f64,
 }
 
@@ -77,7 +77,7 @@ struct Ladder<'a> {
     steps: Vec<GridStep>,
 }
 
-/// A cut of a surface with the foretold noise and the energy that its fits leave out [W²/m²].
+/// A cut of a surface with the predicted noise and the energy that its fits leave out [W²/m²].
 struct PredictedCut {
     cut: Cut,
     /// As in [`Choice::patches`].
@@ -87,7 +87,7 @@ struct PredictedCut {
 }
 
 impl Ladder<'_> {
-    /// What is foretold of a grid.
+    /// What is predicted of a grid.
     fn of_grid(&self, step: &GridStep, basis: Basis, walks: f64) -> PredictedCut {
         let noise = self.light.noise[basis as usize] * step.cut.cells() as f64 / walks;
         PredictedCut { cut: step.cut.cut(), patches: None, noise, lost: step.lost }
@@ -108,7 +108,7 @@ impl Ladder<'_> {
         })
     }
 
-    /// What is foretold of the best parts of different sizes: all that the laws of grids say there is beyond what they catch.
+    /// What is predicted of the best parts of different sizes: all that the laws of grids say there is beyond what they catch.
     fn of_tree(&self, basis: Basis, walks: f64) -> Option<PredictedCut> {
         if basis != Basis::Linear || self.steps.len() == 1 {
             return None;
@@ -184,7 +184,7 @@ impl<'a> CutCandidates<'a> {
     }
 
     /// The bases that may be chosen: where light is known to vary, linear fits alone, if they are among the candidates. Constants lose more in hot
-    /// spots than their laws foretell, by factors of up to ten where lamps hang below ceilings.
+    /// spots than their laws predict, by factors of up to ten where lamps hang below ceilings.
     pub fn bases(&self) -> impl Iterator<Item = Basis> {
         let only_linear = !self.are_even() && self.by_basis.iter().any(|(basis, _)| *basis == Basis::Linear);
         let bases = self.by_basis.iter().map(|(basis, _)| *basis);
@@ -219,7 +219,7 @@ impl<'a> CutCandidates<'a> {
         choice
     }
 
-    /// The choice for the fewest walks, of `least` and its doubles up to `most`, whose error is foretold to be below an energy, or to
+    /// The choice for the fewest walks, of `least` and its doubles up to `most`, whose error is predicted to be below an energy, or to
     /// be [hardly less](fewest) after twice as many; that for `most` where there is none.
     pub fn choose_for(&self, error: f64, least: f64, most: f64) -> Choice {
         fewest([least, most], error, |choice| choice, |walks| self.choose(walks))

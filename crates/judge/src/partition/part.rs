@@ -12,7 +12,7 @@ pub(crate) struct PartEstimate {
     /// The energy that its mean and its linear fit catch as measured, without what the part around it tells [W²/m²].
     pub(crate) caught: [f64; 2],
     /// The noise of this part or, where few walks have hit it, of one around it [W²/m²].
-    pub(crate) foretold: f64,
+    pub(crate) predicted: f64,
     /// About how many walks have hit it.
     pub(crate) hits: f64,
 }

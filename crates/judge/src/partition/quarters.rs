@@ -28,7 +28,7 @@ pub(crate) struct Quarters {
     noise: Vec<Vec<f64>>,
 }
 
-/// A tree of cuts, and what is foretold of it.
+/// A tree of cuts, and what is predicted of it.
 pub(crate) struct Triangles {
     /// The rows of the triangle's cells.
     pub(crate) rows: u32,
@@ -156,7 +156,7 @@ impl Quarters {
         if seen > PROOF * UNKNOWNS * noise { both.max(seen) } else { both.max(0.0) }
     }
 
-    /// A quarter of a part that gains so much by being cut.
+    /// A quarter of a part that gains `gain` by being cut.
     fn quarter(&self, part: &TrianglePart, gain: f64, cell: usize) -> TrianglePart {
         let level = part.level + 1;
         let seen = self.caught.get(level as usize).map(|caught| caught[cell]);

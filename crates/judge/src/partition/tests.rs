@@ -91,7 +91,7 @@ fn symmetric_light_is_found_behind_the_first_doubling() {
     assert!(cells.iter().all(|&n| n >= 16), "{cells:?}");
 }
 
-/// A target takes the fewest walks that a choice is foretold to reach it with, and the whole budget where none does.
+/// A target takes the fewest walks that a choice is predicted to reach it with, and the whole budget where none does.
 #[test]
 fn a_target_takes_the_fewest_walks() {
     let light = smooth(1e6);

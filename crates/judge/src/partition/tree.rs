@@ -46,7 +46,7 @@ impl Start {
     pub(crate) const SURFACE: Start = Start { expected: None, most: [Leaves::MOST_CUTS; 2] };
 }
 
-/// A tree of cuts, and what is foretold of it.
+/// A tree of cuts, and what is predicted of it.
 #[derive(Clone, Debug)]
 pub(crate) struct Rectangles {
     pub(crate) leaves: Leaves,

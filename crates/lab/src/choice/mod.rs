@@ -27,7 +27,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     let mut studied = Vec::new();
     for file in &files {
         let room = ChoiceRoom::new(Path::new(file))?;
-        let truth = RoomReference::kept(&room, millions * 1_000_000, kept)?;
+        let truth = RoomReference::cached(&room, millions * 1_000_000, kept)?;
         let effort = TrialPlan::ROOM;
         let (chosen, given) = (chosen(&room, &truth, effort)?, given(&room, &truth, effort)?);
         studied.push((room, chosen, given));

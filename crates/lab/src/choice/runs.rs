@@ -72,8 +72,8 @@ pub struct JobOutcome {
     /// Processor time [s], pilot and building of the scene included, and both errors; of chosen jobs the mean and the root mean squares over
     /// the seeds.
     pub runs: Vec<[f64; 3]>,
-    /// The processor time of the pilot [s], and the noise and discretisation that it foretells.
-    pub foretold: Option<[f64; 3]>,
+    /// The processor time of the pilot [s], and the noise and discretisation that it predicts.
+    pub predicted: Option<[f64; 3]>,
 }
 
 /// The chains of a command: the fewest that an interval comes from.
@@ -133,12 +133,12 @@ impl ChoiceRoom {
         ]);
         command.args(["--quiet", "--workers", "1"]).args(keys.iter().flat_map(|key| ["--set", key]));
         let before = children_seconds();
-        let told = command.stdout(Stdio::null()).stderr(Stdio::piped()).output();
-        let told =
-            told.map_err(|error| format!("{} is run beside this program: {error}", program.display()))?;
+        let output = command.stdout(Stdio::null()).stderr(Stdio::piped()).output();
+        let output =
+            output.map_err(|error| format!("{} is run beside this program: {error}", program.display()))?;
         // 1: the target is not reached.
-        if !matches!(told.status.code(), Some(0 | 1)) {
-            return Err(String::from_utf8_lossy(&told.stderr).into_owned().into());
+        if !matches!(output.status.code(), Some(0 | 1)) {
+            return Err(String::from_utf8_lossy(&output.stderr).into_owned().into());
         }
         let took = before.zip(children_seconds()).map(|(before, after)| after - before);
         self.commands.borrow_mut().insert(keys.to_vec(), took);
@@ -229,7 +229,7 @@ fn run(
         keys: keys.iter().map(|&key| key.into()).chain(by_hand).collect(),
         walks: Vec::new(),
         runs: Vec::new(),
-        foretold: None,
+        predicted: None,
     };
     for walks in BY_HAND.into_iter().filter(|&walks| walks <= most) {
         let walks = (walks / unit).max(2);
@@ -283,15 +283,15 @@ fn chosen_for(
         keys: budget.iter().cloned().chain(["seed=1".into()]).collect(),
         walks: vec![mean(&|run| run.forecast.for_paths as f64) as u64],
         runs: vec![[mean(&|run| run.time), root(&|run| run.errors[0]), root(&|run| run.errors[1])]],
-        foretold: Some([
+        predicted: Some([
             mean(&|run| run.choosing),
             root(&|run| run.forecast.noise),
             root(&|run| run.forecast.discretisation),
         ]),
     };
     let each: Vec<[f64; 2]> = runs.iter().map(|run| run.errors).collect();
-    let JobOutcome { what, patches, runs, foretold, .. } = &found;
-    eprintln!("{}: chosen {what}, {patches} patches: {runs:.3?} {foretold:.4?} {each:.3?}", room.name);
+    let JobOutcome { what, patches, runs, predicted, .. } = &found;
+    eprintln!("{}: chosen {what}, {patches} patches: {runs:.3?} {predicted:.4?} {each:.3?}", room.name);
     Ok(found)
 }
 
@@ -311,10 +311,10 @@ fn chosen_run(room: &ChoiceRoom, truth: &RoomReference, keys: &[String]) -> Resu
     let (experiment, forecast, job) = choose(open, room, keys)?;
     let choosing = seconds() - start;
     let tally = walk(&experiment, job.seed, forecast.for_paths.min(job.budget.paths));
-    let told = Estimates::new(&experiment, &tally, 0.95);
+    let estimates = Estimates::new(&experiment, &tally, 0.95);
     let time = seconds() - start;
     let patches = experiment.scene().faces().patch_count();
-    Ok(ChosenRun { time, choosing, errors: truth.errors(&told), patches, forecast })
+    Ok(ChosenRun { time, choosing, errors: truth.errors(&estimates), patches, forecast })
 }
 
 /// A job without words.

@@ -45,7 +45,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
         };
         let patches = experiment.scene().faces().patch_count();
         cases.push((name, in_words(&forecast, patches)));
-        let truth = RoomReference::kept(&room, WALKS, work.path())?;
+        let truth = RoomReference::cached(&room, WALKS, work.path())?;
         let (chosen, given) = (chosen(&room, &truth, effort)?, given(&room, &truth, effort)?);
         studied.push((room, chosen, given));
         page::write_survival(to, &cases, &studied)?;

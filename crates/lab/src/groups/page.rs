@@ -36,7 +36,7 @@ pub fn write(folder: &Path, millions: u64, studied: &Studied) -> Result<(), Fail
         errors(&mut text, title, k, (uniform, chosen))?;
     }
     bases(&mut text, studied)?;
-    foretold(&mut text, chosen)?;
+    predicted(&mut text, chosen)?;
     fs::write(folder.join("groups.md"), text)?;
     Ok(())
 }
@@ -99,12 +99,12 @@ fn bases(text: &mut String, studied: &Studied) -> std::fmt::Result {
     Ok(())
 }
 
-fn foretold(text: &mut String, chosen: &[GroupOutcome]) -> std::fmt::Result {
+fn predicted(text: &mut String, chosen: &[GroupOutcome]) -> std::fmt::Result {
     text.push_str(
         "\n## What is foretold\n\n| walks | noise: foretold, measured | discretisation: foretold, measured | total: foretold over measured |\n|---|---|---|---|\n",
     );
     for (paths, found) in PATHS.iter().zip(chosen) {
-        let [noise, lost] = found.foretold;
+        let [noise, lost] = found.predicted;
         let total = (noise * noise + lost * lost).sqrt();
         let own = [found.errors.total[0] - found.errors.lost[0], found.errors.lost[0]];
         writeln!(

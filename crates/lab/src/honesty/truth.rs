@@ -2,7 +2,7 @@
 
 use exact::Exact;
 use radiosity::{Estimates, Face, Scene, SceneSpec, Side, Slopes};
-use results::Kept;
+use results::StoredRun;
 
 use super::Failure;
 use super::methods::METHODS;
@@ -68,7 +68,7 @@ fn light(estimates: &Estimates) -> Vec<[f64; 3]> {
 
 /// The light of a scene by a far longer run: linear fits on patches that a pilot has chosen for that run, which are the smaller the steeper the light is.
 pub struct Fine {
-    kept: Kept,
+    kept: StoredRun,
     /// The places that it is held against, one in the middle of each part of every piece.
     places: Vec<SurfaceSample>,
     linear: bool,
@@ -149,7 +149,7 @@ impl Fine {
 
     /// The relative L2 error of the reflected light that a run's outputs hold, all channels together: of its linear fits, or of the means of
     /// its patches. The reference's own variance is taken off.
-    pub fn error(&self, kept: &Kept, linear: bool) -> f64 {
+    pub fn error(&self, kept: &StoredRun, linear: bool) -> f64 {
         let (estimates, mut wrong, mut light) = (kept.estimates(), 0.0, 0.0);
         let ours = estimates.scene();
         let surfaces = self.kept.experiment.scene().surfaces().len();
@@ -173,7 +173,7 @@ impl Fine {
 }
 
 /// Whether what a run's outputs show are linear fits.
-pub fn is_linear(kept: &Kept) -> bool {
+pub fn is_linear(kept: &StoredRun) -> bool {
     kept.settings.forecast.is_some_and(|forecast| forecast.linear)
 }
 

@@ -190,9 +190,10 @@ fn coverage(runs: u64) -> Result<String, Failure> {
         let truth = figures(&experiment, u64::MAX, TRUTH)?;
         let mut covers = [Coverage::default(); 5];
         for seed in 0..runs {
-            let told = figures(&experiment, seed, case.walks)?;
-            for ((covers, told), truth) in covers.iter_mut().zip(each(&told)).zip(each(&truth)) {
-                covers.record(&Interval { low: told.low, high: told.high }, truth.value.unwrap_or(0.0));
+            let reported = figures(&experiment, seed, case.walks)?;
+            for ((covers, reported), truth) in covers.iter_mut().zip(each(&reported)).zip(each(&truth)) {
+                covers
+                    .record(&Interval { low: reported.low, high: reported.high }, truth.value.unwrap_or(0.0));
             }
         }
         let share = |covers: &Coverage| covers.rate(LEVEL).map_or(f64::NAN, |rate| 100.0 * rate.value);

@@ -154,8 +154,8 @@ impl Readings<'_> {
     /// What is known of the irradiance at a cell.
     fn known_at(&self, cell: usize, channel: usize) -> ValueWithError {
         let Reading { irradiance, std_error, ci_low, ci_high } = self.reading(cell, channel);
-        let is_told = std_error.is_some_and(|error| error > 0.0);
-        let error = if is_told { self.sample_error(cell, channel) } else { 0.0 };
+        let has_error = std_error.is_some_and(|error| error > 0.0);
+        let error = if has_error { self.sample_error(cell, channel) } else { 0.0 };
         ValueWithError { value: irradiance.unwrap_or(0.0), error, limits: [ci_low, ci_high] }
     }
 
@@ -192,12 +192,13 @@ impl Readings<'_> {
         let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
         let first = readings.iter().min_by(|a, b| a[0].total_cmp(&b[0])).expect("a plane has points");
         // What no spread is known of stands by itself: it is exact, or bounded.
-        let (told, alone): (Vec<[f64; 4]>, Vec<_>) = readings.iter().partition(|of| of[1] > 0.0);
+        let (uncertain, alone): (Vec<[f64; 4]>, Vec<_>) = readings.iter().partition(|of| of[1] > 0.0);
         let [mut low, mut high] = [2, 3].map(|limit: usize| least(&mut alone.iter().map(|of| of[limit])));
-        if !told.is_empty() {
-            let estimates: Vec<[f64; 2]> = told.iter().map(|of| [of[0], of[1]]).collect();
-            let of_told = minimum_interval(&estimates, correlation, self.confidence(), self.samples() - 1);
-            (low, high) = (low.min(of_told.low), high.min(of_told.high));
+        if !uncertain.is_empty() {
+            let estimates: Vec<[f64; 2]> = uncertain.iter().map(|of| [of[0], of[1]]).collect();
+            let of_reported =
+                minimum_interval(&estimates, correlation, self.confidence(), self.samples() - 1);
+            (low, high) = (low.min(of_reported.low), high.min(of_reported.high));
         }
         let [low, high] = if sign > 0.0 { [low, high] } else { [-high, -low] };
         let value = sign * first[0];
@@ -206,7 +207,7 @@ impl Readings<'_> {
     }
 }
 
-/// A number with its standard error, which is 0 where none is told, and the interval of itself alone.
+/// A number with its standard error, which is 0 where none is known, and the interval of itself alone.
 #[derive(Clone, Copy)]
 pub(super) struct ValueWithError {
     pub(super) value: f64,

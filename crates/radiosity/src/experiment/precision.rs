@@ -97,7 +97,7 @@ pub struct Precision {
     /// The face that has it.
     pub worst_face: Option<u32>,
     /// Faces that light may come to, as far as is known, and that no walk has hit.
-    pub unhit: Apart,
+    pub unhit: FaceShare,
 }
 
 /// Half-widths over the area that light can reach. Each is divided by the larger of the estimate and a floor; that of a face that no
@@ -135,14 +135,14 @@ pub const TINY: f64 = 1e-6;
 
 /// Some faces: their number, and their part of the area of all faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Apart {
+pub struct FaceShare {
     /// The number of these faces.
     pub faces: u64,
     /// The part that they are of the area of all faces.
     pub area: f64,
 }
 
-impl Apart {
+impl FaceShare {
     /// Counts a face of this part of the area.
     pub fn add(&mut self, area: f64) {
         self.faces += 1;
@@ -190,7 +190,7 @@ impl Estimates<'_> {
         }
         let reach = Reach::new(self, &hit, executor);
         let all: f64 = self.scene().faces().iter().map(|face| face.area).sum();
-        let (mut unhit, mut sealed_area) = (Apart::default(), 0.0);
+        let (mut unhit, mut sealed_area) = (FaceShare::default(), 0.0);
         ranks.retain_mut(|ranked| match reach.of(ranked.face, ranked.is_hit) {
             Place::Room { part } => {
                 ranked.part = part;

@@ -14,7 +14,7 @@ pub struct SourceScores {
 }
 
 impl Estimates<'_> {
-    /// What each source has scored on face i in one channel; `None` where sources are not told apart, or where no walk gives an
+    /// What each source has scored on face i in one channel; `None` where sources are not distinguished, or where no walk gives an
     /// estimate.
     pub fn by_source(&self, i: usize, channel: usize) -> Option<SourceScores> {
         let groups = self.experiment().groups().filter(|groups| !groups.sources().is_empty())?;
@@ -27,7 +27,7 @@ impl Estimates<'_> {
         Some(SourceScores { sums: sums.iter().map(|sums| sums.map(|sum| sum as f64)).collect(), meaning })
     }
 
-    /// The source of what face i emits, by number; `None` where it does not emit, or where sources are not told apart.
+    /// The source of what face i emits, by number; `None` where it does not emit, or where sources are not distinguished.
     pub fn source_of(&self, i: usize) -> Option<usize> {
         let experiment = self.experiment();
         let groups = experiment.groups().filter(|groups| !groups.sources().is_empty())?;

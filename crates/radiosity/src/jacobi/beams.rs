@@ -60,8 +60,8 @@ impl DirectLight {
             lost: vec![[0.0; 2]; channels],
             rays: 0,
         };
-        let mut numbers = SobolNumbers::apart(rng);
-        let mut shadow_numbers = SobolNumbers::apart(rng);
+        let mut numbers = SobolNumbers::independent(rng);
+        let mut shadow_numbers = SobolNumbers::independent(rng);
         // Of very many lamps each face is lit by births alone.
         let pairs = count as u64 * lamps;
         let shadows = if pairs > rays / SHADOW_SHARE { 0 } else { rays / (2 * SHADOW_SHARE) / pairs + 1 };

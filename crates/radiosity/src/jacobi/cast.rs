@@ -89,7 +89,7 @@ impl Default for LinkBatch {
 
 impl<'a, N: RayNumbers + Clone> Caster<'a, N> {
     /// A caster with the numbers of this one, whose faces have shot as many rays and landed none.
-    pub(super) fn apart(&self) -> Self {
+    pub(super) fn fresh_copy(&self) -> Self {
         Caster { shot: self.shot.clone(), ..self.afresh() }
     }
 

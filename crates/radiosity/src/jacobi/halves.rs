@@ -11,7 +11,7 @@ use super::links::{LinkTable, Links};
 use super::near::LandingCounts;
 use super::numbers::SobolNumbers;
 use super::shared::cast;
-use crate::hands::Hands;
+use crate::thread_pool::ThreadPool;
 
 /// λ: V falls with n^1.22. Of 0, 0.6, 0.75, 0.8 and 1 it is the one that leaves no bias to be seen (docs/theory/chains.md).
 const BEYOND: f64 = 0.75;
@@ -46,10 +46,10 @@ impl<'a> Half<'a> {
         &mut self,
         caster: &mut Caster<SobolNumbers>,
         more: &[u32],
-        hands: &dyn Hands,
+        pool: &dyn ThreadPool,
     ) -> Option<()> {
         let before = caster.lost.clone();
-        cast(caster, more, &mut self.landed, hands)?;
+        cast(caster, more, &mut self.landed, pool)?;
         self.shot.iter_mut().zip(more).for_each(|(shot, more)| *shot += more);
         for (lost, (after, before)) in self.lost.iter_mut().zip(caster.lost.iter().zip(before)) {
             *lost = [0, 1].map(|way| lost[way] + after[way] - before[way]);
@@ -68,7 +68,7 @@ pub(super) fn cast_halves(
     halves: &mut [Half; 2],
     caster: &mut Caster<SobolNumbers>,
     more: &[u32],
-    hands: &dyn Hands,
+    pool: &dyn ThreadPool,
 ) -> Option<()> {
     // Of an odd number every other face has one more in the first half.
     let first = (0..).zip(more).zip(&halves[0].shot).map(|((face, more), shot)| {
@@ -78,8 +78,8 @@ pub(super) fn cast_halves(
     let first: Vec<u32> = first.collect();
     let second: Vec<u32> = more.iter().zip(&first).map(|(more, first)| more - first).collect();
     let [one, other] = halves;
-    one.cast(caster, &first, hands)?;
-    other.cast(caster, &second, hands)
+    one.cast(caster, &first, pool)?;
+    other.cast(caster, &second, pool)
 }
 
 impl<'a> LinkRays<'a> {

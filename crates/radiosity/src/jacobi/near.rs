@@ -96,7 +96,7 @@ impl<'a> LandingCounts<'a> {
     }
 
     /// The same with no ray yet.
-    pub(super) fn apart(&self, faces: usize) -> Self {
+    pub(super) fn empty(&self, faces: usize) -> Self {
         LandingCounts::new(faces, self.near.as_ref().map(|near| near.bounds))
     }
 

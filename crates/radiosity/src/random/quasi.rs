@@ -139,8 +139,8 @@ fn points<const N: usize>(numbers: &mut Quasi, points: &mut [[u32; WIDTH]; N]) {
 fn birth<R>(numbers: &mut Quasi, rows: &mut [[u64; WIDTH]; 4]) {
     let mut axes = [[0; WIDTH]; 6];
     points(numbers, &mut axes);
-    let ([cradle, cell, rest @ ..], [polar, turn, u, v, cradles, cells]) = (rows, &axes);
-    single(cradle, cradles);
+    let ([source, cell, rest @ ..], [polar, turn, u, v, sources, cells]) = (rows, &axes);
+    single(source, sources);
     single(cell, cells);
     pairs(rest, [[u, v], [polar, turn]]);
 }

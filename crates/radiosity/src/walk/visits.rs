@@ -2,7 +2,7 @@
 
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::{Isa, Kernel, Simd};
-use crate::tally::Mark;
+use crate::tally::LinearScore;
 
 /// The number of visits of a walk in which an earlier visit to the same face is searched; further visits are scored at
 /// the walk's end.
@@ -58,7 +58,7 @@ macro_rules! score {
 }
 
 score!([u64; C], [0; C], |a: Self, b: Self| std::array::from_fn(|c| a[c] + b[c]));
-score!(Mark<u64, C>, Mark { units: [0; C], slopes: [[0; 2]; C] }, |a: Self, b: Self| Mark::plus(a, b));
+score!(LinearScore<u64, C>, LinearScore { units: [0; C], slopes: [[0; 2]; C] }, |a: Self, b: Self| LinearScore::plus(a, b));
 
 /// Visits of every walk of a batch, each the walk's k-th.
 #[derive(Clone, Copy)]

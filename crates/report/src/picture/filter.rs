@@ -29,7 +29,7 @@ const RANGE: f32 = 2.5;
 const UNKNOWN: f32 = 3.0;
 const LEAST_RANGE: f32 = 5e-3;
 
-/// Slopes of light are told over this many pixels on both sides, as a power of 2.
+/// Slopes of light are estimated over this many pixels on both sides, as a power of 2.
 const SLOPE: usize = 2;
 
 /// What light of another pixel is multiplied by at most to make up for a slope.
@@ -269,7 +269,7 @@ pub(super) fn give_back(filtered: Vec<Vec3>, unfiltered: &[Vec3], links: &PixelL
     (0..ROUNDS).fold(filtered, |filtered, _| round(filtered))
 }
 
-/// Light, evened out where it differs from what a guide foretells by no more than noise.
+/// Light, evened out where it differs from what a guide predicts by no more than noise.
 fn even_by(guide: &Guide, light: &[Noisy], links: &PixelLinks) -> Vec<Noisy> {
     let pass = |light: &[Noisy], pass: usize| {
         links.filtered(light, pass, |own, [behind, ahead], off| {
@@ -283,12 +283,12 @@ fn even_by(guide: &Guide, light: &[Noisy], links: &PixelLinks) -> Vec<Noisy> {
     (1..LAMP_PASSES).fold(pass(light, 0), |light, k| pass(&light, k))
 }
 
-/// What is foretold of light.
+/// What is predicted of light.
 struct Guide {
     of: Vec<PredictedPixel>,
 }
 
-/// What is foretold of a pixel.
+/// What is predicted of a pixel.
 #[derive(Clone, Copy)]
 struct PredictedPixel {
     /// The mean of the channels.
@@ -306,13 +306,13 @@ impl Guide {
         let spread: Vec<Noisy> =
             light.iter().map(|of| Noisy { light: Vec3::splat(of.variance), variance: 0.0 }).collect();
         let spread = [1, 2].iter().fold(spread, |spread, &pass| links.evened(&spread, pass));
-        let foretold = |((of, spread), &samples): ((&Noisy, &Noisy), &u8)| {
+        let predicted = |((of, spread), &samples): ((&Noisy, &Noisy), &u8)| {
             let light = mean(of.light);
             let variance = spread.light.x * (1.0 + UNKNOWN / f32::from(samples));
             let noise = RANGE * RANGE * variance + (LEAST_RANGE * light).powi(2);
             PredictedPixel { light, slopes: [0.0; 2], scale: 1.0 / (noise + f32::MIN_POSITIVE) }
         };
-        Guide { of: light.iter().zip(&spread).zip(samples).map(foretold).collect() }
+        Guide { of: light.iter().zip(&spread).zip(samples).map(predicted).collect() }
     }
 
     /// A guide by light with less noise, whose slopes are known, for the same noise.
@@ -324,23 +324,23 @@ impl Guide {
             let rise = light[ahead.unwrap_or(own)] - light[back.unwrap_or(own)];
             rise / ((ends << SLOPE).max(1)) as f32
         };
-        let foretold = |(own, of): (usize, &PredictedPixel)| PredictedPixel {
+        let predicted = |(own, of): (usize, &PredictedPixel)| PredictedPixel {
             light: light[own],
             slopes: [slope(own, 0), slope(own, 1)],
             ..*of
         };
-        Guide { of: self.of.iter().enumerate().map(foretold).collect() }
+        Guide { of: self.of.iter().enumerate().map(predicted).collect() }
     }
 
     /// The weight of another pixel, so far from a pixel, and what its light is multiplied by to be that of the pixel.
     fn weight(&self, own: usize, other: usize, off: Off) -> [f32; 2] {
         let (own, other) = (&self.of[own], &self.of[other]);
-        let foretold = own.light + own.slopes[off.axis] * off.pixels;
-        let difference = foretold - other.light;
+        let predicted = own.light + own.slopes[off.axis] * off.pixels;
+        let difference = predicted - other.light;
         // Near exp(−x), the same on every platform.
         let weight = (1.0 - difference * difference * own.scale / 8.0).max(0.0).powi(8);
         let gain =
-            if foretold > 0.0 { (own.light / foretold).clamp(1.0 / MOST_GAIN, MOST_GAIN) } else { 1.0 };
+            if predicted > 0.0 { (own.light / predicted).clamp(1.0 / MOST_GAIN, MOST_GAIN) } else { 1.0 };
         [weight, gain]
     }
 }

@@ -41,7 +41,7 @@ struct ShadingPoint {
 }
 
 /// A ray on its way from a point.
-struct Errand {
+struct PendingRay {
     point: usize,
     /// The number of its sample.
     index: u32,
@@ -109,7 +109,7 @@ pub(super) struct Tracer<'a> {
     /// The point that the odds are of.
     odds_of: usize,
     rays: Vec<Ray>,
-    errands: Vec<Errand>,
+    errands: Vec<PendingRay>,
 }
 
 impl<'a> Tracer<'a> {
@@ -203,7 +203,7 @@ impl<'a> Tracer<'a> {
         let bits = u64::from(polar) << 32 | u64::from(turn);
         let direction = scene.surfaces()[from.surface as usize].direction(from.side, bits);
         self.rays.push(Ray { origin: from.place, direction, from: from.surface });
-        self.errands.push(Errand { point: number, index, aim: None });
+        self.errands.push(PendingRay { point: number, index, aim: None });
         if lamps.is_empty() {
             return;
         }
@@ -211,7 +211,7 @@ impl<'a> Tracer<'a> {
             let place = numbers_of(index, on);
             if let Some(aim) = lamps.aim(scene, &mut self.odds, from.place, unit(choice), place) {
                 self.rays.push(Ray { origin: from.place, direction: aim.direction, from: from.surface });
-                self.errands.push(Errand { point: number, index, aim: Some(aim) });
+                self.errands.push(PendingRay { point: number, index, aim: Some(aim) });
             }
         }
     }
@@ -280,7 +280,11 @@ impl<'a> Tracer<'a> {
     }
 
     /// Traces the rays that are aimed from some points, and hands on in order what each of them has met.
-    fn follow(&mut self, points: &[Option<ShadingPoint>], mut see: impl FnMut(&Errand, &Hit, RayOutcome)) {
+    fn follow(
+        &mut self,
+        points: &[Option<ShadingPoint>],
+        mut see: impl FnMut(&PendingRay, &Hit, RayOutcome),
+    ) {
         let (scene, lights) = (self.lights.scene, self.lights);
         let (rays, errands) = (std::mem::take(&mut self.rays), std::mem::take(&mut self.errands));
         let (odds, mut odds_of) = (&mut self.odds, usize::MAX);

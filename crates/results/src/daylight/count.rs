@@ -10,8 +10,8 @@ use radiosity::{
 use report::OutputFolder;
 use sky::SkyPatchCounts;
 
-use super::kept::{COUNTS, DaylightCounts};
 use super::question::DaylightQuestion;
+use super::stored::{COUNTS, DaylightCounts};
 use crate::error::Error;
 use crate::rounds::{Cost, Round, RoundCounts, RoundPlan, RoundResult, walk_rounds};
 use crate::settings::Settings;

@@ -8,8 +8,8 @@ use radiosity::{
 use report::OutputFolder;
 
 use super::counted::{COUNTS, Counted};
-use super::kept::FactorCounts;
 use super::question::FactorsQuestion;
+use super::stored::FactorCounts;
 use crate::error::Error;
 use crate::rounds::{Cost, Round, RoundCounts, RoundPlan, RoundResult, walk_rounds};
 use crate::settings::Settings;

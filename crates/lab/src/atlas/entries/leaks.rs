@@ -8,9 +8,9 @@ use stats::Measured;
 use crate::arithmetic::ratio;
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
 use crate::walking::{CONFIDENCE, Failure, estimate, experiment, walk};
 use report::words::{measured, number};
 
@@ -110,9 +110,9 @@ fn open(lab: &Lab) -> Result<StudyFinding, Failure> {
     let ((runs, walks), mut claims) = (sweep.size, sweep.claims.clone());
     let closed = part(lab, &gap_in_the_ceiling(0.0), sweep.size, |counts| counts.escaped)?;
     claims.push(Claim::sure("none escapes where there is no gap", closed.value == 0.0).instead());
-    let told = [said_of_a_gap(1e-3, walks)?, said_of_a_gap(1.0, walks)?].concat();
-    claims.push(Claim::told(&told, "if it is meant to be closed, it has a gap"));
-    claims.push(Claim::told(&told, "passed"));
+    let messages = [said_of_a_gap(1e-3, walks)?, said_of_a_gap(1.0, walks)?].concat();
+    claims.push(Claim::messages(&messages, "if it is meant to be closed, it has a gap"));
+    claims.push(Claim::messages(&messages, "passed"));
     let (narrowest, escaped) = sweep.curve.marks()[0];
     Ok(StudyFinding {
         predicted: "Walks that leave carry their power away: what escapes is Φ_T − Σ(1 − R_i)φ_i, by the exact \
@@ -120,7 +120,7 @@ fn open(lab: &Lab) -> Result<StudyFinding, Failure> {
                     mistake that darkens everything by about as much as it lets out, and no interval knows."
             .into(),
         seen: format!("Through a gap of {narrowest} m {} of the walks escape.", measured(escaped)),
-        told,
+        messages,
         instead: format!(
             "Close the gap: with the ceiling at full width {} of {} walks escape. Below 10⁻¹⁴ of the scene's size gaps \
              need no care: facets are made larger by as much.",
@@ -214,8 +214,8 @@ fn backs(lab: &Lab) -> Result<StudyFinding, Failure> {
     let what = "one wall: B of patch 13 over that of black walls";
     claims.push(Claim::equal(what, ratio(found, expected), 1.0));
     claims.push(Claim::below("… over what was meant", ratio(found, meant), 1.0));
-    let told = run(&wrong, 1, size.1, None).told();
-    claims.push(Claim::told(&told, "ended on the back of a one-sided surface"));
+    let messages = run(&wrong, 1, size.1, None).messages();
+    claims.push(Claim::messages(&messages, "ended on the back of a one-sided surface"));
     let two_sided = experiment(&turned(1, Sides::Both), Method::shooting(EstimatorKind::Collision))?;
     let right = ratio(radiosity(lab, &two_sided, size), meant);
     let what = "with `sides = 2`: B of patch 13 over what was meant";
@@ -230,7 +230,7 @@ fn backs(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(sweep.of_one_wall()?),
             measured(ratio(found, meant))
         ),
-        told,
+        messages,
         instead: format!(
             "Turn the wall (swap u and v), or write `sides = 2`: then patch {PATCH} has {} of what was meant.",
             measured(right)

@@ -8,8 +8,8 @@ use stats::Measured;
 use crate::arithmetic::ratio;
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
-use crate::told::run;
 use crate::walking::{Failure, estimate, experiment, solve, variance_over};
 use report::words::{measured, number};
 
@@ -43,11 +43,11 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let points = sweep.iter().map(|&dark| point(dark, walks)).collect::<Result<Vec<_>, Failure>>()?;
     let last = points.last().expect("a sweep has points");
     let survival = experiment(&scene(0.001), Method::shooting(EstimatorKind::Survival))?;
-    let told = run(&survival, 1, 20_000, None).told();
+    let messages = run(&survival, 1, 20_000, None).messages();
     let gain = last.predicted[0] / last.predicted[1];
     let mut claims: Vec<Claim> = points.iter().flat_map(of_point).collect();
-    claims.push(Claim::told(&told, "collision has up to 1000 times less variance"));
-    claims.push(Claim::told(&told, "`rare`"));
+    claims.push(Claim::messages(&messages, "collision has up to 1000 times less variance"));
+    claims.push(Claim::messages(&messages, "`rare`"));
     let (remedy, truth) = irradiance_of_black(walks)?;
     claims.push(
         Claim::equal("R = 0: irradiance by collision over theory", ratio(remedy, truth), 1.0).instead(),
@@ -78,7 +78,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(last.ratio[1]),
             last.dark
         ),
-        told,
+        messages,
         instead: format!(
             "Write estimator = \"collision\": at R = {} its variance is {} times less, as measured above, and its \
              irradiances are known down to R = 0: there that of the dark patch is {} of what theory says.",

@@ -40,7 +40,7 @@ const POINTS_PER_FACE: usize = 64;
 const PATHS_PER_GROUP: usize = 1 << 12;
 
 /// All groups together start at most [`PATHS`] paths, or [`PATHS_PER_POINT`] for each point where that is more, and no more than [`MOST_PATHS`]
-/// once each point has had one: 83,000 closed boxes among a million triangles took 60 s with seven paths a point, in which a coordinator answers nobody.
+/// once each point has had one: 83,000 closed boxes among a million triangles took 60 s with seven paths a point, in which a coordinator answers no worker.
 const PATHS: usize = 1 << 16;
 const PATHS_PER_POINT: usize = 7;
 const MOST_PATHS: usize = 1 << 21;

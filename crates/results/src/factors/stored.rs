@@ -125,7 +125,7 @@ pub fn is_counted(folder: &Path) -> bool {
     folder.join(COUNTS).is_file()
 }
 
-/// The counts of several folders as one. What is told of them is what was asked of the first.
+/// The counts of several folders as one. The merged counts answer the question of the first.
 ///
 /// # Errors
 /// Where counts cannot be read, are of another question than those of the first, or hold walks of one before.
