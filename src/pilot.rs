@@ -25,7 +25,7 @@ pub(crate) trait Host {
     fn open(&self, scene_hash: [u8; 32]) -> Result<Executor, Fault>;
 }
 
-/// Those who walk a pilot.
+/// The worker processes that trace the walks of a pilot.
 pub(crate) struct PilotWorkers<'a> {
     host: &'a dyn Host,
     phase: &'a Phase,

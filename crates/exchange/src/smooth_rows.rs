@@ -22,7 +22,7 @@ pub struct PairedRows {
     counts: Vec<u32>,
 }
 
-/// Factors that are reciprocal and add up, of groups whose rows were counted one by one.
+/// Smoothed factors: reciprocal, with rows that sum to 1, made from rows that were counted one by one.
 #[derive(Clone, Debug)]
 pub struct SmoothedRows {
     pairs: PairedRows,

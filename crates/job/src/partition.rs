@@ -23,7 +23,7 @@ const GIVEN: &str = "given";
 /// The keys of a partition's file.
 const PARTITION_KEYS: &[&str] = &["basis", "space", "surfaces", "groups"];
 
-/// How every surface of a scene is cut, and how the light on the patches is best estimated.
+/// The cut of every surface of a scene, and the basis of the estimates on its patches.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Partition {
     /// The cut of each surface, in their order.

@@ -116,7 +116,7 @@ impl Keyword for OutputFile {
     }
 }
 
-/// A view by its name.
+/// The side of the camera, inside or outside, where the job leaves its place to the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Vantage {
     /// From where a person could stand.

@@ -34,7 +34,7 @@ pub fn open_metrics(address: &str) -> Result<(TextPage, SocketAddr), NoPage> {
     Ok((page, bound))
 }
 
-/// The places that reports go to.
+/// The outputs of a running job's reports: status files, and the metrics page.
 pub struct Reports {
     description: Description,
     files: Vec<PathBuf>,

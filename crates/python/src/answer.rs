@@ -59,7 +59,7 @@ impl Answer {
         to_python(py, report::read_table(&table).map_err(refuse)?).map(Some)
     }
 
-    /// The columns of `sources.csv`, where sources are distinguished.
+    /// The columns of `sources.csv`, where sources are told apart.
     fn sources<'py>(&self, py: Python<'py>) -> PyResult<Option<Vec<PyColumn<'py>>>> {
         let StoredRun { checkpoint, settings, experiment } = &self.kept;
         if self.factors().is_empty() {

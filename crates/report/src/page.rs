@@ -64,7 +64,7 @@ pub struct Page<'a> {
     pub materials: &'a Finishes,
 }
 
-/// The page of a run that goes on.
+/// The data that only the report page of a running job has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Live {
     /// Paths of the budget.

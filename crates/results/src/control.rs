@@ -125,7 +125,7 @@ struct Controls<'a> {
     found: ControlState,
 }
 
-/// What the controls so far have found.
+/// The state of the controls so far: their walks, and the errors that they found.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct ControlState {
     /// The seed of the latest.

@@ -19,7 +19,7 @@ const MOST_CELLS: f64 = (1 << 12) as f64;
 /// Faces are grouped where a job has fewer paths than the first of these for each, and fitted one by one where it has more than the last.
 const PATHS_OF_FACE: [u64; 2] = [16, 512];
 
-/// What a first look has found.
+/// The result of the pilot's first look at the meshes of a scene.
 pub(crate) struct FirstLook {
     /// The grid of every surface.
     pub(crate) grids: Vec<Grid>,

@@ -76,7 +76,7 @@ const TRIAL: u64 = 4;
 /// The part of a total error that the choice aims at: what is predicted is not exact.
 const AIM: f64 = 0.9;
 
-/// What was chosen for a job.
+/// The partition that a pilot chose for a job, and the scene of the pilot.
 #[derive(Debug)]
 pub struct Chosen {
     /// The patches.

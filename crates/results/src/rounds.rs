@@ -70,7 +70,7 @@ fn digest(identity: &Identity, walks: u64) -> [u8; 32] {
     hasher.finalize().into()
 }
 
-/// What the walks of a round came to.
+/// The tally and the processor time of the walks of a round.
 pub struct RoundResult {
     /// The tally of all of them.
     pub tally: Arc<Tally>,

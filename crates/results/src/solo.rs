@@ -33,7 +33,7 @@ const TICK: Duration = Duration::from_millis(20);
 /// The number of the only worker.
 const WORKER: PeerId = 0;
 
-/// Where a job stands that this process walks.
+/// The progress of a job whose walks this process traces itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoloProgress {
     /// Paths that are in.

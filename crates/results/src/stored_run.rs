@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::replica::{self, check_shape};
 use crate::settings::Settings;
 
-/// What stands in a `tally.bin`.
+/// The contents of a `tally.bin`.
 #[derive(Clone)]
 pub struct StoredRun {
     /// The tally and its books.

@@ -19,7 +19,7 @@ const MANY: f64 = 50.0;
 /// A part that the pilot did not see halved has halves where they may gain this part of their cost.
 const WORTH: f64 = 0.25;
 
-/// The light on meshes.
+/// The light on the parts of meshes, as the tallies of a pilot give it.
 pub struct MeshLight {
     clusters: Clusters,
     /// What the pilot saw of the parts that are no parts of its patches, and what follows of the others.

@@ -47,7 +47,7 @@ const VARIED: f64 = 0.1;
 /// Twice the walks pay where they leave less than this part of an error's square.
 const PAYS: f64 = 0.98;
 
-/// Cuts of some surfaces, a basis for all, and the errors that are predicted.
+/// The chosen cut of each surface, the basis for all of them, and the predicted errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// The cut of each surface.

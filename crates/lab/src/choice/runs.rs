@@ -22,7 +22,7 @@ const BY_HAND: [u64; 4] = [93_750, 375_000, 1_500_000, 6_000_000];
 /// Chains take longer, and win nowhere: they have fewer.
 const BY_CHAINS: u64 = 375_000;
 
-/// What is tried in a room.
+/// The runs that are made in one room: chosen jobs and jobs by hand.
 #[derive(Clone, Copy)]
 pub struct TrialPlan {
     /// Choices and runs of each chosen job.

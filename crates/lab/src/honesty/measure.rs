@@ -110,7 +110,7 @@ pub struct TotalReached {
     pub most: f64,
 }
 
-/// A method in a scene.
+/// The results of one method in one scene.
 pub struct MethodRow {
     pub site: String,
     pub method: &'static str,

@@ -6,7 +6,7 @@ use results::{StoredRun, choose, walk_here};
 use super::Failure;
 use super::scenes::HonestyScene;
 
-/// A method, as a job has it.
+/// A method, with the keys of a job that select it.
 pub struct HonestyMethod {
     pub name: &'static str,
     /// The keys that choose it.

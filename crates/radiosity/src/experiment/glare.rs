@@ -16,7 +16,7 @@ use crate::geometry::face::Face;
 /// Solid angles of luminaires that the formula was fitted to [sr] (CIE 117:1995).
 const SOLID_ANGLES: std::ops::RangeInclusive<f64> = 0.0003..=0.1;
 
-/// Why the formula does not hold at an eye.
+/// The reason why the unified glare rating does not apply at an eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unexamined {

@@ -133,7 +133,7 @@ pub const FLOOR: f64 = 0.01;
 /// A face of a smaller part of the area is not named as the worst where there are few such faces: no picture shows them, and few walks find them.
 pub const TINY: f64 = 1e-6;
 
-/// Some faces: their number, and their part of the area of all faces.
+/// The size of a set of faces: their number, and their part of the area of all faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FaceShare {
     /// The number of these faces.

@@ -28,7 +28,7 @@ const SENSING_RAYS: u64 = 3 << 62;
 /// Walks between two questions whether to go on.
 const WALKS_AT_ONCE: usize = 1 << 12;
 
-/// What some rays of a sensor meet.
+/// The numbers of a sensor's rays that meet active sides, backs, and nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SensorView {
     /// Sides that reflect and emit.

@@ -223,7 +223,7 @@ pub struct Accuracy {
     pub linear_noise: f64,
 }
 
-/// What tables and pictures show of the light on a patch.
+/// The form in which tables and pictures show the light on a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReportedAnswer {
     /// Its mean.

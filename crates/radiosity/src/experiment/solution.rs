@@ -14,7 +14,7 @@ use crate::tally::Tally;
 /// An estimate from fewer scores gets the flag `rare`: trust its interval, not its value.
 const RARE_SCORES: f64 = 10.0;
 
-/// What is known of one face.
+/// The estimate of one face in one channel, with its interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// B = E + b [W/m²]; E alone where nothing was scored ([`Estimate::known_radiosity`]).

@@ -31,7 +31,7 @@ pub enum IterationPhase {
     Regular,
 }
 
-/// What one iteration of a chain came to.
+/// The result of one iteration of a chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iteration {
     /// The power that the iteration propagated.

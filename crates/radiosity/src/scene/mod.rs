@@ -121,7 +121,7 @@ pub(crate) struct Parts {
     hash: [u8; 32],
 }
 
-/// What a scene takes of memory [bytes].
+/// The memory that the parts of a scene take [bytes].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Memory {
     /// Surfaces with their names, faces, and the tables that walks look them up in.

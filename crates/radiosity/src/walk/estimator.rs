@@ -65,7 +65,7 @@ pub enum Event {
     Absorption,
 }
 
-/// How a walk goes on where it has arrived.
+/// The treatment of absorption at a hit, which decides how the walk goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AbsorptionMode {
     /// The walk survives by chance.

@@ -29,7 +29,7 @@ pub struct PilotStage<'a> {
     walks_of_group: u64,
 }
 
-/// What a stage is about.
+/// The settings of a stage: its cells, its basis, and its walks.
 pub(super) struct StageSpec {
     /// The cut of each surface, and the patch of each cell.
     pub(super) cells: (Vec<Cut>, Vec<u32>),
@@ -148,7 +148,7 @@ fn method(job: &Job, linear: bool) -> MethodTable {
     }
 }
 
-/// What the walks of a stage have come to.
+/// The tallies of the walks of a stage: of each group, and of all groups together.
 pub struct StageResult {
     /// The sums of each group, without squares.
     pub(super) groups: Vec<Tally>,

@@ -14,7 +14,7 @@ use super::stage::{PilotStage, StageResult};
 use crate::error::Error;
 use crate::settings::Settings;
 
-/// Who walks the stages of a pilot, and where a choice is kept.
+/// The caller of a pilot, which traces the walks of its stages and may keep the choice on disk.
 pub trait PilotRunner<E> {
     /// Walks a stage.
     ///

@@ -36,7 +36,7 @@ impl RowWalks {
     }
 }
 
-/// What is asked of sparse factors, beside what is asked of all.
+/// The options of sparse factors, beside the options of all factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SparseAsked {
     /// The walks of rows.
