@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use cluster::Work;
+use cluster::{JobHashes, Work};
 use protocol::Limits;
 use radiosity::{Overflow, Tally, ThreadPool};
 
@@ -26,7 +26,7 @@ impl Faulty {
 impl Work for Faulty {
     type Board = <Shift as Work>::Board;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+    fn hashes(&self) -> JobHashes {
         self.shift.hashes()
     }
 

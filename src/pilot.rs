@@ -14,7 +14,7 @@ use crate::build::BUILD;
 use crate::choose::walk_here;
 use crate::fault::Fault;
 use crate::keeping::Keeping;
-use crate::lead::{Executor, walk};
+use crate::lead::{Executor, WalkJob, walk};
 use crate::signals;
 
 /// The run that a pilot is for.
@@ -104,7 +104,7 @@ impl PilotRunner<Fault> for PilotWorkers<'_> {
             keeping.keep(prefix.counts.walks, keep);
         };
         let budget = stage.budget();
-        let job = (&identity, &budget, stage.experiment());
+        let job = WalkJob { identity: &identity, budget: &budget, experiment: stage.experiment() };
         let walked = walk(executor, job, past, (stage.looks(), Box::new(judge)), &mut keep)?;
         let groups = Rc::into_inner(groups).expect("the coordinator and its judge are gone").into_inner();
         Ok(StageResult::new(groups, walked.tally))

@@ -10,7 +10,7 @@ use crate::args::RoundArgs;
 use crate::build::BUILD;
 use crate::fault::Fault;
 use crate::keeping::Keeping;
-use crate::lead::{Executor, Remote, walk};
+use crate::lead::{Executor, Remote, WalkJob, walk};
 
 /// The processes that walk in a scene.
 ///
@@ -47,7 +47,7 @@ pub(crate) fn walk_round(executor: &Executor, round: Round<'_>) -> Result<Option
             keeping.keep(prefix.counts.walks, || keep(prefix));
         }
     };
-    let job = (&identity, budget, &experiment);
+    let job = WalkJob { identity: &identity, budget, experiment: &experiment };
     match walk(executor, job, past, (vec![walks], Box::new(judge)), &mut watch) {
         Ok(walked) => Ok(Some(RoundResult { tally: walked.tally, cpu_seconds: walked.cpu_seconds })),
         Err(Fault::Interrupted) => Ok(None),

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::thread::{self, ThreadId};
 
-use cluster::Work;
+use cluster::{JobHashes, Work};
 use judge::limits;
 use protocol::Limits;
 use radiosity::{Board, Overflow, Tally, ThreadPool};
@@ -30,8 +30,8 @@ impl Shift {
 impl Work for Shift {
     type Board = Board;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (self.replica.experiment().scene().hash(), self.replica.job_hash())
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: self.replica.experiment().scene().hash(), job: self.replica.job_hash() }
     }
 
     fn empty(&self) -> Tally {

@@ -110,7 +110,7 @@ fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Resu
         !signals::stop_asked()
     };
     let watcher = RowWatcher { threads: team.workers * team.threads as usize, watch: &mut watch };
-    let counted = count_rows(&question, asked, (&folder, args.rounds.resume, &args.join), watcher)?;
+    let counted = count_rows(&question, asked, &folder, args.rounds.resume, &args.join, watcher)?;
     if counted.interrupted {
         drop(phase);
         warn!("interrupted; the rows that are done are kept, go on with --resume");

@@ -20,13 +20,22 @@ use crate::lending::{Lending, LentThreads};
 use crate::link::{Ear, ResultSender, connect};
 use crate::worker_error::WorkerError;
 
+/// The hash of a scene, and that of a job in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct JobHashes {
+    /// The hash of the scene.
+    pub scene: [u8; 32],
+    /// The hash of the job.
+    pub job: [u8; 32],
+}
+
 /// The work of a job. The cluster knows no more of physics than this.
 pub trait Work: Sync {
     /// The board on which the walks of one thread score.
     type Board: Send;
 
-    /// The hash of the scene and the hash of the job of this replica.
-    fn hashes(&self) -> ([u8; 32], [u8; 32]);
+    /// The hashes of this replica.
+    fn hashes(&self) -> JobHashes;
     /// An empty tally of the job.
     fn empty(&self) -> Tally;
     /// The most that the walks can come to.
@@ -77,7 +86,7 @@ pub fn work<W: Work>(
     join(access, identity, false, |Welcome { job, .. }, ear, link| {
         let work = build_from(&job, link, build)?;
         drop(job);
-        let (scene_hash, job_hash) = work.hashes();
+        let JobHashes { scene: scene_hash, job: job_hash } = work.hashes();
         // If this fails, the receiving thread learns why: the job may have been done meanwhile.
         let _ = link.send(&ToCoordinator::Ready { scene_hash, job_hash });
         shoot_leases(&work, identity.threads, ear, link, &cpu_seconds)
@@ -269,7 +278,7 @@ fn shoot_queue<W: Work>(
     cpu_seconds: &impl Fn() -> f64,
 ) {
     let (mut board, mut chunk) = (work.board(), FIRST_CHUNK);
-    let digester = Digester::new(&work.hashes().0);
+    let digester = Digester::new(&work.hashes().scene);
     let mut kept = Vec::new();
     for lease in leases {
         let (began, at_lease) = (Instant::now(), lending.begin());

@@ -18,7 +18,7 @@ use crate::toy::{
     straight,
 };
 use cluster::noise::{self, HANDSHAKE_RECORD};
-use cluster::{Access, Wish, Work, WorkerError, WorkerIntroduction, serve, work};
+use cluster::{Access, JobHashes, Wish, Work, WorkerError, WorkerIntroduction, serve, work};
 use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
 use protocol::{Coordinator, Ending, Foreign, JobPlan, Limits};
 use radiosity::{Overflow, Tally, ThreadPool};
@@ -130,8 +130,8 @@ struct Stranger;
 impl Work for Stranger {
     type Board = ();
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        ([0; 32], JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: [0; 32], job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         unreachable!()
@@ -206,8 +206,8 @@ struct Endless<'a> {
 impl Work for Endless<'_> {
     type Board = ();
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: SCENE_HASH, job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         Tally::new(PATCHES, LAYOUT)
@@ -288,8 +288,8 @@ struct Troubled(Trouble);
 impl Work for Troubled {
     type Board = Board;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: SCENE_HASH, job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         Tally::new(PATCHES, LAYOUT)
@@ -444,8 +444,8 @@ struct Sisyphus<'a>(&'a AtomicU64);
 impl Work for Sisyphus<'_> {
     type Board = ();
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: SCENE_HASH, job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         Tally::new(PATCHES, LAYOUT)

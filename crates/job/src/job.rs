@@ -268,7 +268,7 @@ fn read(
     };
     let partition = cut(&mut scene, patches, partition)?;
     let light = light.unwrap_or_else(|| usual_light(&scene));
-    let (open, cutting) = left_open(&scene, partition.as_ref(), (&table, &method), chooses_method);
+    let (open, cutting) = left_open(&scene, partition.as_ref(), &table, &method, chooses_method);
     let (method, note) = read_method(method, &cutting, &budget)?;
     let forecast = partition.and_then(|partition| partition.forecast);
     // A pilot tells how light is spread over patches.
@@ -335,14 +335,14 @@ fn cut(
         (Some(partition), _) => {
             scene
                 .cut(&partition.cuts, &partition.groups)
-                .map_err(|problem| misfit(problem, (SourceSpot::File, &file, "patches")))?;
+                .map_err(|problem| misfit(problem, SourceSpot::File, &file, "patches"))?;
             Ok(Some(partition.clone()))
         }
         (None, Patches::Given(file, place)) => {
             let partition = Partition::read(&file, &place)?;
             scene
                 .cut(&partition.cuts, &partition.groups)
-                .map_err(|problem| misfit(problem, (SourceSpot::File, &file, "surfaces")))?;
+                .map_err(|problem| misfit(problem, SourceSpot::File, &file, "surfaces"))?;
             Ok(Some(partition))
         }
         (None, Patches::Auto) => {
@@ -361,7 +361,8 @@ fn cut(
 fn left_open(
     scene: &SceneFile,
     partition: Option<&Partition>,
-    (table, method): (&KeyTable<'_>, &KeyTable<'_>),
+    table: &KeyTable<'_>,
+    method: &KeyTable<'_>,
     chooses_method: bool,
 ) -> (Option<Auto>, PatchPurpose) {
     let open = Auto {

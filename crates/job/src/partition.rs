@@ -205,7 +205,7 @@ fn read_leaves(value: &Value<'_>) -> Result<Leaves, Error> {
 }
 
 /// Why a scene cannot be cut so, at the key or in the file that says it.
-pub(crate) fn misfit(problem: String, (spot, file, key): (SourceSpot, &Path, &str)) -> Error {
+pub(crate) fn misfit(problem: String, spot: SourceSpot, file: &Path, key: &str) -> Error {
     Error::Refused {
         place: Box::new(SourceLocation { file: file.into(), spot, key: key.into() }),
         problem,

@@ -269,7 +269,7 @@ impl SceneFile {
     /// Cells that its surfaces cannot have.
     pub fn spec_cut(&self, (cuts, groups): (&[Cut], &[u32])) -> Result<SceneSpec, Error> {
         cut_spec(self.spec.clone(), cuts, groups)
-            .map_err(|problem| misfit(problem, (SourceSpot::File, &self.path, "patches")))
+            .map_err(|problem| misfit(problem, SourceSpot::File, &self.path, "patches"))
     }
 
     /// The same surfaces in one channel, all of which emit 1 W/m², without sensors: exchange factors are about surfaces, not

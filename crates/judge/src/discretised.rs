@@ -90,8 +90,11 @@ impl DiscretisedControl {
             for (c, estimate) in known.iter().enumerate() {
                 if estimate.irradiance_interval.is_some() {
                     let control: Vec<f64> = groups.iter().map(|tally| self.irradiance(tally, i, c)).collect();
-                    let noise = estimate.irradiance_error.unwrap_or(0.0).powi(2);
-                    sums.add(face.area, (estimate.irradiance.unwrap_or(0.0), noise), &control);
+                    let estimate = DiscreteEstimate {
+                        irradiance: estimate.irradiance.unwrap_or(0.0),
+                        noise: estimate.irradiance_error.unwrap_or(0.0).powi(2),
+                    };
+                    sums.add(face.area, estimate, &control);
                 }
             }
         }
@@ -106,6 +109,12 @@ pub fn is_discretised(method: &Method) -> bool {
     method.space() == Space::Discrete && !direct
 }
 
+/// The irradiance of a face in the discrete result [W/m²], and the variance of its estimate.
+struct DiscreteEstimate {
+    irradiance: f64,
+    noise: f64,
+}
+
 /// Sums over faces and channels, by group.
 #[derive(Default)]
 struct JackknifeSums {
@@ -118,7 +127,9 @@ struct JackknifeSums {
 }
 
 impl JackknifeSums {
-    fn add(&mut self, area: f64, (discrete, noise): (f64, f64), control: &[f64]) {
+    /// Adds a face in a channel: its estimate, and the irradiance that each group of the control finds there.
+    fn add(&mut self, area: f64, estimate: DiscreteEstimate, control: &[f64]) {
+        let DiscreteEstimate { irradiance: discrete, noise } = estimate;
         let all: f64 = control.iter().sum();
         let groups = control.len() as f64;
         let whole = groups * discrete - all;

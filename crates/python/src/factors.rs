@@ -59,7 +59,7 @@ pub(crate) fn factors(
         let question = FactorsQuestion::of(job, &asked)?;
         let folder = OutputFolder::claim(&folder, &sparse_files(), false)?;
         let rows = RowWatcher { threads, watch: &mut ask };
-        let counted = count_rows(&question, &sparse, (&folder, false, &[]), rows)?;
+        let counted = count_rows(&question, &sparse, &folder, false, &[], rows)?;
         if counted.interrupted {
             return Ok(None);
         }

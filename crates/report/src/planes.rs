@@ -63,7 +63,7 @@ pub struct DemandSummary {
 impl DemandSummary {
     /// The worst of the channels.
     fn of(readings: &Readings, plane: usize, (figure, least): (PlaneFigure, f64)) -> Self {
-        let channels = (0..readings.channels()).map(|c| readings.sufficiency((plane, c), figure, least));
+        let channels = (0..readings.channels()).map(|c| readings.sufficiency(plane, c, figure, least));
         let badness = |of: &Sufficiency| if of.is_met { -of.confidence } else { of.confidence };
         let worst = channels.max_by(|a, b| badness(a).total_cmp(&badness(b)));
         let Sufficiency { is_met: met, confidence } = worst.expect("there is a channel");

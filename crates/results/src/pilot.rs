@@ -274,7 +274,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
         }
         let looked = (pilot_for(plan.walks) / FIRST_PART).max(1);
         let walks = (pilot_for(plan.walks) - looked).max(1);
-        let look = self.first_look(auto, (looked, walks))?;
+        let look = self.first_look(auto, looked, walks)?;
         let (meshes, clusters) = Meshes::new(job.scene.spec(), auto, &look);
         let others: Vec<usize> =
             auto.surfaces.iter().copied().filter(|&surface| !meshes.has(surface)).collect();
@@ -315,7 +315,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
     }
 
     /// What a look of few walks tells of the light on meshes, for a pilot of more walks: on cells that are no smaller than need be, one patch each.
-    fn first_look(&mut self, auto: &Auto, (looked, walks): (u64, u64)) -> Result<FirstLook, E> {
+    fn first_look(&mut self, auto: &Auto, looked: u64, walks: u64) -> Result<FirstLook, E> {
         let surfaces = &self.job.scene.spec().surfaces;
         let area: f64 = auto.surfaces.iter().map(|&surface| surfaces[surface].shape.area()).sum();
         let mut grids: Vec<Grid> = surfaces.iter().map(|surface| Grid::of(&surface.shape)).collect();

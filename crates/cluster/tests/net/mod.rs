@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use cluster::noise::{self, Greeting, HANDSHAKE_RECORD, Sealer};
-use cluster::{Access, Inbound, Wish, Work, WorkerIntroduction, serve, work};
+use cluster::{Access, Inbound, JobHashes, Wish, Work, WorkerIntroduction, serve, work};
 use protocol::codec::frame;
 use protocol::message::{ToCoordinator, ToWorker};
 use protocol::{Coordinator, Ending, JobPlan, Notice};
@@ -79,8 +79,8 @@ pub struct Toy;
 impl Work for Toy {
     type Board = Board;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: SCENE_HASH, job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         Tally::new(PATCHES, LAYOUT)
@@ -240,8 +240,8 @@ pub fn bulky(walks: u64) -> Tally {
 impl Work for Bulky {
     type Board = u64;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: SCENE_HASH, job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         Tally::new(BULK, SINGLE)

@@ -13,8 +13,8 @@ use super::grid::Grid;
 use super::merged::around;
 use super::missed::{FaceArrival, PatchControl};
 use super::quarters::{MOST_CUTS, Triangles};
-use super::seen::{Basis, GridCells, SideArrival, SurfaceLight};
-use super::tree::{Rectangles, Start, rectangles};
+use super::seen::{Basis, GridCells, PartShape, SideArrival, SurfaceLight};
+use super::tree::{JobWalks, Rectangles, Start, rectangles};
 
 /// A patch of fewer arrivals proves nothing.
 const LEAST_ARRIVALS: usize = 6;
@@ -217,8 +217,8 @@ impl PatchControl<'_> {
                 sides.iter().map(|(_, landed)| self.landings(&part, landed)).collect();
             let whole = &scene.surfaces()[surface];
             let edges = [0, 1].map(|k| whole.edges()[k].length() / part.scale[k].abs());
-            let form = (part.base, part.area(whole.area()), edges);
-            let light = SurfaceLight::of_landings(form, &landings, (TREE_GROUPS, self.walks()));
+            let shape = PartShape { base: part.base, area: part.area(whole.area()), edges };
+            let light = SurfaceLight::of_landings(shape, &landings, TREE_GROUPS, self.walks());
             seen.push(SeenPart { surface, number, part, light });
         }
         seen
@@ -303,17 +303,18 @@ fn cut_part(part: &SurfacePart, light: &SurfaceLight, gain: f64, walks: f64) -> 
         Grid::Quad(_) => (part.levels.map(|level| Leaves::MOST_CUTS - level), 0.5 * gain),
         Grid::Triangle(_) => ([MOST_CUTS.saturating_sub(part.levels[0]), 0], gain),
     };
-    let (walks, start) = ((light.walks, walks), Start { expected: Some(expected), most });
+    let walks = JobWalks { pilot: light.walks, job: walks };
+    let start = Start { expected: Some(expected), most };
     if let Some(images) = &light.images {
         let Rectangles { leaves, noise, caught, .. } = rectangles(images, walks, start);
-        let noise = (noise - 3.0 * images.noise([0, 0], [0, 0])) / walks.1;
+        let noise = (noise - 3.0 * images.noise([0, 0], [0, 0])) / walks.job;
         let gained = caught - images.caught([0, 0])[0];
         return (leaves.len() > 1).then_some(CutPart { cuts: PartCuts::Leaves(leaves), noise, gained });
     }
     let quarters = light.quarters.as_ref()?;
     let Triangles { rows, patch_of_cell, noise, caught, .. } = quarters.triangles(walks, start);
     let [of_whole, caught_by_whole] = quarters.whole();
-    let (noise, gained) = ((noise - of_whole) / walks.1, caught - caught_by_whole);
+    let (noise, gained) = ((noise - of_whole) / walks.job, caught - caught_by_whole);
     (rows > 1).then_some(CutPart { cuts: PartCuts::Triangles(rows, patch_of_cell), noise, gained })
 }
 

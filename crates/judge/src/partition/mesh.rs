@@ -68,7 +68,7 @@ impl MeshLight {
                 if is_back { scene.faces().back_of(patch) } else { Some(patch) }
             };
             for channel in 0..scene.channels() {
-                light.add((experiment, tallies, channel), frames.as_ref(), face);
+                light.add(experiment, tallies, channel, frames.as_ref(), face);
             }
         }
         light.compare_halves();
@@ -108,7 +108,9 @@ impl MeshLight {
     /// Adds the light of one side in one channel; `face` is that side of a part which is a patch of the pilot.
     fn add(
         &mut self,
-        (experiment, tallies, channel): (&Experiment, &PilotTallies<'_>, usize),
+        experiment: &Experiment,
+        tallies: &PilotTallies<'_>,
+        channel: usize,
         frames: Option<&PartFrames>,
         face: impl Fn(usize) -> Option<u32>,
     ) {

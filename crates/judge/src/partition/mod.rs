@@ -32,7 +32,7 @@ pub use self::mesh::{Grouped, MeshLight};
 pub use self::missed::{Missed, PatchControl};
 use self::quarters::Triangles;
 pub use self::seen::{Basis, PilotTallies, SurfaceLight, doublings};
-use self::tree::{Start, rectangles};
+use self::tree::{JobWalks, Start, rectangles};
 
 /// The light counts as even where the likelihood that it varies along some of the axes of all surfaces, over that of light that varies along none, is
 /// below this. Even light passes it once in 20 pilots at most, since the mean of such ratios is 1 there.
@@ -114,8 +114,9 @@ impl Ladder<'_> {
             return None;
         }
         let whole = self.light.caught(basis, [0, 0]) + self.steps[0].lost;
+        let job_walks = JobWalks { pilot: self.light.walks, job: walks };
         if let Some(images) = &self.light.images {
-            let tree = rectangles(images, (self.light.walks, walks), Start::SURFACE);
+            let tree = rectangles(images, job_walks, Start::SURFACE);
             let lost = (whole - tree.caught).max(tree.left);
             return Some(PredictedCut {
                 cut: Cut::Leaves(tree.leaves),
@@ -125,7 +126,7 @@ impl Ladder<'_> {
             });
         }
         let Triangles { rows, patch_of_cell, noise, caught, left } =
-            self.light.quarters.as_ref()?.triangles((self.light.walks, walks), Start::SURFACE);
+            self.light.quarters.as_ref()?.triangles(job_walks, Start::SURFACE);
         let lost = (whole - caught).max(left);
         let is_grid = patch_of_cell.iter().zip(0..).all(|(&patch, cell)| patch == cell);
         let patches = Some(patch_of_cell).filter(|_| !is_grid);

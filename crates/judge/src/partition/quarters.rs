@@ -6,7 +6,7 @@
 use super::grid::Grid;
 use super::images::AROUND;
 use super::seen::{Basis, GridCells};
-use super::tree::{MISFIT, PROOF, Start, TAIL};
+use super::tree::{JobWalks, MISFIT, PROOF, Start, TAIL};
 
 /// Unknowns that a cut adds: four linear fits in place of one.
 const UNKNOWNS: f64 = 9.0;
@@ -117,7 +117,8 @@ impl Quarters {
     }
 
     /// The triangles for a job of some walks, by what a pilot of fewer walks has seen. `start` is what is known of the whole.
-    pub(crate) fn triangles(&self, (pilot, walks): (f64, f64), start: Start) -> Triangles {
+    pub(crate) fn triangles(&self, walks: JobWalks, start: Start) -> Triangles {
+        let JobWalks { pilot, job: walks } = walks;
         let proven = self.proven(pilot);
         let most = (self.top() + BEYOND).min(MOST_CUTS).min(start.most[0]);
         let (expected, caught) = (start.expected, self.caught[0][0]);
@@ -212,7 +213,7 @@ mod tests {
 
     #[test]
     fn cuts_are_where_the_light_varies() {
-        let tree = corner(4).triangles((1e2, 1e2), Start::SURFACE);
+        let tree = corner(4).triangles(JobWalks { pilot: 1e2, job: 1e2 }, Start::SURFACE);
         assert_eq!(tree.rows, 16);
         // Three quarters of each level, and the last four.
         assert_eq!(tree.patch_of_cell.iter().max(), Some(&12));
@@ -228,7 +229,7 @@ mod tests {
         });
         quarters.add_noise((0..64).map(|_| 1.0));
         quarters.spread_noise();
-        let tree = quarters.triangles((1e3, 1e4), Start::SURFACE);
+        let tree = quarters.triangles(JobWalks { pilot: 1e3, job: 1e4 }, Start::SURFACE);
         assert_eq!((tree.rows, tree.patch_of_cell), (1, vec![0]));
     }
 

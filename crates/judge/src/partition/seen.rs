@@ -41,6 +41,17 @@ pub struct PilotTallies<'a> {
     pub all: &'a Tally,
 }
 
+/// The shape of a part of a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PartShape {
+    /// The coarsest grid, [`Grid::Quad`] or [`Grid::Triangle`], of one cell.
+    pub(super) base: Grid,
+    /// The area [m²].
+    pub(super) area: f64,
+    /// The lengths of the edges [m].
+    pub(super) edges: [f64; 2],
+}
+
 /// The arrival of a walk on one side of a part of a surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SideArrival {
@@ -134,12 +145,12 @@ impl SurfaceLight {
         light
     }
 
-    /// What walks of some groups tell of a part of a surface by where they arrive on each side: an area, the lengths of its edges, and the coarsest grid,
-    /// [`Grid::Quad`] or [`Grid::Triangle`], of one cell.
+    /// The light on a part of a surface, from the places where the walks of some groups arrive on each of its sides.
     pub(super) fn of_landings(
-        (base, area, edges): (Grid, f64, [f64; 2]),
+        PartShape { base, area, edges }: PartShape,
         sides: &[Vec<SideArrival>],
-        (groups, walks): (usize, f64),
+        groups: usize,
+        walks: f64,
     ) -> Self {
         let landings: usize = sides.iter().map(Vec::len).sum();
         let top = levels_for(base, edges, (landings as f64 / LANDINGS_PER_CELL).max(4.0));

@@ -157,7 +157,7 @@ fn images(light: impl Fn([f64; 2]) -> f64, noise: f64) -> Images {
 fn rectangles_follow_the_edge_of_a_shadow() {
     let images = images(|[u, v]| if u + 0.7 * v < 0.8 { 1.0 } else { 0.1 }, 0.5);
     let walks = 1e6;
-    let tree = rectangles(&images, (0.25 * walks, walks), Start::SURFACE);
+    let tree = rectangles(&images, JobWalks { pilot: 0.25 * walks, job: walks }, Start::SURFACE);
     let whole: f64 = images.caught(images.top).iter().sum();
     let error = whole - tree.caught + tree.noise / walks;
     let of_grid = |[a, b]: [u32; 2]| {
@@ -183,7 +183,7 @@ fn rectangles_follow_the_edge_of_a_shadow() {
 #[test]
 fn rectangles_are_as_long_as_the_light_allows() {
     let images = images(|[u, _]| 1.0 + (6.0 * u).sin(), 1.0);
-    let tree = rectangles(&images, (1e5, 4e5), Start::SURFACE);
+    let tree = rectangles(&images, JobWalks { pilot: 1e5, job: 4e5 }, Start::SURFACE);
     assert!((4..40).contains(&tree.leaves.len()), "{}", tree.leaves.text());
     assert!(tree.leaves.iter().all(|leaf| leaf.levels[1] == 0), "{}", tree.leaves.text());
 }
@@ -227,7 +227,7 @@ fn chance_cuts_few_rectangles() {
     }
     images.add_noise(std::iter::repeat_n(1.0, cells));
     images.spread_noise();
-    let tree = rectangles(&images, (walks, 8.0 * walks), Start::SURFACE);
+    let tree = rectangles(&images, JobWalks { pilot: walks, job: 8.0 * walks }, Start::SURFACE);
     assert!(tree.leaves.len() < 200, "{}", tree.leaves.len());
 }
 

@@ -33,7 +33,7 @@ pub fn write(folder: &Path, millions: u64, studied: &Studied) -> Result<(), Fail
         uniform[0].patches,
     );
     for (k, title) in [(0, "All light"), (1, "Means of faces above 10 cm²")] {
-        errors(&mut text, title, k, (uniform, chosen))?;
+        errors(&mut text, title, k, uniform, chosen)?;
     }
     bases(&mut text, studied)?;
     predicted(&mut text, chosen)?;
@@ -45,7 +45,8 @@ fn errors(
     text: &mut String,
     title: &str,
     k: usize,
-    (uniform, chosen): (&[GroupOutcome], &[GroupOutcome]),
+    uniform: &[GroupOutcome],
+    chosen: &[GroupOutcome],
 ) -> std::fmt::Result {
     write!(text, "\n## {title}\n\n| walks |")?;
     for (found, area) in uniform.iter().zip(UNIFORM) {

@@ -5,6 +5,7 @@ use radiosity::{Estimates, SceneSpec};
 
 use super::runs::{Failure, experiment, noise, walk};
 use super::truth::Truth;
+use crate::walking::SeededWalks;
 
 /// What a run tells is true enough within this factor.
 pub const FACTOR: f64 = 1.5;
@@ -32,7 +33,7 @@ impl ReportedSpread {
         spec: &SceneSpec,
         truth: &Truth,
         cuts: &[Cut],
-        (seed, walks): (u64, u64),
+        SeededWalks { seed, walks }: SeededWalks,
     ) -> Result<Self, Failure> {
         let experiment = experiment(spec, cuts, true)?;
         let (tally, long) = (walk(&experiment, seed, walks), walk(&experiment, 1 << 41, LONG));

@@ -12,6 +12,7 @@ use super::rooms::Room;
 use super::runs::{Failure, cut_all, experiment, fastest, noise, walk};
 use super::truth::Truth;
 use crate::clock::thread_seconds;
+use crate::walking::SeededWalks;
 
 /// Walks by which grids are measured.
 const MEASURED: u64 = 1 << 20;
@@ -255,7 +256,7 @@ impl ChosenMean {
                 mean(&|forecast, _, _| forecast.discretisation.powi(2)),
             ],
             is_linear: forecast.linear,
-            reported: ReportedSpread::new(spec, truth, cuts, (0, paths))?,
+            reported: ReportedSpread::new(spec, truth, cuts, SeededWalks { seed: 0, walks: paths })?,
             rates: rates(spec, cuts, forecast.linear)?,
             cuts: cuts.clone(),
         })

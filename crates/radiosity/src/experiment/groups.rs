@@ -179,7 +179,8 @@ impl Groups {
     pub(super) fn sums<'a>(
         &'a self,
         tally: &'a Tally,
-        (i, score): (usize, usize),
+        i: usize,
+        score: usize,
     ) -> impl Iterator<Item = [u128; 3]> + 'a {
         let faces = self.faces;
         let row = move |row: usize| {

@@ -68,7 +68,7 @@ impl Readings<'_> {
     pub fn plane(&self, plane: usize, channel: usize) -> PlaneFigures {
         let errors = self.errors_of_plane(plane, channel);
         let common = self.correlation_of_points(plane, channel);
-        let [minimum, maximum] = [1.0, -1.0].map(|sign| self.plane_extreme((plane, channel), common, sign));
+        let [minimum, maximum] = [1.0, -1.0].map(|sign| self.plane_extreme(plane, channel, common, sign));
         let mean = self.plane_mean(plane, channel);
         PlaneFigures {
             uniformity: quotient(&minimum.0, &mean, errors.with_mean(minimum.1)),
@@ -80,7 +80,7 @@ impl Readings<'_> {
     }
 
     /// One of the figures of a plane in one channel.
-    fn figure(&self, (plane, channel): (usize, usize), figure: PlaneFigure) -> Figure {
+    fn figure(&self, plane: usize, channel: usize, figure: PlaneFigure) -> Figure {
         let figures = || self.plane(plane, channel);
         match figure {
             PlaneFigure::Mean => figures().mean,
@@ -98,11 +98,12 @@ impl Readings<'_> {
     /// Whether a figure of a plane is at least as large as demanded, of UGR at most, in one channel.
     pub fn sufficiency(
         &self,
-        (plane, channel): (usize, usize),
+        plane: usize,
+        channel: usize,
         figure: PlaneFigure,
         demanded: f64,
     ) -> Sufficiency {
-        let known = self.figure((plane, channel), figure);
+        let known = self.figure(plane, channel, figure);
         let reaches =
             |value: f64| if figure == PlaneFigure::Ugr { value <= demanded } else { value >= demanded };
         let is_met = known.value.is_some_and(reaches);
@@ -110,7 +111,7 @@ impl Readings<'_> {
         let level =
             |one_sided: f64| if figure == PlaneFigure::Mean { 2.0 * one_sided - 1.0 } else { one_sided };
         let is_sure = |one_sided: f64| {
-            let Figure { low, high, .. } = self.at_level(level(one_sided)).figure((plane, channel), figure);
+            let Figure { low, high, .. } = self.at_level(level(one_sided)).figure(plane, channel, figure);
             [low, high].into_iter().all(|limit| reaches(limit) == is_met)
         };
         // What is left to 1 falls by 2⁻¼ from step to step.
@@ -144,7 +145,7 @@ impl Readings<'_> {
 
     /// The least irradiance of a plane's points with the standard error of its estimate, or, with `sign` −1, the largest: the least with the signs
     /// turned round.
-    fn plane_extreme(&self, (plane, channel): (usize, usize), correlation: f64, sign: f64) -> (Figure, f64) {
+    fn plane_extreme(&self, plane: usize, channel: usize, correlation: f64, sign: f64) -> (Figure, f64) {
         let sensor = self.sensors().planes().nth(plane).expect("a plane of the job");
         let points = self.sensors().cells_of(sensor).map(|cell| self.known_at(cell, channel));
         let (figure, error) = self.extreme(points, correlation, sign);

@@ -232,7 +232,7 @@ impl<'a> Estimates<'a> {
                     estimate_of_chains(face, channel, sample, &meaning, (student, by))
                 }
                 (None, Some((shares, groups))) => {
-                    let sample = shares.sample(groups, self.tally, (i, channel));
+                    let sample = shares.sample(groups, self.tally, i, channel);
                     estimate(face, channel, sample, &shares.scaled(meaning), confidence)
                 }
                 (None, None) => {

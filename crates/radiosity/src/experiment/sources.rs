@@ -20,7 +20,7 @@ impl Estimates<'_> {
         let groups = self.experiment().groups().filter(|groups| !groups.sources().is_empty())?;
         let meaning = self.experiment().meaning(i, channel, self.tally())?;
         let mut sums = vec![[0_u128; 2]; groups.sources().len()];
-        for (class, [sum, sum_sq, _]) in groups.classes.iter().zip(groups.sums(self.tally(), (i, channel))) {
+        for (class, [sum, sum_sq, _]) in groups.classes.iter().zip(groups.sums(self.tally(), i, channel)) {
             let of_source = &mut sums[class.source as usize];
             *of_source = [of_source[0] + sum, of_source[1] + sum_sq];
         }

@@ -162,12 +162,12 @@ impl DirectLight {
             let [across, along, polar, turn] = numbers.points(scene.parts.isa);
             for i in 0..len {
                 let bits = |x: u32, y: u32| u64::from(x) << 32 | u64::from(y);
-                let cell = (face.surface, scene.surfaces()[face.surface as usize].cell_of(face));
+                let cell = scene.cell_of(face);
                 let (surface, uv) = scene.scatter(cell, number as u32, bits(across[i], along[i]));
                 let of_surface = &scene.surfaces()[surface as usize];
                 let response = Response::Flat { facing: of_surface.normal() * face.side.sign() };
-                let place = (of_surface.point(uv), response, surface);
-                if let Some(light) = scene.lamp_light(lamp, place, bits(polar[i], turn[i])) {
+                let (point, bits) = (of_surface.point(uv), bits(polar[i], turn[i]));
+                if let Some(light) = scene.lamp_light(lamp, point, response, surface, bits) {
                     self.add(scene, (number, (surface, uv)), |c| light[c] / rays as f64);
                 }
             }

@@ -289,7 +289,7 @@ impl<'a> Gatherer<'a> {
                 for i in 0..len {
                     let place = station.point(station.place([across[i], along[i]]));
                     let bits = u64::from(polar[i]) << 32 | u64::from(turn[i]);
-                    if let Some(light) = scene.lamp_light(lamp, (place, response, station.surface()), bits) {
+                    if let Some(light) = scene.lamp_light(lamp, place, response, station.surface(), bits) {
                         let emitter = self.faces.list.len() + lamp;
                         self.bring(irradiance, emitter, |c| light[c] / rays as f64);
                     }

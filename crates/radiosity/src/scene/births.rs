@@ -219,7 +219,9 @@ impl Births {
     /// each choose, and a walk sets out with w_c = (Φ_sc/Φ_Tc)/p_s in channel c: p_s·w_c is what channel c alone
     /// would have, and no weight exceeds the number of channels (the balance heuristic).
     pub(crate) fn of_emitters(
-        (surfaces, faces, lamps): (&[Surface], &Faces, &PointLamps),
+        surfaces: &[Surface],
+        faces: &Faces,
+        lamps: &PointLamps,
         channels: usize,
         total: [f64; 3],
     ) -> Option<Self> {

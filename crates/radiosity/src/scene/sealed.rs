@@ -223,7 +223,7 @@ impl<'a> LightSearch<'a> {
     fn point_of(&mut self, face: u32) -> (Face, u32, [f64; 2]) {
         let faces = self.scene.faces();
         let piece = faces.piece(faces.pieces(face as usize).next().expect("a face has a piece"));
-        let cell = (piece.surface, self.scene.surfaces()[piece.surface as usize].cell_of(&piece));
+        let cell = self.scene.cell_of(&piece);
         let (surface, uv) = self.scene.scatter(cell, face, self.rng.bits());
         (piece, surface, uv)
     }

@@ -182,7 +182,7 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
     #[inline(always)]
     fn stop_at_panes(&self, rays: &Rays, hits: &Hits, survival: &mut [u64; WIDTH]) -> Lanes {
         match self.scene.has_panes() {
-            true => stop_at_panes(self.scene, (rays, hits, self.len), survival),
+            true => stop_at_panes(self.scene, rays, hits, self.len, survival),
             false => Lanes::default(),
         }
     }
@@ -271,11 +271,7 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
 
 /// [`Walker::stop_at_panes`]. It stands apart, so that scenes without panes do not pay for it.
 #[inline(never)]
-fn stop_at_panes(
-    scene: &Scene,
-    (rays, hits, len): (&Rays, &Hits, usize),
-    survival: &mut [u64; WIDTH],
-) -> Lanes {
+fn stop_at_panes(scene: &Scene, rays: &Rays, hits: &Hits, len: usize, survival: &mut [u64; WIDTH]) -> Lanes {
     let mut stopped = Lanes::default();
     for (lane, bits) in survival.iter_mut().enumerate().take(len) {
         let t = hits.get(lane).map_or(f64::INFINITY, |hit| hit.t);

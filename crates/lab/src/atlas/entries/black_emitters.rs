@@ -11,7 +11,7 @@ use crate::claim::Claim;
 use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::walking::{Failure, experiment, squared_error, variance_over};
+use crate::walking::{Failure, SeededWalks, experiment, squared_error, variance_over};
 use report::words::{measured, number};
 
 pub(crate) const ENTRY: Entry = Entry {
@@ -55,7 +55,7 @@ impl BlackEmittersSweep {
                 let born = birth_probabilities(experiment.scene(), &birth());
                 let variance =
                     exact.gathering_variances(kind, &born)[PATCH].ok_or("walks are born on the patch")?;
-                let over = variance_over(&experiment, (5, walks), PATCH, variance);
+                let over = variance_over(&experiment, SeededWalks { seed: 5, walks }, PATCH, variance);
                 let what = format!("R = {reflectance}: variance of {} over theory", kind.word());
                 claims.push(Claim::equal(what, over, 1.0));
                 let scale = variance / exact.solution().reflected[PATCH].powi(2);

@@ -10,7 +10,7 @@ use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
 use crate::judged_run::run;
 use crate::lab::Lab;
-use crate::walking::{Failure, estimate, experiment, solve, variance_over};
+use crate::walking::{Failure, SeededWalks, estimate, experiment, solve, variance_over};
 use report::words::{measured, number};
 
 pub(crate) const ENTRY: Entry = Entry {
@@ -102,7 +102,7 @@ fn point(dark: f64, walks: u64) -> Result<SurvivalPoint, Failure> {
     let of = |kind: EstimatorKind| -> Result<(f64, Measured), Failure> {
         let variance = exact.shooting_variances(kind)[PATCH];
         let experiment = experiment(&spec, Method::shooting(kind))?;
-        let ratio = variance_over(&experiment, (3, walks), PATCH, variance);
+        let ratio = variance_over(&experiment, SeededWalks { seed: 3, walks }, PATCH, variance);
         Ok((variance / exact.solution().reflected[PATCH].powi(2), ratio))
     };
     let survival = of(EstimatorKind::Survival)?;

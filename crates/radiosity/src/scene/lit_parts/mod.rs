@@ -189,7 +189,7 @@ fn points_of_faces(scene: &Scene, rng: &mut WalkRng) -> (Vec<SurfacePoint>, Vec<
 fn point_of(scene: &Scene, face: u32, rng: &mut WalkRng) -> SurfacePoint {
     let faces = scene.faces();
     let piece = faces.piece(faces.pieces(face as usize).next().expect("a face has a piece"));
-    let cell = (piece.surface, scene.surfaces()[piece.surface as usize].cell_of(&piece));
+    let cell = scene.cell_of(&piece);
     let (surface, uv) = scene.scatter(cell, face, rng.bits());
     SurfacePoint { surface, side: piece.side, uv }
 }

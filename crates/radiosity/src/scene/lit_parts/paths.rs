@@ -142,8 +142,8 @@ impl Paths<'_> {
         }
         let [lamp, bits] = std::array::from_fn(|_| self.rng.bits());
         let facing = Response::Flat { facing: point.normal(scene) };
-        let at = (point.place(scene), facing, point.surface);
-        scene.lamp_light(choice(lamp, scene.lamp_count()), at, bits).is_some()
+        let lamp = choice(lamp, scene.lamp_count());
+        scene.lamp_light(lamp, point.place(scene), facing, point.surface, bits).is_some()
     }
 
     /// From each point, a ray to an emitter or to a place known to be lit.

@@ -60,7 +60,9 @@ pub struct SparseCounted {
 pub fn count_rows(
     question: &FactorsQuestion,
     asked: &SparseAsked,
-    (folder, resume, parts): (&OutputFolder, bool, &[PathBuf]),
+    folder: &OutputFolder,
+    resume: bool,
+    parts: &[PathBuf],
     watcher: RowWatcher<'_>,
 ) -> Result<SparseCounted, Error> {
     let began = Instant::now();
