@@ -5,7 +5,7 @@ use std::path::Path;
 use job::{Forecast, Job, Partition};
 use radiosity::Scene;
 use report::words::{counted, percent};
-use results::{Chosen, PilotCrew, PilotStage, Walked, all_threads, choose_by};
+use results::{Chosen, PilotRunner, PilotStage, StageResult, all_threads, choose_by};
 use tracing::info;
 use voice::Phase;
 
@@ -62,19 +62,19 @@ pub(crate) fn load_anew(args: &JobArgs, phase: &Phase) -> Result<Read, Fault> {
 }
 
 /// Walks a stage of a pilot on all threads of this process.
-pub(crate) fn walk_here(stage: &PilotStage) -> Result<Walked, Fault> {
+pub(crate) fn walk_here(stage: &PilotStage) -> Result<StageResult, Fault> {
     Ok(stage.walk_here(all_threads())?)
 }
 
-/// A job with all of its patches: those that were `kept` of an earlier run of it, or those that a pilot chooses that `crew` walks.
+/// A job with all of its patches: those that were `kept` of an earlier run of it, or those that a pilot chooses that `runner` walks.
 ///
 /// # Errors
-/// Where the job is refused, and those of the crew.
+/// Where the job is refused, and those of the runner.
 pub(crate) fn choose_for(
     job: Job,
     args: &JobArgs,
     phase: &Phase,
-    (kept, crew): (Option<Partition>, &mut dyn PilotCrew<Fault>),
+    (kept, runner): (Option<Partition>, &mut dyn PilotRunner<Fault>),
 ) -> Result<Read, Fault> {
     if job.auto.is_none() {
         return Ok(Read { job, chosen: None });
@@ -83,7 +83,7 @@ pub(crate) fn choose_for(
         Some(_) => None,
         None => {
             phase.now("walking a pilot that chooses the patches");
-            choose_by(&job, all_threads(), crew)?
+            choose_by(&job, all_threads(), runner)?
         }
     };
     let Some(partition) = kept.as_ref().or(chosen.as_ref().map(|chosen| &chosen.partition)) else {

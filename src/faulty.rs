@@ -3,9 +3,9 @@
 
 use std::ops::Range;
 
-use cluster::Work;
+use cluster::{JobHashes, Work};
 use protocol::Limits;
-use radiosity::{Hands, Overflow, Tally};
+use radiosity::{Overflow, Tally, ThreadPool};
 
 use crate::shift::Shift;
 
@@ -26,7 +26,7 @@ impl Faulty {
 impl Work for Faulty {
     type Board = <Shift as Work>::Board;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+    fn hashes(&self) -> JobHashes {
         self.shift.hashes()
     }
 
@@ -46,8 +46,8 @@ impl Work for Faulty {
         self.shift.shoot(walks, board);
     }
 
-    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, hands: &dyn Hands) {
-        self.shift.shoot_while(walks, board, hands);
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, pool: &dyn ThreadPool) {
+        self.shift.shoot_while(walks, board, pool);
     }
 
     fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow> {

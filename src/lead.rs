@@ -192,13 +192,21 @@ pub(crate) struct LedJob {
     pub memory: Option<u64>,
 }
 
+/// The identity of a job, its budget, and the experiment that its walks score in.
+#[derive(Clone, Copy)]
+pub(crate) struct WalkJob<'a> {
+    pub identity: &'a Identity,
+    pub budget: &'a Budget,
+    pub experiment: &'a Experiment,
+}
+
 /// Walks an experiment on from a past, and asks `judge` at every look; `watch` is called at least every 50 ms.
 ///
 /// # Errors
 /// Where the cluster fails, and where a signal ends it.
 pub(crate) fn walk(
     executor: &Executor,
-    (identity, budget, experiment): (&Identity, &Budget, &Experiment),
+    WalkJob { identity, budget, experiment }: WalkJob<'_>,
     past: Past,
     (looks, judge): (Vec<u64>, Judge),
     watch: &mut dyn FnMut(&Coordinator),

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use protocol::{Coordinator, Look, Past};
 use radiosity::Tally;
 use report::OutputFolder;
-use results::{Groups, PilotBooks, PilotCrew, PilotStage, RunOutput, Walked};
+use results::{EndedGroups, PilotBooks, PilotRunner, PilotStage, RunOutput, StageResult};
 use tracing::{info, warn};
 use voice::Phase;
 
@@ -14,7 +14,7 @@ use crate::build::BUILD;
 use crate::choose::walk_here;
 use crate::fault::Fault;
 use crate::keeping::Keeping;
-use crate::lead::{Executor, walk};
+use crate::lead::{Executor, WalkJob, walk};
 use crate::signals;
 
 /// The run that a pilot is for.
@@ -25,8 +25,8 @@ pub(crate) trait Host {
     fn open(&self, scene_hash: [u8; 32]) -> Result<Executor, Fault>;
 }
 
-/// Those who walk a pilot.
-pub(crate) struct Crew<'a> {
+/// The worker processes that trace the walks of a pilot.
+pub(crate) struct PilotWorkers<'a> {
     host: &'a dyn Host,
     phase: &'a Phase,
     resume: bool,
@@ -40,10 +40,10 @@ struct Camp {
     executor: Option<Executor>,
 }
 
-impl<'a> Crew<'a> {
+impl<'a> PilotWorkers<'a> {
     /// Those who walk a pilot for a run, and may go on with one that was begun in its folder.
     pub(crate) fn new(host: &'a dyn Host, resume: bool, phase: &'a Phase) -> Self {
-        Crew { host, phase, resume, camp: None }
+        PilotWorkers { host, phase, resume, camp: None }
     }
 
     /// The folder and the workers, which go on with the run; without a run no more workers are let in.
@@ -67,12 +67,12 @@ impl<'a> Crew<'a> {
     }
 }
 
-impl PilotCrew<Fault> for Crew<'_> {
+impl PilotRunner<Fault> for PilotWorkers<'_> {
     /// Walks a stage: on threads of this process where it is short, else on those of the workers, from what is kept of it on.
     ///
     /// # Errors
     /// Where the cluster fails, and where a signal ends it.
-    fn walk(&mut self, stage: &PilotStage) -> Result<Walked, Fault> {
+    fn walk(&mut self, stage: &PilotStage) -> Result<StageResult, Fault> {
         if stage.is_short() {
             let walked = walk_here(stage)?;
             return if signals::stop_asked() { Err(Fault::Interrupted) } else { Ok(walked) };
@@ -104,10 +104,10 @@ impl PilotCrew<Fault> for Crew<'_> {
             keeping.keep(prefix.counts.walks, keep);
         };
         let budget = stage.budget();
-        let job = (&identity, &budget, stage.experiment());
+        let job = WalkJob { identity: &identity, budget: &budget, experiment: stage.experiment() };
         let walked = walk(executor, job, past, (stage.looks(), Box::new(judge)), &mut keep)?;
         let groups = Rc::into_inner(groups).expect("the coordinator and its judge are gone").into_inner();
-        Ok(Walked::new(groups, walked.tally))
+        Ok(StageResult::new(groups, walked.tally))
     }
 
     fn books(&mut self) -> Result<Option<(&mut PilotBooks, &OutputFolder)>, Fault> {
@@ -125,9 +125,9 @@ impl PilotCrew<Fault> for Crew<'_> {
 }
 
 /// What a stage goes on from.
-fn past(books: &PilotBooks, stage: &PilotStage) -> (Past, Groups) {
+fn past(books: &PilotBooks, stage: &PilotStage) -> (Past, EndedGroups) {
     let none = Past::none(stage.experiment().tally());
-    let Some((tally, groups)) = books.past(stage) else { return (none, Groups::none(stage)) };
+    let Some((tally, groups)) = books.past(stage) else { return (none, EndedGroups::none(stage)) };
     info!("the pilot goes on after {} of {} paths", tally.counts.walks, stage.walks());
     (Past { tally, ..none }, groups)
 }

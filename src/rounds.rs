@@ -4,13 +4,13 @@ use job::Job;
 use protocol::{Coordinator, Look, Past};
 use radiosity::{Experiment, Scene, Tally, Unfit};
 use report::OutputFolder;
-use results::{Identity, Round, RoundWalked, Settings};
+use results::{Identity, Round, RoundResult, Settings};
 
 use crate::args::RoundArgs;
 use crate::build::BUILD;
 use crate::fault::Fault;
 use crate::keeping::Keeping;
-use crate::lead::{Executor, Remote, walk};
+use crate::lead::{Executor, Remote, WalkJob, walk};
 
 /// The processes that walk in a scene.
 ///
@@ -31,7 +31,7 @@ pub(crate) fn open_executor(
 ///
 /// # Errors
 /// Where the cluster fails.
-pub(crate) fn walk_round(executor: &Executor, round: Round<'_>) -> Result<Option<RoundWalked>, Fault> {
+pub(crate) fn walk_round(executor: &Executor, round: Round<'_>) -> Result<Option<RoundResult>, Fault> {
     let Round { identity, experiment, budget, walks, past, keep, watch } = round;
     let judge = |prefix: &Tally, _: &[Look]| {
         let counts = prefix.counts;
@@ -47,9 +47,9 @@ pub(crate) fn walk_round(executor: &Executor, round: Round<'_>) -> Result<Option
             keeping.keep(prefix.counts.walks, || keep(prefix));
         }
     };
-    let job = (&identity, budget, &experiment);
+    let job = WalkJob { identity: &identity, budget, experiment: &experiment };
     match walk(executor, job, past, (vec![walks], Box::new(judge)), &mut watch) {
-        Ok(walked) => Ok(Some(RoundWalked { tally: walked.tally, cpu_seconds: walked.cpu_seconds })),
+        Ok(walked) => Ok(Some(RoundResult { tally: walked.tally, cpu_seconds: walked.cpu_seconds })),
         Err(Fault::Interrupted) => Ok(None),
         Err(fault) => Err(fault),
     }

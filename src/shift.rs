@@ -3,10 +3,10 @@
 use std::ops::Range;
 use std::thread::{self, ThreadId};
 
-use cluster::Work;
+use cluster::{JobHashes, Work};
 use judge::limits;
 use protocol::Limits;
-use radiosity::{Board, Hands, Overflow, Tally};
+use radiosity::{Board, Overflow, Tally, ThreadPool};
 use results::Replica;
 
 use crate::clock::WalkClock;
@@ -30,8 +30,8 @@ impl Shift {
 impl Work for Shift {
     type Board = Board;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (self.replica.experiment().scene().hash(), self.replica.job_hash())
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: self.replica.experiment().scene().hash(), job: self.replica.job_hash() }
     }
 
     fn empty(&self) -> Tally {
@@ -51,9 +51,9 @@ impl Work for Shift {
         self.clock.time(|| experiment.walk(sequence, walks, board));
     }
 
-    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, hands: &dyn Hands) {
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, pool: &dyn ThreadPool) {
         let (experiment, sequence) = (self.replica.experiment(), self.replica.sequence());
-        let timed = Timed { hands, clock: &self.clock, owner: thread::current().id() };
+        let timed = Timed { pool, clock: &self.clock, owner: thread::current().id() };
         self.clock.time(|| experiment.walk_while(sequence, walks, board, &timed));
     }
 
@@ -62,24 +62,24 @@ impl Work for Shift {
     }
 }
 
-/// Hands whose lent threads are timed, too. The owner's own time is taken already.
+/// A thread pool whose lent threads are timed, too. The owner's own time is taken already.
 struct Timed<'a> {
-    hands: &'a dyn Hands,
+    pool: &'a dyn ThreadPool,
     clock: &'a WalkClock,
     owner: ThreadId,
 }
 
-impl Hands for Timed<'_> {
+impl ThreadPool for Timed<'_> {
     fn go_on(&self) -> bool {
-        self.hands.go_on()
+        self.pool.go_on()
     }
 
     fn count(&self) -> usize {
-        self.hands.count()
+        self.pool.count()
     }
 
     fn share(&self, parts: usize, part: &(dyn Fn(usize) + Sync)) {
-        self.hands.share(parts, &|number| match thread::current().id() {
+        self.pool.share(parts, &|number| match thread::current().id() {
             id if id == self.owner => part(number),
             _ => self.clock.time(|| part(number)),
         });

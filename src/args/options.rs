@@ -183,7 +183,7 @@ pub(crate) struct LeadArgs {
 
 /// Where a coordinated job begins, and where it shows its state.
 #[derive(Args)]
-pub(crate) struct CourseArgs {
+pub(crate) struct SessionArgs {
     /// Go on from the checkpoint in the output folder; with more --paths, also from its end
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
@@ -203,7 +203,7 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     pub team: TeamArgs,
     #[command(flatten)]
-    pub course: CourseArgs,
+    pub session: SessionArgs,
 }
 
 #[derive(Args)]
@@ -216,7 +216,7 @@ pub(crate) struct CoordinateArgs {
     #[arg(long, value_name = "FILE")]
     pub access: Option<PathBuf>,
     #[command(flatten)]
-    pub course: CourseArgs,
+    pub session: SessionArgs,
 }
 
 #[derive(Args)]

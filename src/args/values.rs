@@ -1,7 +1,7 @@
 //! Numbers and words as people type them.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use job::{OutputFile, Word};
+use job::{Keyword, OutputFile};
 use radiosity::SkyPatches;
 
 /// A whole number as people write it: 1000000, 1_000_000 or 1e6. TOML holds none beyond 63 bits.

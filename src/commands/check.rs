@@ -29,7 +29,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     let (model, mut faults) = match look(&job, is_job) {
         // A mesh that cannot be run is shown all the same: its materials tell what to do.
         Err(fault) if job.scene.has_mesh() => (Vec::new(), vec![fault.to_string()]),
-        told => told?,
+        model => model?,
     };
     let mut examined = None;
     if (args.fix_report || args.repair) && !model.is_empty() {
@@ -39,7 +39,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     }
     drop(phase);
     if args.json {
-        let told = json!({
+        let answer = json!({
             "scene": table::scene(&job.scene),
             "materials": table::values(&job.scene),
             "notes": job.scene.notes(),
@@ -47,7 +47,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
             "faults": faults,
             "remarks": examined.unwrap_or_default(),
         });
-        say(&told.to_string());
+        say(&answer.to_string());
     } else if !args.quiet {
         job.scene.notes().iter().for_each(|note| say(&format!("note: {note}")));
         table::lines(&job.scene).iter().chain(&model).for_each(|line| say(line));

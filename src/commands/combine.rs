@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use results::{Kept, RunOutput};
+use results::{RunOutput, StoredRun};
 use voice::Phase;
 
 use crate::args::CombineArgs;
@@ -12,7 +12,7 @@ use crate::summary::write_made;
 /// Tells of a result with other factors of its sources.
 pub(crate) fn combine(args: &CombineArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the result");
-    let Kept { checkpoint, settings, experiment } = results::combine(&args.run, &args.set)?;
+    let StoredRun { checkpoint, settings, experiment } = results::combine(&args.run, &args.set)?;
     drop(phase);
     let folder = args.out.clone().unwrap_or_else(|| beside(&args.run));
     let output = RunOutput::new(&folder, args.made.force, &args.made.export.export, crate::build::GIT)?;

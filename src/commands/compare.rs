@@ -50,11 +50,11 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
     let table = ResultTable::new(&folder, args.resume)?;
     let team = args.team.team();
     let mut bench = Bench { team, table, announce: &|point| announce(args, point) };
-    let course = StudySize { rays: args.rays, runs: args.runs };
+    let size = StudySize { rays: args.rays, runs: args.runs };
     signals::catch();
     let mut chapters = Vec::new();
     for (path, (job, scene)) in args.jobs.iter().zip(&jobs) {
-        let chapter = match study(Arena { path, set: &args.set, job, scene }, course, &mut bench) {
+        let chapter = match study(Arena { path, set: &args.set, job, scene }, size, &mut bench) {
             Err(Fault::Interrupted) => {
                 warn!(
                     "interrupted; {} rows are kept in {}, go on with: {} --resume",

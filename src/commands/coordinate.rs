@@ -13,12 +13,12 @@ use results::{Identity, Keeper, Latest, RunOutput, Settings};
 use tracing::{info, warn};
 use voice::{Phase, say};
 
-use crate::args::{CoordinateArgs, CourseArgs, LeadArgs, OutArgs, RunArgs};
+use crate::args::{CoordinateArgs, LeadArgs, OutArgs, RunArgs, SessionArgs};
 use crate::build::{BUILD, GIT};
 use crate::choose;
 use crate::fault::{Fault, Outcome};
 use crate::lead::{Executor, Left, Remote, WorkerEntry, plan};
-use crate::pilot::{Crew, Host};
+use crate::pilot::{Host, PilotWorkers};
 use crate::progress::{Display, tell_notice};
 use crate::{signals, summary};
 
@@ -29,7 +29,7 @@ const FINAL_WAITS: [Duration; 4] =
 /// Runs a job on worker processes of this machine.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     let team = args.team.team();
-    start(&args.work, &args.course, team.workers, &|_, _| Ok(Executor::Local(team)))
+    start(&args.work, &args.session, team.workers, &|_, _| Ok(Executor::Local(team)))
 }
 
 /// Coordinates workers that are started elsewhere.
@@ -39,18 +39,18 @@ pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
         let address = (&*args.at.listen, args.at.advertise.as_deref());
         Ok(Executor::Remote(Remote::open(scene_hash, address, file)?))
     };
-    start(&args.work, &args.course, 0, &open)
+    start(&args.work, &args.session, 0, &open)
 }
 
 /// Opens what workers of a scene join, for a run in a folder.
-type Open<'a> = &'a dyn Fn([u8; 32], &Path) -> Result<Executor, Fault>;
+type ExecutorOpener<'a> = &'a dyn Fn([u8; 32], &Path) -> Result<Executor, Fault>;
 
 /// A run whose pilot may need its folder and workers.
 struct Hosted<'a> {
     folder: &'a Path,
     replace: bool,
     exports: &'a [OutputFile],
-    open: Open<'a>,
+    open: ExecutorOpener<'a>,
 }
 
 impl Host for Hosted<'_> {
@@ -64,16 +64,21 @@ impl Host for Hosted<'_> {
 }
 
 /// Prepares a job for workers, of which some are of this machine, and leads them through it.
-fn start(args: &LeadArgs, course: &CourseArgs, workers: usize, open: Open) -> Result<Outcome, Fault> {
+fn start(
+    args: &LeadArgs,
+    session: &SessionArgs,
+    workers: usize,
+    open: ExecutorOpener,
+) -> Result<Outcome, Fault> {
     signals::catch();
-    let (prepared, executor) = match Prepared::new(args, course.resume, (workers, open)) {
+    let (prepared, executor) = match Prepared::new(args, session.resume, (workers, open)) {
         Err(Fault::Interrupted) => {
             warn!("interrupted; what the pilot has walked is kept, go on with --resume");
             return Ok(Outcome::Interrupted);
         }
         prepared => prepared?,
     };
-    prepared.drive(executor, course, &args.out)
+    prepared.drive(executor, session, &args.out)
 }
 
 /// Says what was left out, changed or assumed of meshes, in ten lines at most.
@@ -107,16 +112,20 @@ struct Prepared {
 
 impl Prepared {
     /// `workers` is how many will work on this machine. They may have joined already, to walk a pilot.
-    fn new(args: &LeadArgs, resume: bool, (workers, open): (usize, Open)) -> Result<(Self, Executor), Fault> {
+    fn new(
+        args: &LeadArgs,
+        resume: bool,
+        (workers, open): (usize, ExecutorOpener),
+    ) -> Result<(Self, Executor), Fault> {
         let LeadArgs { job: asked, out, export } = args;
         let phase = Phase::begin("reading the scene");
         let job = choose::read(asked)?;
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
-        let kept = resume.then(|| results::kept_partition(&folder)).flatten();
+        let kept = resume.then(|| results::stored_partition(&folder)).flatten();
         let host = Hosted { folder: &folder, replace: out.force || resume, exports: &export.export, open };
-        let mut crew = Crew::new(&host, resume, &phase);
-        let read = choose::choose_for(job, asked, &phase, (kept, &mut crew));
-        let (output, executor) = crew.leave(read.is_ok());
+        let mut pilot = PilotWorkers::new(&host, resume, &phase);
+        let read = choose::choose_for(job, asked, &phase, (kept, &mut pilot));
+        let (output, executor) = pilot.leave(read.is_ok());
         let read = read?;
         tell_notes(&read.job);
         results::check_memory(&read.job, workers)?;
@@ -202,8 +211,8 @@ impl Prepared {
     }
 
     /// The page that follows the run, where one is wanted.
-    fn showing(&self, course: &CourseArgs, out: &OutArgs) -> Result<Option<Showing>, Fault> {
-        let Some(address) = &course.watch else { return Ok(None) };
+    fn showing(&self, session: &SessionArgs, out: &OutArgs) -> Result<Option<Showing>, Fault> {
+        let Some(address) = &session.watch else { return Ok(None) };
         let showing = Showing::open(address, GIT, &self.experiment, &self.settings)?;
         // A port or a key that was drawn is known from here alone.
         match out.quiet {
@@ -214,11 +223,11 @@ impl Prepared {
     }
 
     /// Leads workers through the job to its end, and writes what came of it.
-    fn drive(self, executor: Executor, course: &CourseArgs, out: &OutArgs) -> Result<Outcome, Fault> {
+    fn drive(self, executor: Executor, session: &SessionArgs, out: &OutArgs) -> Result<Outcome, Fault> {
         let station = executor.station(self.experiment.scene())?;
-        let page = course.metrics.as_deref().map(open_page).transpose()?;
+        let page = session.metrics.as_deref().map(open_page).transpose()?;
         let reports = Reports::new(self.description(), self.output.path(), executor.access_file(), page);
-        let showing = self.showing(course, out)?;
+        let showing = self.showing(session, out)?;
         let done = self.serve(station, out, (reports, showing));
         executor.close();
         done

@@ -4,8 +4,8 @@ use radiosity::Experiment;
 use report::OutputFolder;
 use results::Round;
 use results::factors::{
-    Asked, FILES, FactorsAnswer, FactorsFault, FactorsQuestion, RowWalks, RowWatcher as RowHands,
-    SparseAnswer, SparseAsked, SparseFile, count, count_rows, sparse_files,
+    Asked, FILES, FactorsAnswer, FactorsFault, FactorsQuestion, RowWalks, RowWatcher, SparseAnswer,
+    SparseAsked, SparseFile, count, count_rows, sparse_files,
 };
 use tracing::{info, warn};
 use voice::{Phase, say};
@@ -109,8 +109,8 @@ fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Resu
         phase.done(part);
         !signals::stop_asked()
     };
-    let hands = RowHands { threads: team.workers * team.threads as usize, watch: &mut watch };
-    let counted = count_rows(&question, asked, (&folder, args.rounds.resume, &args.join), hands)?;
+    let watcher = RowWatcher { threads: team.workers * team.threads as usize, watch: &mut watch };
+    let counted = count_rows(&question, asked, &folder, args.rounds.resume, &args.join, watcher)?;
     if counted.interrupted {
         drop(phase);
         warn!("interrupted; the rows that are done are kept, go on with --resume");

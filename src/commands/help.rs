@@ -26,8 +26,9 @@ pub(crate) fn help(args: &HelpArgs) -> Result<Outcome, Fault> {
     let asked = is_command.then(|| Cli::try_parse_from(["radwalk", &word, "--help"]).err()).flatten();
     let command = asked.map(|help| help.to_string());
     let entry = entry.map(|(title, text)| format!("{title}\n\n{text}"));
-    let told: Vec<String> = command.into_iter().chain(entry).map(|text| text.trim_end().to_owned()).collect();
-    say(&told.join("\n\n"));
+    let texts: Vec<String> =
+        command.into_iter().chain(entry).map(|text| text.trim_end().to_owned()).collect();
+    say(&texts.join("\n\n"));
     Ok(Outcome::Done)
 }
 

@@ -2,7 +2,7 @@
 
 use report::OutputFolder;
 use results::factors::{self, FILES, FactorsFault, is_counted, matrices_in};
-use results::{Kept, RunOutput};
+use results::{RunOutput, StoredRun};
 use voice::Phase;
 
 use crate::args::MergeArgs;
@@ -17,7 +17,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
     if is_counted(first) {
         return merge_factors(args, phase);
     }
-    let Kept { checkpoint, settings, experiment } = results::merge(first, others)?;
+    let StoredRun { checkpoint, settings, experiment } = results::merge(first, others)?;
     drop(phase);
     let output = RunOutput::new(&args.out, args.made.force, &args.made.export.export, crate::build::GIT)?;
     write_made(&output, &settings, &experiment, &checkpoint, &args.made.out())?;

@@ -56,9 +56,9 @@ fn join(
     let open = |scene_hash| {
         let own = Access::new(address.into(), BUILD, scene_hash)?;
         if let Err(error) = own.write(&args.out_access) {
-            let told = Err(std::io::Error::other(error.to_string()));
+            let failure = Err(std::io::Error::other(error.to_string()));
             unwritten = Some(error);
-            return told;
+            return failure;
         }
         if !args.quiet {
             info!(

@@ -1,6 +1,6 @@
 //! `radwalk report`: makes table, summary, picture and page again, from the tally alone.
 
-use results::{Kept, RunOutput};
+use results::{RunOutput, StoredRun};
 use voice::{Phase, say};
 
 use crate::args::ReportArgs;
@@ -9,7 +9,7 @@ use crate::fault::{Fault, Outcome};
 
 /// Makes the files of a result again that follow from its tally.
 pub(crate) fn report(args: &ReportArgs) -> Result<Outcome, Fault> {
-    let kept = Kept::open(&args.run)?;
+    let kept = StoredRun::open(&args.run)?;
     let phase = Phase::begin("estimating every patch");
     RunOutput::new(&args.run, true, &args.export.export, GIT)?.rebuild(&kept, &|doing| phase.now(doing))?;
     drop(phase);

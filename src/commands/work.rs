@@ -41,7 +41,7 @@ pub(crate) fn keep_joining(
 ) -> Result<Outcome, Fault> {
     let patience = wait.map_or(PATIENCE, Duration::from_secs);
     let mut since = (wait.is_some() || launcher::is_there(variable)).then(Instant::now);
-    let (mut joined, mut told) = (false, quiet);
+    let (mut joined, mut announced) = (false, quiet);
     loop {
         let fault = match join() {
             Ok(()) => return Ok(Outcome::Done),
@@ -64,7 +64,7 @@ pub(crate) fn keep_joining(
             Some(since) if since.elapsed() < patience => {}
             _ => return Err(fault),
         }
-        if !std::mem::replace(&mut told, true) {
+        if !std::mem::replace(&mut announced, true) {
             warn!("{fault}; waiting for it");
         }
         std::thread::sleep(RETRY);

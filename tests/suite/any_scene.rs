@@ -1,4 +1,4 @@
-//! Scenes drawn at random, most of which nobody would build. Faces touch, coincide, cross, or are slivers or points. Numbers lie at the ends of their range.
+//! Scenes drawn at random, most of which no one would build. Faces touch, coincide, cross, or are slivers or points. Numbers lie at the ends of their range.
 //! Each scene is examined, built and walked, as `check` and `run` do: it is refused in words, or gives finite numbers that are possible. Walks in some are held
 //! against the exact solution.
 
@@ -216,7 +216,8 @@ fn agree(number: u64, spec: &SceneSpec, outcomes: &mut Outcomes) {
     outcomes.exact += 1;
     let truth = &exact.solution().radiosity;
     let errors = |seed: u64, walks: u64, face: usize| {
-        let found = solved(&experiment, seed, walks).estimates[face].map_or(0.0, |told| told.radiosity);
+        let found =
+            solved(&experiment, seed, walks).estimates[face].map_or(0.0, |estimate| estimate.radiosity);
         let noise = (variances[face] / walks as f64).sqrt();
         ((found - truth[face]).abs() - 2.0 * stated[face] - 1e-9 * truth[face]) / noise
     };

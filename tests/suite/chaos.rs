@@ -12,9 +12,9 @@ use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::Duration;
 
-use cluster::{Access, Work, WorkerIntroduction, work};
+use cluster::{Access, JobHashes, Work, WorkerIntroduction, work};
 use protocol::Checkpoint;
-use radiosity::{Counts, Hands, Overflow, Tally};
+use radiosity::{Counts, Overflow, Tally, ThreadPool};
 
 use crate::support::shim::Wrong;
 use crate::support::storm::{Cluster, Dice, Fault, draw, faults};
@@ -27,7 +27,7 @@ const SHORT: usize = Fault::ALL.len() + 1;
 
 /// A worker with the key that lies.
 struct Liar {
-    hashes: ([u8; 32], [u8; 32]),
+    hashes: JobHashes,
     empty: Tally,
     lie: Lie,
 }
@@ -47,7 +47,7 @@ enum Lie {
 impl Work for Liar {
     type Board = u64;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+    fn hashes(&self) -> JobHashes {
         self.hashes
     }
     fn empty(&self) -> Tally {
@@ -59,8 +59,8 @@ impl Work for Liar {
     fn shoot(&self, walks: Range<u64>, board: &mut u64) {
         *board += walks.end - walks.start;
     }
-    fn shoot_while(&self, walks: Range<u64>, board: &mut u64, hands: &dyn Hands) {
-        while matches!(self.lie, Lie::Progress) && hands.go_on() {
+    fn shoot_while(&self, walks: Range<u64>, board: &mut u64, pool: &dyn ThreadPool) {
+        while matches!(self.lie, Lie::Progress) && pool.go_on() {
             thread::sleep(Duration::from_millis(10));
         }
         self.shoot(walks, board);
@@ -93,7 +93,7 @@ fn lie(cluster: &Cluster, liars: &mut u64, dice: &mut Dice) {
     let name = format!("liar {liars} of {lie:?}");
     let identity = WorkerIntroduction { build: access.build.clone(), name, threads: 1, leave: || false };
     let empty = Tally::new(tally.patches(), tally.layout());
-    let liar = Liar { hashes: (scene_hash, book.parts[0].job_hash), empty, lie };
+    let liar = Liar { hashes: JobHashes { scene: scene_hash, job: book.parts[0].job_hash }, empty, lie };
     thread::spawn(move || work(&access, &identity, |_| Ok(liar), || 0.0));
 }
 

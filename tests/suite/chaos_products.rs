@@ -204,7 +204,7 @@ fn storm(
 ) -> (PathBuf, Storm) {
     let all = if product.is_shared { &Fault::ALL[..] } else { &Fault::ALONE };
     let mut cluster = Cluster::start(folder, 0, start);
-    let (mut left, mut told) = (Vec::new(), Storm { faults: BTreeMap::new(), coordinators: 1, ended: 0 });
+    let (mut left, mut totals) = (Vec::new(), Storm { faults: BTreeMap::new(), coordinators: 1, ended: 0 });
     let mut caused = 0;
     loop {
         // What is made within seconds is hit early and late.
@@ -213,8 +213,8 @@ fn storm(
         match cluster.ended() {
             Some(status) if status.success() => break,
             Some(_) => {
-                (told.coordinators, told.ended) = (told.coordinators + 1, told.ended + 1);
-                assert!(told.ended < 100, "{} gets nowhere", product.name);
+                (totals.coordinators, totals.ended) = (totals.coordinators + 1, totals.ended + 1);
+                assert!(totals.ended < 100, "{} gets nowhere", product.name);
                 cluster.restart();
             }
             None if caused < most => {
@@ -225,13 +225,13 @@ fn storm(
                 }
                 cluster.strike(fault, dice);
                 caused += 1;
-                *told.faults.entry(fault.name()).or_default() += 1;
-                told.coordinators += usize::from(fault == Fault::CoordinatorKilled);
+                *totals.faults.entry(fault.name()).or_default() += 1;
+                totals.coordinators += usize::from(fault == Fault::CoordinatorKilled);
             }
             None => {}
         }
     }
-    (cluster.out.clone(), told)
+    (cluster.out.clone(), totals)
 }
 
 #[test]
@@ -240,26 +240,26 @@ fn no_fault_leaves_a_trace_in_any_product() {
     let mut dice = Dice(0x1234_5678_9ABC_DEF1);
     for product in &PRODUCTS {
         let calm = product.calm(scenes.path());
-        let mut told = Storm { faults: BTreeMap::new(), coordinators: 0, ended: 0 };
+        let mut totals = Storm { faults: BTreeMap::new(), coordinators: 0, ended: 0 };
         let (most, mut times) = (faults(SHORT), 0);
-        let count = |told: &Storm| told.faults.values().sum::<usize>();
-        while times == 0 || count(&told) < most && most > SHORT {
+        let count = |totals: &Storm| totals.faults.values().sum::<usize>();
+        while times == 0 || count(&totals) < most && most > SHORT {
             let folder = tempdir().unwrap();
             let start = product.shared(scenes.path());
-            let (out, more) = storm(product, &folder, start, &mut dice, most - count(&told));
+            let (out, more) = storm(product, &folder, start, &mut dice, most - count(&totals));
             assert!(product.read(&out) == calm, "{}: {:?}", product.name, more.faults);
-            more.faults.into_iter().for_each(|(fault, n)| *told.faults.entry(fault).or_default() += n);
-            (told.coordinators, told.ended, times) =
-                (told.coordinators + more.coordinators, told.ended + more.ended, times + 1);
+            more.faults.into_iter().for_each(|(fault, n)| *totals.faults.entry(fault).or_default() += n);
+            (totals.coordinators, totals.ended, times) =
+                (totals.coordinators + more.coordinators, totals.ended + more.ended, times + 1);
         }
         println!(
             "{}: made {times} times under {} faults by {} coordinators, of which a fault ended {}",
             product.name,
-            count(&told),
-            told.coordinators,
-            told.ended
+            count(&totals),
+            totals.coordinators,
+            totals.ended
         );
-        told.faults.iter().for_each(|(fault, n)| println!("    {n} × {fault}"));
+        totals.faults.iter().for_each(|(fault, n)| println!("    {n} × {fault}"));
         println!("    the bytes of {} are those of the undisturbed one", product.files.join(", "));
     }
 }

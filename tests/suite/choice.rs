@@ -62,18 +62,18 @@ fn a_bare_mesh_is_solved_continuously() {
     let mesh = mesh.to_str().unwrap();
     let [one, two, many, long, again] =
         ["one", "two", "many", "long", "again"].map(|name| path(&folder, name));
-    let told = run_job(mesh, &one, &[&SIDES[..], &["--workers", "1"]].concat());
+    let result = run_job(mesh, &one, &[&SIDES[..], &["--workers", "1"]].concat());
     run_job(mesh, &two, &[&SIDES[..], &["--workers", "2"]].concat());
     run_job(mesh, &many, &[&SIDES[..], &["--workers", "16"]].concat());
     assert!(answer(&one) == answer(&two) && answer(&one) == answer(&many));
-    let (choice, accuracy) = (&told["choice"], &told["accuracy"]);
+    let (choice, accuracy) = (&result["choice"], &result["accuracy"]);
     assert_eq!(
         (&choice["method"], &choice["basis"]),
         (&"continuous shooting by collision".into(), &"linear".into())
     );
     assert!(choice["why"].as_str().unwrap().contains("foretold"), "{choice}");
     assert_eq!((&accuracy["target"], &accuracy["reached"]), (&0.05.into(), &true.into()));
-    assert!(told["paths"].as_u64().unwrap() < 10_000_000);
+    assert!(result["paths"].as_u64().unwrap() < 10_000_000);
 
     // A patch a wall is enough for means of walls, where walks are continuous. Six walls within 5 standard errors and 2 %: false alarms 4·10⁻⁶.
     let by_hand = ["method.walk=shooting", "method.space=continuous", "scene.patches=given"];
@@ -87,7 +87,7 @@ fn a_bare_mesh_is_solved_continuously() {
     }
 
     let given = format!("scene.patches={}", one.join("partition.toml").to_str().unwrap());
-    let paths = told["paths"].to_string();
+    let paths = result["paths"].to_string();
     run_job(mesh, &again, &[&SIDES[..], &["--set", &given, "--paths", &paths]].concat());
     assert!(answer(&again) == answer(&one));
 }
@@ -113,12 +113,12 @@ fn a_choice_survives_the_run() {
         [&resumed[..], &[killed.to_str().unwrap()], &set, &["--set", "budget.wall_seconds=2"]].concat();
     let (code, _, stderr) = run(&resumed);
     assert!(code == 0 && stderr.contains("resumed after"), "{stderr}");
-    let told = summary(&killed);
+    let result = summary(&killed);
     // Another pilot would have chosen for 7 million.
-    assert_eq!(told["partition"]["for_paths"], 6_000_000_u64, "{told}");
+    assert_eq!(result["partition"]["for_paths"], 6_000_000_u64, "{result}");
     // The tally is that of its walks on the chosen patches.
     let given = format!("scene.patches={}", killed.join("partition.toml").to_str().unwrap());
-    let paths = told["paths"].to_string();
+    let paths = result["paths"].to_string();
     run_job(mesh.to_str().unwrap(), &calm, &[&set[..], &["--set", &given, "--paths", &paths]].concat());
     assert!(answer(&calm) == answer(&killed));
     assert!(numbers(&columns(&calm.join("patches.csv"))["area"]).len() > 6);

@@ -49,7 +49,7 @@ fn slow_and_failing_disks_and_jumping_clocks_change_nothing() {
 }
 
 #[test]
-fn a_disk_that_never_syncs_is_told_of_and_leaves_what_was_there() {
+fn a_disk_that_never_syncs_is_reported_and_leaves_what_was_there() {
     let folder = tempdir().unwrap();
     let shim = Shim::new(folder.path());
     let out = path(&folder, "out");

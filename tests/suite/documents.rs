@@ -110,8 +110,8 @@ fn every_toml_block_runs() {
                 let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
                 assert_eq!(summary["planes"][0]["points"], 16, "{summary}");
                 names("docs/reference/outputs.md", header(&out.join("planes.csv")));
-                let told = summary["planes"][0].as_object().unwrap().keys().cloned();
-                names("docs/reference/outputs.md", told);
+                let columns = summary["planes"][0].as_object().unwrap().keys().cloned();
+                names("docs/reference/outputs.md", columns);
             } else if block.contains("[[pane]]") {
                 let scene = fs::read_to_string("configs/scenes/daylit.toml").unwrap();
                 fs::write(&file, format!("{scene}\n{block}")).unwrap();
@@ -233,11 +233,11 @@ fn blocks_of(list: &str, begins: impl Fn(&str) -> bool) -> Vec<String> {
 
 /// The help of a command without its first line and its examples, and without the arguments and options that the page has
 /// already: the names of these options stand in one line.
-fn without_repeats(help: &str, told: &mut BTreeSet<String>) -> String {
+fn without_repeats(help: &str, seen: &mut BTreeSet<String>) -> String {
     let help = help.split_once("\n\n").unwrap().1.split("\n\nExamples:").next().unwrap();
     let mut new_blocks = |list: &str, begins: fn(&str) -> bool| -> (Vec<String>, Vec<String>) {
         let words = |block: &String| block.split_whitespace().collect::<Vec<_>>().join(" ");
-        blocks_of(list, begins).into_iter().partition(|block| told.insert(words(block)))
+        blocks_of(list, begins).into_iter().partition(|block| seen.insert(words(block)))
     };
     let Some((head, options)) = help.split_once("\nOptions:\n") else { return help.to_owned() };
     let mut text = head.to_owned();
@@ -270,13 +270,13 @@ fn the_page_of_commands_is_their_help() {
     let (_, help, _) = run(&["--help"]);
     let list = help.split("\n\nExamples:").next().unwrap();
     page += &format!("\n## radwalk\n\n```text\n{}\n```\n", trimmed(list));
-    let mut told = BTreeSet::new();
+    let mut seen = BTreeSet::new();
     for command in commands() {
         let (code, help, _) = run(&[&command, "--help"]);
         assert_eq!(code, 0);
         page += &format!(
             "\n## radwalk {command}\n\n```text\n{}\n```\n",
-            without_repeats(&trimmed(&help), &mut told)
+            without_repeats(&trimmed(&help), &mut seen)
         );
     }
     hold("docs/reference/commands.md", &page);
@@ -354,22 +354,22 @@ fn kind(schema: &Value) -> String {
 }
 
 /// The lists of keys below a schema, deeper ones after their own. Keys that an earlier list has alike stand in one line.
-fn lists(name: &str, schema: &Value, page: &mut String, told: &mut BTreeMap<String, String>) {
+fn lists(name: &str, schema: &Value, page: &mut String, listed: &mut BTreeMap<String, String>) {
     let Some(keys) = schema["properties"].as_object() else { return };
     let required: BTreeSet<&str> =
         schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     let (mut items, mut repeats) = (String::new(), BTreeMap::<String, Vec<String>>::new());
     for (key, value) in keys {
         let must = if required.contains(key.as_str()) { " (required)" } else { "" };
-        // The kind of a colour says what editors are told in words.
+        // The kind of a colour says what editors show in words.
         let means =
             value["description"].as_str().unwrap_or("").replace("; a number, or [red, green, blue]", "");
         let item = format!("- `{key}`{must}: {}. {means}\n", kind(value));
-        match told.get(&item) {
+        match listed.get(&item) {
             Some(list) => repeats.entry(list.clone()).or_default().push(format!("`{key}`")),
             None => {
                 items += &item;
-                told.insert(item, name.to_owned());
+                listed.insert(item, name.to_owned());
             }
         }
     }
@@ -381,11 +381,11 @@ fn lists(name: &str, schema: &Value, page: &mut String, told: &mut BTreeMap<Stri
         if name.starts_with('[') { name.trim_matches(['[', ']']).to_owned() + "." } else { String::new() };
     let below = |key: &str| format!("[{path}{key}]");
     for (key, value) in keys {
-        lists(&below(key), value, page, told);
-        lists(&below(&format!("{key}.NAME")), &value["additionalProperties"], page, told);
-        lists(&format!("[{}]", below(key)), &value["items"], page, told);
+        lists(&below(key), value, page, listed);
+        lists(&below(&format!("{key}.NAME")), &value["additionalProperties"], page, listed);
+        lists(&format!("[{}]", below(key)), &value["items"], page, listed);
         for choice in value["anyOf"].as_array().into_iter().flatten() {
-            lists(&below(key), choice, page, told);
+            lists(&below(key), choice, page, listed);
         }
     }
 }
@@ -464,10 +464,10 @@ fn the_page_of_outputs_names_columns_fields_and_metrics() {
         run(&["exact", two_sided, "--quiet", "--out", path(&folder, "exact").to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
     let lamps = path(&folder, "lamps");
-    let told_apart = run_job("configs/lamps.toml", &lamps, &["--paths", "20000"]);
-    names(OUTPUTS, told_apart.as_object().unwrap().keys().cloned());
-    names(OUTPUTS, told_apart["sources"][0].as_object().unwrap().keys().cloned());
-    names(OUTPUTS, told_apart["sensitivities"][0].as_object().unwrap().keys().cloned());
+    let by_source = run_job("configs/lamps.toml", &lamps, &["--paths", "20000"]);
+    names(OUTPUTS, by_source.as_object().unwrap().keys().cloned());
+    names(OUTPUTS, by_source["sources"][0].as_object().unwrap().keys().cloned());
+    names(OUTPUTS, by_source["sensitivities"][0].as_object().unwrap().keys().cloned());
     for table in ["sources.csv", "sensitivities.csv"] {
         names(OUTPUTS, header(&lamps.join(table)).into_iter().map(|head| without_channel(&head)));
     }
@@ -480,8 +480,8 @@ fn the_page_of_outputs_names_columns_fields_and_metrics() {
     assert_eq!(code, 0, "{stderr}");
     let of_factors = ["factors.csv", "groups.csv", "thermal.csv"].map(|name| smoothed.join(name));
     names(OUTPUTS, of_factors.iter().flat_map(|table| header(table)));
-    let told: Value = serde_json::from_slice(&fs::read(smoothed.join("factors.json")).unwrap()).unwrap();
-    names(OUTPUTS, told.as_object().unwrap().keys().cloned());
+    let answer: Value = serde_json::from_slice(&fs::read(smoothed.join("factors.json")).unwrap()).unwrap();
+    names(OUTPUTS, answer.as_object().unwrap().keys().cloned());
     names(OUTPUTS, header(&path(&folder, "exact/exact-factors.csv")));
     names(OUTPUTS, tables.iter().flat_map(|table| header(table)));
     names(OUTPUTS, summary.as_object().unwrap().keys().cloned());

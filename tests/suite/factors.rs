@@ -189,7 +189,7 @@ fn the_answer_is_a_function_of_the_job() {
 }
 
 /// Counts of two seeds are one: the sums of both, in whatever order, with rows that add up to exactly 1 though no power of two of walks
-/// is behind them. What is told is what the first was asked: an enclosure, smoothed factors, matrices.
+/// is behind them. The answer is that to the question of the first: an enclosure, smoothed factors, matrices.
 #[test]
 fn counts_of_several_seeds_are_merged() {
     let heat = "environment = 280.0\n[[group]]\nname = \"*\"\ntemperature = 300.0\n";
@@ -214,8 +214,8 @@ fn counts_of_several_seeds_are_merged() {
     for file in ["factors.csv", "groups.csv", "thermal.csv", "factors.mtx", "factors.npz"] {
         assert!(read("out-a", file) == read("out-c", file), "{file}");
     }
-    let told = summary(&path(&folder, "out-a"));
-    assert_eq!(told["seeds"], serde_json::json!([1, 2, 3]));
+    let result = summary(&path(&folder, "out-a"));
+    assert_eq!(result["seeds"], serde_json::json!([1, 2, 3]));
     let walks = |out: &str| numbers(&columns(&path(&folder, out).join("groups.csv"))["walks"]);
     let (merged, parts) = (walks("out-a"), ["out1", "out2", "out3"].map(walks));
     assert!(merged.iter().any(|walks| !(*walks as u64).is_power_of_two()), "{merged:?}");
@@ -307,8 +307,11 @@ fn a_tolerance_on_a_pair_gives_its_rays_to_its_row() {
     assert!(0.5 * (high - low) <= 0.01 * factor, "{factor} {low} {high}");
     let walks = numbers(&columns(&out.join("groups.csv"))["walks"]);
     assert!(walks[1] >= 16.0 * walks[0], "{walks:?}");
-    let told = &summary(&out)["tolerance"];
-    assert_eq!((told["reached"].clone(), told["pairs"][0][1].clone()), (true.into(), "floor".into()));
+    let tolerance = &summary(&out)["tolerance"];
+    assert_eq!(
+        (tolerance["reached"].clone(), tolerance["pairs"][0][1].clone()),
+        (true.into(), "floor".into())
+    );
     // A factor that is 0 is never known relative to itself: the budget ends it.
     let (code, _, stderr) =
         factors(&folder, &format!("{job} out2 --tolerance 0.1 --pairs floor:floor --paths 100000"));
@@ -409,7 +412,7 @@ fn what_cannot_be_counted_is_refused() {
         ("adiabatic.toml", adiabatic),
         ("back.toml", &named_back),
     ]);
-    for (words, told) in [
+    for (words, message) in [
         ("coloured.toml --reflections", "choose --channel"),
         ("corner.toml --groups doubled.toml", "patch 1 is in group \"a\" and in group \"b\""),
         ("corner.toml --groups missing.toml", "there is no such file"),
@@ -427,7 +430,7 @@ fn what_cannot_be_counted_is_refused() {
     ] {
         let paths = if words.contains("--paths") { "" } else { " --paths 4096" };
         let (code, _, stderr) = factors(&folder, &format!("{words}{paths} --quiet --force --out out"));
-        assert!(code == 2 && stderr.contains(told), "{words}: {code} {stderr}");
+        assert!(code == 2 && stderr.contains(message), "{words}: {code} {stderr}");
     }
     // Without reflections colour plays no part.
     let (code, _, stderr) = factors(&folder, "coloured.toml --paths 4096 --quiet --out out --force");

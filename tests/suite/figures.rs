@@ -21,23 +21,23 @@ use crate::support::{path, run, summary};
 fn ends(job: &str, args: &[&str], expected: i32) -> (Value, String) {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    let (code, told, stderr) = run(&[&["run", job, "--out", out.to_str().unwrap()], args].concat());
-    assert_eq!(code, expected, "{told}{stderr}");
-    (summary(&out), told)
+    let (code, text, stderr) = run(&[&["run", job, "--out", out.to_str().unwrap()], args].concat());
+    assert_eq!(code, expected, "{text}{stderr}");
+    (summary(&out), text)
 }
 
 /// Where all surfaces emit, a target of 0.01 % is not reached by 4,096 walks, and errors are those of irradiance.
 #[test]
 fn rooms_of_emitters_are_judged_by_irradiance() {
     for job in ["configs/furnace.toml", "configs/cube6-r90.toml"] {
-        let (summary, told) = ends(job, &["--paths", "20000", "--set", "target.relative_error=0.0001"], 1);
+        let (summary, text) = ends(job, &["--paths", "20000", "--set", "target.relative_error=0.0001"], 1);
         assert_eq!(summary["paths"], 20000);
-        assert!(told.contains("target not reached") && told.contains("irradiance"), "{told}");
+        assert!(text.contains("target not reached") && text.contains("irradiance"), "{text}");
         for figure in ["rms_relative_error", "max_relative_error"] {
             assert!(summary[figure].as_f64().unwrap() > 1e-3, "{summary}");
         }
-        let (planned, told, _) = run(&["plan", job, "--set", "target.relative_error=0.0001"]);
-        assert!(planned == 0 && told.contains("ends the run before (target not reached)"), "{told}");
+        let (planned, text, _) = run(&["plan", job, "--set", "target.relative_error=0.0001"]);
+        assert!(planned == 0 && text.contains("ends the run before (target not reached)"), "{text}");
     }
 }
 
@@ -74,8 +74,8 @@ fn black_walls_are_judged_by_irradiance_and_have_no_radiosity_to_judge() {
     let of = |more: &[&str]| {
         run(&[&["run", job.to_str().unwrap(), "--force", "--out", out.to_str().unwrap()], more].concat())
     };
-    let (code, told, stderr) = of(&[]);
-    assert_eq!(code, 0, "{told}{stderr}");
+    let (code, text, stderr) = of(&[]);
+    assert_eq!(code, 0, "{text}{stderr}");
     let table = crate::support::columns(&out.join("patches.csv"));
     let of_walls =
         |name: &str| -> Vec<f64> { table[name][..32].iter().map(|cell| cell.parse().unwrap()).collect() };
@@ -91,8 +91,8 @@ fn black_walls_are_judged_by_irradiance_and_have_no_radiosity_to_judge() {
         );
         assert_eq!((b[i], b_error[i]), (0.0, 0.0));
     }
-    let (code, told, _) = of(&["--set", "target.quantity=radiosity", "--paths", "4000"]);
-    assert!(code == 1 && told.contains("target not reached: nothing to judge"), "{told}");
+    let (code, text, _) = of(&["--set", "target.quantity=radiosity", "--paths", "4000"]);
+    assert!(code == 1 && text.contains("target not reached: nothing to judge"), "{text}");
     assert_eq!(summary(&out)["target"]["achieved"], Value::Null);
     let (code, _, _) = of(&["--set", "target.quantity=net", "--paths", "4000"]);
     assert_eq!(code, 1);
@@ -110,7 +110,7 @@ fn five_walls() -> SceneSpec {
 /// Discrete walks between whole walls solve another problem, and the headline says how far it is from the truth; in an evenly lit
 /// furnace the two are one. The lower end of its interval is above 0 by chance in 1 of 40 seeds; this one was not chosen.
 #[test]
-fn the_discretised_system_is_told_with_its_distance_from_the_truth() {
+fn the_discretised_system_is_reported_with_its_distance_from_the_truth() {
     let folder = tempdir().unwrap();
     let of = |name: &str, spec: &SceneSpec, space: &str| {
         let scene = path(&folder, &format!("{name}.toml"));
@@ -120,20 +120,20 @@ fn the_discretised_system_is_told_with_its_distance_from_the_truth() {
         let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
         ends(scene.to_str().unwrap(), &[&["--paths", "400000", "--seed", "1"], &sets[..]].concat(), 0)
     };
-    let (walls, told) = of("walls", &five_walls(), "discrete");
-    assert!(told.contains("by area, of the discretised system: median"), "{told}");
+    let (walls, text) = of("walls", &five_walls(), "discrete");
+    assert!(text.contains("by area, of the discretised system: median"), "{text}");
     let low = walls["discretised"]["low"].as_f64().unwrap();
     assert!(low > 0.3, "{}", walls["discretised"]);
-    let (even, told) = of("furnace", &scenes::furnace(2, 0.5), "discrete");
+    let (even, text) = of("furnace", &scenes::furnace(2, 0.5), "discrete");
     assert!(
         even["discretised"]["low"] == 0.0 && even["discretised"]["high"].as_f64().unwrap() < 0.05,
-        "{told}"
+        "{text}"
     );
-    let (continuous, told) = of("walls", &five_walls(), "continuous");
-    assert!(continuous.get("discretised").is_none() && !told.contains("discretised"), "{told}");
+    let (continuous, text) = of("walls", &five_walls(), "continuous");
+    assert!(continuous.get("discretised").is_none() && !text.contains("discretised"), "{text}");
 }
 
-/// Two rooms of which the second has a thousandth of the light: what 3,000 walks are told to know is not less than what they err by.
+/// Two rooms of which the second has a thousandth of the light: the errors that 3,000 walks report are not below their true errors.
 #[test]
 fn unhit_rooms_are_in_the_headline() {
     let spec = scenes::two_rooms(0.05, 0.5);
@@ -154,15 +154,15 @@ fn unhit_rooms_are_in_the_headline() {
             .collect();
         errors.sort_by(|a, b| a.0.total_cmp(&b.0));
         let all: f64 = errors.iter().map(|(_, area)| area).sum();
-        for (part, told) in [(0.5, headline.quantiles[0]), (0.9, headline.quantiles[1])] {
+        for (part, reported) in [(0.5, headline.quantiles[0]), (0.9, headline.quantiles[1])] {
             let mut below = 0.0;
             let real = errors.iter().find(|(_, area)| {
                 below += area;
                 below >= part * all
             });
             assert!(
-                told >= real.unwrap().0,
-                "seed {seed}, {part} of the area: told {told}, real {}",
+                reported >= real.unwrap().0,
+                "seed {seed}, {part} of the area: told {reported}, real {}",
                 real.unwrap().0
             );
         }
@@ -255,8 +255,8 @@ fn no_target_is_reached_that_the_truth_misses() {
         let solution = Exact::of_scene(&spec).unwrap().solution().clone();
         let (mut off, mut all) = (0.0, 0.0);
         for (i, face, known) in estimates.known() {
-            let Some(told) = quantity.of(&face, 0, &known[0]) else { continue };
-            if unhit == Unhit::Ignore && told.value.is_none() {
+            let Some(estimate) = quantity.of(&face, 0, &known[0]) else { continue };
+            if unhit == Unhit::Ignore && estimate.value.is_none() {
                 continue;
             }
             let truth = match quantity {
@@ -265,7 +265,7 @@ fn no_target_is_reached_that_the_truth_misses() {
                 Quantity::Net => face.emittance[0] - (1.0 - face.reflectance[0]) * solution.irradiance[i],
             };
             all += face.area;
-            let value = told.value.unwrap_or(0.0);
+            let value = estimate.value.unwrap_or(0.0);
             off += if (value - truth).abs() > 0.15 * value.abs() { face.area } else { 0.0 };
         }
         runs += 1;
@@ -321,14 +321,14 @@ fn part_missing(spec: &SceneSpec, target: &Target, estimates: &Estimates) -> f64
     let (mut off, mut all) = (0.0, 0.0);
     for (i, face, known) in estimates.known() {
         let of_channel = |(c, exact): (usize, &Exact)| {
-            let told = target.quantity.of(&face, c, &known[c])?;
+            let estimate = target.quantity.of(&face, c, &known[c])?;
             let solution = exact.solution();
             let truth = match target.quantity {
                 Quantity::Irradiance => solution.irradiance[i],
                 Quantity::Radiosity => solution.radiosity[i],
                 Quantity::Net => face.emittance[c] - (1.0 - face.reflectance[c]) * solution.irradiance[i],
             };
-            let value = told.value.unwrap_or(0.0);
+            let value = estimate.value.unwrap_or(0.0);
             Some((value - truth).abs() > target.relative_error * value.abs() + 1e-12)
         };
         let misses: Vec<bool> = exact.iter().enumerate().filter_map(of_channel).collect();
@@ -435,9 +435,9 @@ fn terminal_page_and_summary_tell_one_headline() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
     let args = ["run", "tests/data/cube54.toml", "--paths", "20000", "--out", out.to_str().unwrap()];
-    let (code, told, stderr) = run(&args);
+    let (code, text, stderr) = run(&args);
     assert_eq!(code, 0, "{stderr}");
-    let line = told.lines().find(|line| line.starts_with("relative half-width by area")).unwrap();
+    let line = text.lines().find(|line| line.starts_with("relative half-width by area")).unwrap();
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains(&line["relative".len()..].replace('\'', "&#x27;")), "{line}");
     let facts = page.split_once("id=\"facts\">").unwrap().1.split_once("</script>").unwrap().0;
@@ -450,7 +450,7 @@ fn terminal_page_and_summary_tell_one_headline() {
         let figure = line.split_once(&format!("{words} ")).unwrap().1.split_once(" %").unwrap().0;
         let figure: f64 = figure.parse().unwrap();
         let number = 100.0 * headline[key].as_f64().unwrap();
-        // Three digits are told.
+        // Three digits are printed.
         assert!((figure / number - 1.0).abs() < 5.1e-3, "{words}: {figure} for {number}");
     }
 }

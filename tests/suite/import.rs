@@ -250,11 +250,11 @@ fn a_mesh_runs_as_it_is_and_each_remedy_does() {
     assert!(code == 2 && stderr.contains("reflectance_limit = 0.95"), "{stderr}");
     let (code, said, _) =
         run(&["check", file, "--json", "--set", "import.material.\"Red.003\".emittance=10"]);
-    let told: serde_json::Value = serde_json::from_str(&said).unwrap();
-    let row = told["materials"].as_array().unwrap().iter().find(|row| row["name"] == "Red.003").unwrap();
+    let json: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let row = json["materials"].as_array().unwrap().iter().find(|row| row["name"] == "Red.003").unwrap();
     assert_eq!((code, &row["emittance"][0], &row["area"]), (0, &10.0.into(), &1.0.into()), "{said}");
     assert_eq!(
-        (&told["scene"]["extent"][2], told["faults"].as_array().unwrap().len()),
+        (&json["scene"]["extent"][2], json["faults"].as_array().unwrap().len()),
         (&1.0.into(), 0),
         "{said}"
     );
@@ -295,12 +295,12 @@ fn offered(note: &str) -> Vec<String> {
 fn noted(file: &Path, typed: &str) -> (i32, Vec<String>, Vec<String>, String) {
     let command = format!("'{}' check '{}' --json {typed}", env!("CARGO_BIN_EXE_radwalk"), file.display());
     let done = std::process::Command::new("sh").args(["-c", &command]).output().unwrap();
-    let told: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap_or_default();
+    let json: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap_or_default();
     let texts = |values: &serde_json::Value, text: fn(&serde_json::Value) -> &serde_json::Value| {
         let values = values.as_array().into_iter().flatten();
         values.map(|value| text(value).as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
-    let (notes, names) = (texts(&told["notes"], |note| note), texts(&told["materials"], |row| &row["name"]));
+    let (notes, names) = (texts(&json["notes"], |note| note), texts(&json["materials"], |row| &row["name"]));
     (done.status.code().unwrap(), notes, names, String::from_utf8_lossy(&done.stderr).into_owned())
 }
 

@@ -294,8 +294,9 @@ fn methods_agree_in_scenes_drawn_at_random() {
             let counts = tally.counts;
             assert_eq!((counts.escaped, counts.truncated), (0, 0), "seed {seed}");
             let estimates = Estimates::new(&experiment, &tally, 0.95);
-            let told: Vec<_> = estimates.iter().map(|(_, _, known)| known.map(|known| known[0])).collect();
-            found.push(told);
+            let radiosities: Vec<_> =
+                estimates.iter().map(|(_, _, known)| known.map(|known| known[0])).collect();
+            found.push(radiosities);
         }
         let enough = |number: usize, i: usize| {
             found[number][i].filter(|estimate| {

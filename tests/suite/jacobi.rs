@@ -92,7 +92,7 @@ fn the_shortest_chains_have_no_bias() {
 /// Eight of the shortest chains where the second room is dark, Sobol walks that hit patches 4 to 40 times, and Sobol walks in a box that is lit as evenly as it
 /// can be, so that estimates lie above the most that is possible half of the time: intervals cover, and are between 0.7 times and twice the real error at the median patch of each class. False alarm of a coverage that is just at its limit: 3·10⁻⁵ each.
 #[test]
-fn what_is_told_is_near_the_real_error() {
+fn reported_errors_are_near_the_real_ones() {
     let (rooms, cube, even) = (scenes::two_rooms(0.1, 0.5), closed_box(0.95), scenes::furnace(1, 0.9));
     let of_chains = chains(&rooms, 43 * exactly(&rooms).len() as u64);
     let of_walks = |spec, walks| sobol(spec, walks, EstimatorKind::Collision, Space::Discrete);
@@ -362,7 +362,7 @@ fn long_few_links() {
     }
 }
 
-/// The table of docs/results/intervals.md: coverage and told over real error by expected hits, for each method.
+/// The table of docs/results/intervals.md: coverage and reported over real error by expected hits, for each method.
 #[test]
 #[ignore = "minutes; run with --release"]
 fn long_told_over_real() {

@@ -14,7 +14,7 @@ fn path(folder: &tempfile::TempDir, name: &str) -> String {
 }
 
 #[test]
-fn a_luminaire_is_told_and_drawn() {
+fn a_luminaire_is_described_and_drawn() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "strip");
     let (code, stdout, stderr) = run(&["lamp", STRIP, "--out", &out]);
@@ -31,8 +31,8 @@ fn a_luminaire_is_told_and_drawn() {
 
     let svg = path(&folder, "strip.svg");
     let (code, stdout, _) = run(&["lamp", STRIP, "--svg", &svg, "--json"]);
-    let told: Value = serde_json::from_str(&stdout).unwrap();
-    assert_eq!((code, &told["lamps"][1]["flux"]), (0, &4450.0.into()));
+    let json: Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!((code, &json["lamps"][1]["flux"]), (0, &4450.0.into()));
     assert_eq!(fs::read_to_string(svg).unwrap(), curve);
 }
 

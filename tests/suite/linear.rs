@@ -206,21 +206,21 @@ fn gradients_of_triangles_are_those_of_finer_patches() {
 fn workers_leave_no_trace_in_gradients() {
     let folder = tempdir().unwrap();
     let [base, constant] = ["base", "constant"].map(|name| path(&folder, name));
-    let told = run_job(CUBE, &base, &[&LINEAR[..], &["--workers", "1"]].concat());
+    let result = run_job(CUBE, &base, &[&LINEAR[..], &["--workers", "1"]].concat());
     run_job(CUBE, &constant, &["--paths", "300000"]);
     let [with, without] = [&base, &constant].map(|out| fs::read_to_string(out.join("patches.csv")).unwrap());
     for (with, without) in with.lines().zip(without.lines()) {
         assert_eq!(with.strip_prefix(without).unwrap().split(',').count(), 7);
     }
-    let accuracy = |name: &str| told["accuracy"][name].as_f64().unwrap();
+    let accuracy = |name: &str| result["accuracy"][name].as_f64().unwrap();
     let [noise, discretisation, total] = ["noise", "discretisation", "total"].map(accuracy);
     assert!((noise.hypot(discretisation) - total).abs() < 1e-12);
-    assert!(discretisation > 0.1 && noise < 0.05, "3 × 3 patches a wall are coarse: {told}");
+    assert!(discretisation > 0.1 && noise < 0.05, "3 × 3 patches a wall are coarse: {result}");
     let failed = |out: &serde_json::Value| {
         let failed = out["checks"].as_array().unwrap().iter().find(|check| check["ok"] == false).cloned();
         failed.map(|check| (check["name"].as_str().unwrap().to_owned(), check["message"].to_string()))
     };
-    let (name, message) = failed(&told).expect("coarse patches");
+    let (name, message) = failed(&result).expect("coarse patches");
     assert!(name == "resolution" && message.contains("patch"), "{name}: {message}");
     let out = path(&folder, "five");
     run_job(CUBE, &out, &[&LINEAR[..], &["--workers", "5", "--set", "budget.stream_paths=777"]].concat());
@@ -288,9 +288,12 @@ fn a_total_error_ends_a_run_where_patches_are_fine_enough() {
     let (code, stdout, stderr) = run_to(&ended, 1.1 * discretisation);
     assert_eq!(code, 0, "{stderr}");
     assert!(stdout.contains("target reached: a total error of"), "{stdout}");
-    let told = summary(&ended);
-    assert!(told["paths"].as_u64().unwrap() < 1_000_000 && told["accuracy"]["reached"] == true, "{told}");
-    assert!(told["accuracy"]["total"].as_f64().unwrap() <= 1.1 * discretisation);
+    let result = summary(&ended);
+    assert!(
+        result["paths"].as_u64().unwrap() < 1_000_000 && result["accuracy"]["reached"] == true,
+        "{result}"
+    );
+    assert!(result["accuracy"]["total"].as_f64().unwrap() <= 1.1 * discretisation);
     let (code, stdout, stderr) = run_to(&missed, 0.8 * discretisation);
     assert_eq!(code, 1, "{stderr}");
     assert!(stdout.contains("takes finer patches, not more walks"), "{stdout}");

@@ -57,7 +57,7 @@ fn a_running_job_is_seen_in_status_metrics_and_log() {
             .map(|line| serde_json::from_str(line).unwrap())
             .collect()
     };
-    // No worker is there yet: no time is foretold, and the job is listed.
+    // No worker is there yet: no time is predicted, and the job is listed.
     let idle = wait_for("the first status", || status(&out));
     assert_eq!(
         (&idle["workers"], &idle["seconds_left"], &idle["state"]),
@@ -68,7 +68,7 @@ fn a_running_job_is_seen_in_status_metrics_and_log() {
 
     let workers = [work(&access), work(&access)];
     let name = |worker: &Child| format!(":{}", worker.id());
-    // Both workers have delivered, a checkpoint is written, and the end is foretold.
+    // Both workers have delivered, a checkpoint is written, and the end is predicted.
     let busy = wait_for("a busy status", || {
         status(&access).filter(|status| {
             let crew = status["crew"].as_array().unwrap();
@@ -129,8 +129,8 @@ fn a_running_job_is_seen_in_status_metrics_and_log() {
     assert!(!out.join("status.json").exists() && !path(&folder, "shared.status.json").exists());
     let (code, words, _) = run(&["status", out.to_str().unwrap()]);
     assert!(code == 0 && words.contains("target not reached"), "{words}");
-    let (code, _, told) = run(&["status", access.to_str().unwrap()]);
-    assert!(code == 2 && told.contains("removed when a job ends"), "{told}");
+    let (code, _, text) = run(&["status", access.to_str().unwrap()]);
+    assert!(code == 2 && text.contains("removed when a job ends"), "{text}");
 }
 
 /// A coordinator that was killed cannot remove its status file.
@@ -146,9 +146,9 @@ fn a_coordinator_that_is_gone_is_told_from_one_that_works() {
     let mut report: Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
     report["time"] = 1.into();
     std::fs::write(&file, report.to_string()).unwrap();
-    let (code, _, told) = run(&["status", out.to_str().unwrap()]);
-    assert_eq!(code, 3, "{told}");
-    assert!(told.contains("has not reported") && told.contains("--resume"), "{told}");
+    let (code, _, text) = run(&["status", out.to_str().unwrap()]);
+    assert_eq!(code, 3, "{text}");
+    assert!(text.contains("has not reported") && text.contains("--resume"), "{text}");
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn access_files_hold_addresses_that_others_can_use() {
         finish(coordinator);
     } else {
         assert_eq!(finish(coordinator).0, 2);
-        let told = std::fs::read_to_string(&log).unwrap();
-        assert!(told.contains("0.0.0.0") && told.contains("--advertise HOST"), "{told}");
+        let text = std::fs::read_to_string(&log).unwrap();
+        assert!(text.contains("0.0.0.0") && text.contains("--advertise HOST"), "{text}");
     }
 }

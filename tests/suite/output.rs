@@ -33,8 +33,8 @@ fn a_job_chooses_its_files_and_the_rest_is_made_from_the_tally() {
     let (code, stdout, stderr) = run(&[&short[..], &chosen].concat());
     assert_eq!(code, 0, "{stderr}");
     assert_eq!(files(&out), set_of(&["tally.bin", "patches.csv", "radiosity.exr", "patches.vtu"]));
-    let told = "left out: summary.json, radiosity.png, report.html; radwalk report";
-    assert!(stdout.contains(told) && stdout.contains("status needs summary.json"), "{stdout}");
+    let line = "left out: summary.json, radiosity.png, report.html; radwalk report";
+    assert!(stdout.contains(line) && stdout.contains("status needs summary.json"), "{stdout}");
     assert_eq!(std::fs::read(out.join("radiosity.exr")).unwrap()[..4], [0x76, 0x2f, 0x31, 0x01]);
     let (code, _, stderr) = run(&["status", text(&out)]);
     assert!(code == 2 && stderr.contains("--export summary"), "{stderr}");
@@ -46,8 +46,8 @@ fn a_job_chooses_its_files_and_the_rest_is_made_from_the_tally() {
     assert_eq!(files(&out), set_of(&made));
     let (code, _, stderr) = run(&["audit", text(&out), "--share", "1"]);
     assert_eq!(code, 0, "{stderr}");
-    let (_, told, _) = run(&["check", JOB, "--set", "output.files=[\"glb\"]"]);
-    assert!(told.contains("output: tally.bin, scene.glb"), "{told}");
+    let (_, line, _) = run(&["check", JOB, "--set", "output.files=[\"glb\"]"]);
+    assert!(line.contains("output: tally.bin, scene.glb"), "{line}");
 }
 
 /// Where a job names no files, a long table is short in its digits, and all of them are beside it.
@@ -72,10 +72,10 @@ fn a_long_table_has_the_digits_of_its_errors_and_all_beside_it() {
         let out = path(&folder, if is_long { "long" } else { "short" });
         let keys = ["--set", "method.walk=shooting", "--set", "view.size=[8, 8]", "--paths", "100000"];
         let run_it = [&["run", text(&scene), "--out", text(&out)], &keys[..]].concat();
-        let (code, told, stderr) = run(&run_it);
+        let (code, line, stderr) = run(&run_it);
         assert_eq!(code, 0, "{stderr}");
         assert_eq!(out.join("patches.parquet").exists(), is_long);
-        assert_eq!(told.contains("patches.parquet has all digits"), is_long, "{told}");
+        assert_eq!(line.contains("patches.parquet has all digits"), is_long, "{line}");
         let table = std::fs::read_to_string(out.join("patches.csv")).unwrap();
         let longest = table.lines().skip(1).flat_map(|line| line.split(',')).map(str::len).max().unwrap();
         assert_eq!(longest <= 12, is_long, "{longest}");
@@ -117,10 +117,10 @@ fn a_view_is_what_the_job_says() {
     let view =
         "view={ eye = [0.5, 0.1, 0.5], look_at = [0.5, 0.9, 0.6], fov = 70, size = [64, 48], exposure = 2 }";
     let set = ["--paths", "20000", "--set", view];
-    let told = run_job(JOB, &out, &set)["picture"].clone();
-    assert_eq!((&told["eye"], &told["size"]), (&[0.5, 0.1, 0.5].into(), &[64, 48].into()));
-    assert_eq!((&told["exposure"], &told["white"]), (&[2.0; 3].into(), &[3.0; 3].into()));
-    assert!((told["fov"].as_f64().unwrap() - 70.0).abs() < 1e-9);
+    let picture = run_job(JOB, &out, &set)["picture"].clone();
+    assert_eq!((&picture["eye"], &picture["size"]), (&[0.5, 0.1, 0.5].into(), &[64, 48].into()));
+    assert_eq!((&picture["exposure"], &picture["white"]), (&[2.0; 3].into(), &[3.0; 3].into()));
+    assert!((picture["fov"].as_f64().unwrap() - 70.0).abs() < 1e-9);
     let png = std::fs::read(out.join("radiosity.png")).unwrap();
     assert_eq!(png[16..24], [0, 0, 0, 64, 0, 0, 0, 48], "width and height");
     // The camera is kept with the tally, so the picture that is made again is the same picture.
@@ -131,8 +131,11 @@ fn a_view_is_what_the_job_says() {
     assert!(page.contains("\"eye\":[0.5,0.1,0.5]"));
     // Without a view the camera stands outside, and the summary says how bright white is.
     let free = path(&folder, "free");
-    let told = run_job(JOB, &free, &["--paths", "20000"])["picture"].clone();
-    assert!(told["white"][0].as_f64() > Some(0.0) && told["size"][0].as_u64() <= Some(800), "{told}");
+    let picture = run_job(JOB, &free, &["--paths", "20000"])["picture"].clone();
+    assert!(
+        picture["white"][0].as_f64() > Some(0.0) && picture["size"][0].as_u64() <= Some(800),
+        "{picture}"
+    );
     assert_eq!(summary(&free)["tally_hash"], summary(&out)["tally_hash"]);
 }
 
@@ -147,11 +150,11 @@ fn views_with_names_have_pictures_of_their_own() {
         "views.lamp-1={ eye = [0.5, 0.9, 0.5], look_at = [0.5, 0.1, 0.6] }",
     ];
     let set: Vec<&str> = views.iter().flat_map(|view| ["--set", view]).collect();
-    let told = run_job(JOB, &out, &[&["--paths", "20000", "--export", "exr"][..], &set].concat());
+    let result = run_job(JOB, &out, &[&["--paths", "20000", "--export", "exr"][..], &set].concat());
     let named: Vec<&str> =
-        told["views"].as_array().unwrap().iter().map(|view| view["name"].as_str().unwrap()).collect();
+        result["views"].as_array().unwrap().iter().map(|view| view["name"].as_str().unwrap()).collect();
     assert_eq!(named, ["door", "lamp-1"]);
-    let door = &told["views"][0];
+    let door = &result["views"][0];
     assert_eq!((&door["eye"], &door["size"]), (&[0.5, 0.1, 0.5].into(), &[64, 48].into()));
     assert!((door["fov"].as_f64().unwrap() - 70.0).abs() < 1e-9, "{door}");
     let pictures =
@@ -167,25 +170,25 @@ fn views_with_names_have_pictures_of_their_own() {
     // A picture that a person put there stays.
     std::fs::write(out.join("radiosity-before.png"), &png).unwrap();
     let again = run_job(JOB, &out, &["--paths", "20000", "--set", "view.size=[64, 48]", "--force"]);
-    assert_eq!(again["tally_hash"], told["tally_hash"]);
+    assert_eq!(again["tally_hash"], result["tally_hash"]);
     assert!(again.get("views").is_none() && set_of(&pictures).is_disjoint(&files(&out)));
     assert!(std::fs::read(out.join("radiosity-before.png")).unwrap() == png);
     let refused = |view: &str| run(&["check", JOB, "--set", view]).2;
-    let told = refused("views.\"a/b\"={ eye = [0.5, 0.1, 0.5], look_at = [0.5, 0.9, 0.6] }");
-    assert!(told.contains("cannot name a view"), "{told}");
-    let told = refused("views.door={ }");
-    assert!(told.contains("views.door.eye"), "{told}");
+    let text = refused("views.\"a/b\"={ eye = [0.5, 0.1, 0.5], look_at = [0.5, 0.9, 0.6] }");
+    assert!(text.contains("cannot name a view"), "{text}");
+    let text = refused("views.door={ }");
+    assert!(text.contains("views.door.eye"), "{text}");
 }
 
 #[test]
-fn a_view_that_shows_nothing_is_told_before_the_run() {
+fn a_view_that_shows_nothing_is_reported_before_the_run() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
     let away = "view={ eye = [0.5, -3, 0.5], look_at = [0.5, -9, 0.5], size = [32, 32] }";
     let (code, _, stderr) = run(&["run", JOB, "--paths", "1000", "--out", text(&out), "--set", away]);
     assert!(code == 0 && stderr.contains("[view] sees nothing"), "{stderr}");
-    let (code, told, _) = run(&["check", JOB, "--set", away]);
-    assert!(code == 0 && told.contains("[view] sees nothing"), "{told}");
+    let (code, text, _) = run(&["check", JOB, "--set", away]);
+    assert!(code == 0 && text.contains("[view] sees nothing"), "{text}");
     let (code, _, stderr) = run(&["check", JOB, "--set", "view.fov=40"]);
     assert!(code == 2 && stderr.contains("fov without eye"), "{stderr}");
 }

@@ -17,20 +17,20 @@ fn text(path: &std::path::Path) -> String {
 fn a_chosen_partition_is_kept_and_given_on() {
     let folder = tempdir().unwrap();
     let [one, five, again] = ["one", "five", "again"].map(|name| path(&folder, name));
-    let told = run_job(CORNELL, &one, &[&AUTO[..], &["--paths", "100000", "--workers", "1"]].concat());
+    let result = run_job(CORNELL, &one, &[&AUTO[..], &["--paths", "100000", "--workers", "1"]].concat());
     run_job(CORNELL, &five, &[&AUTO[..], &["--paths", "100000", "--workers", "5"]].concat());
     assert!(answer(&one) == answer(&five));
-    let partition = &told["partition"];
+    let partition = &result["partition"];
     assert_eq!(partition["basis"], "linear", "{partition}");
-    assert_eq!((&told["space"], &partition["for_paths"]), (&"continuous".into(), &100_000.into()));
+    assert_eq!((&result["space"], &partition["for_paths"]), (&"continuous".into(), &100_000.into()));
     let patches = partition["patches"].as_u64().unwrap();
     let rows = fs::read_to_string(one.join("patches.csv")).unwrap().lines().count() as u64;
     assert!(rows == patches + 1 && (30..2692).contains(&patches), "{patches}");
     let number = |of: &serde_json::Value, key: &str| of[key].as_f64().unwrap();
-    // One quantity before and after, and what was foretold of the noise holds.
-    let [before, after] = [&told["predicted"], &told["accuracy"]];
-    assert!(before["answer"] == "linear" && after["answer"] == "linear", "{told}");
-    assert!((number(before, "noise") / number(after, "noise") - 1.0).abs() < 0.1, "{told}");
+    // One quantity before and after, and what was predicted of the noise holds.
+    let [before, after] = [&result["predicted"], &result["accuracy"]];
+    assert!(before["answer"] == "linear" && after["answer"] == "linear", "{result}");
+    assert!((number(before, "noise") / number(after, "noise") - 1.0).abs() < 0.1, "{result}");
 
     // With more paths a pilot would choose finer patches; a resumed run has its own.
     let more = ["--paths", "200000", "--resume"];
@@ -66,10 +66,10 @@ fn chosen_groups_are_kept_given_on_and_merged() {
     let mesh = mesh.to_str().unwrap();
     let args = [&AUTO[..], &["--set", "import.up=z"]].concat();
     let [one, five, again] = ["one", "five", "again"].map(|name| path(&folder, name));
-    let told = run_job(mesh, &one, &[&args[..], &["--paths", "40000", "--workers", "1"]].concat());
+    let result = run_job(mesh, &one, &[&args[..], &["--paths", "40000", "--workers", "1"]].concat());
     run_job(mesh, &five, &[&args[..], &["--paths", "40000", "--workers", "5"]].concat());
     assert!(answer(&one) == answer(&five));
-    let partition = &told["partition"];
+    let partition = &result["partition"];
     assert_eq!(partition["grouped"], true);
     assert!((4..600).contains(&partition["patches"].as_u64().unwrap()), "{partition}");
     run_job(mesh, &five, &[&args[..], &["--paths", "80000", "--resume"]].concat());
@@ -106,8 +106,8 @@ fn a_surface_may_be_left_open_alone() {
     .concat();
     fs::write(&scene, text).unwrap();
     let out = path(&folder, "out");
-    let told = run_job(scene.to_str().unwrap(), &out, &["--paths", "100000"]);
-    assert_eq!(told["partition"]["surfaces"], 1);
+    let result = run_job(scene.to_str().unwrap(), &out, &["--paths", "100000"]);
+    assert_eq!(result["partition"]["surfaces"], 1);
     let partition = fs::read_to_string(out.join("partition.toml")).unwrap();
     assert!(partition.contains("\n  [1, 1],") && partition.contains("[3, 5],"), "{partition}");
     let (code, stdout, stderr) = run(&["check", CORNELL, AUTO[0], AUTO[1]]);

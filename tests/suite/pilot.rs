@@ -38,8 +38,8 @@ fn workers_have_no_part_in_what_a_pilot_chooses() {
 }
 
 /// The walks that a pilot goes on after, by what a run says.
-fn goes_on_after(told: &str) -> Option<u64> {
-    let (_, rest) = told.split_once("the pilot goes on after ")?;
+fn goes_on_after(text: &str) -> Option<u64> {
+    let (_, rest) = text.split_once("the pilot goes on after ")?;
     rest.split_whitespace().next()?.parse().ok()
 }
 
@@ -59,8 +59,8 @@ fn a_pilot_that_is_killed_again_and_again_makes_progress() {
         // As soon as something new is kept.
         wait_for("a checkpoint", || (checkpoint() != before || is_over()).then_some(()));
         child.kill().unwrap();
-        let (_, _, told) = finish(child);
-        walked.extend(goes_on_after(&told));
+        let (_, _, text) = finish(child);
+        walked.extend(goes_on_after(&text));
         if is_over() {
             break;
         }
@@ -68,7 +68,7 @@ fn a_pilot_that_is_killed_again_and_again_makes_progress() {
     }
     assert!(walked.len() > 1 && walked.is_sorted(), "{walked:?}");
     let chosen = results::choose(&job, 2).unwrap().unwrap().partition;
-    assert_eq!(results::kept_partition(&out).unwrap(), chosen);
+    assert_eq!(results::stored_partition(&out).unwrap(), chosen);
 }
 
 /// Kept walks of a pilot for other paths have no part in a run: it comes to the bytes of an undisturbed one, or goes on with what both share.

@@ -45,7 +45,7 @@ impl Case {
     }
 }
 
-/// The pilot foretells the walks within 20 % of what the run takes (rays within as much, and half a percent for the
+/// The pilot predicts the walks within 20 % of what the run takes (rays within as much, and half a percent for the
 /// pilot's mean length of walks); the bound is never below. Runs end at steps of 4/3 and 3/2: if a pilot cannot tell
 /// two steps apart, the plan is between them, at most 20 % from both. A plan is wrong if errors are more than two
 /// standard errors from the pilot's, at most once in 20 plans; these jobs and their seeds are fixed.

@@ -134,12 +134,12 @@ fn demands_are_met_with_a_confidence() {
     std::fs::remove_file(out.join("report.html")).unwrap();
     assert_eq!(run(&["report", out.to_str().unwrap()]).0, 0);
     assert!(std::fs::read_to_string(out.join("report.html")).unwrap().contains("U₀ of 0.99 missed"));
-    for (wrong, told) in
+    for (wrong, message) in
         [("uniformity = 1.5", "1.5 is above 1"), ("median = 3.0", "median"), ("mean = 0", "mean")]
     {
         let job = room(&folder, 0.6, &[LAMP, &demand(wrong)].concat());
         let (code, _, stderr) = run(&["check", job.to_str().unwrap()]);
-        assert!(code == 2 && stderr.contains(told), "{wrong}: {stderr}");
+        assert!(code == 2 && stderr.contains(message), "{wrong}: {stderr}");
     }
 }
 
@@ -276,18 +276,18 @@ fn eyes_have_their_glare() {
     let plane = PLANE.replace("desk", "seats").replace("v = [4, 0, 0]", "v = [1, 0, 0]");
     let eyes = plane.replace("height = 0.8", "height = 1.2") + "measure = \"ugr\"\nnormal = [1, 0, 0]\n";
     let job = room(&folder, 0.6, &[LAMP, &eyes, "demand = { ugr = 40 }\n"].concat());
-    let told = |out: &str| {
+    let text = |out: &str| {
         let (_, stdout, _) =
             run(&["run", job.to_str().unwrap(), "--out", path(&folder, out).to_str().unwrap()]);
         stdout
     };
-    let stdout = told("point");
+    let stdout = text("point");
     assert!(stdout.contains("UGR not examined: a lamp without luminous opening"), "{stdout}");
     assert!(stdout.contains("UGR of 40 open"), "{stdout}");
     let file = path(&folder, "down.ies");
     let lamp = std::fs::read_to_string(&file).unwrap().replace("1 1 2 0 0 0", "1 1 2 0.3 0.3 0");
     std::fs::write(&file, lamp).unwrap();
-    let stdout = told("square");
+    let stdout = text("square");
     assert!(stdout.contains("UGR up to ") && stdout.contains("UGR of 40 met with 99.99 %"), "{stdout}");
     let (code, _, stderr) = run(&["audit", path(&folder, "square").to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");

@@ -138,9 +138,9 @@ fn a_scene_beyond_the_memory_is_refused_before_it_is_made() {
     let file = path(&folder, "vast.toml");
     std::fs::write(&file, scene).unwrap();
     for command in ["check", "plan"] {
-        let told = refused(2, &[command, file.to_str().unwrap()]);
-        assert!(told.contains(&format!("{} patches", surfaces * 400_000_000)), "{told}");
-        assert!(told.contains("GB") && told.contains("use coarser patches"), "{told}");
+        let text = refused(2, &[command, file.to_str().unwrap()]);
+        assert!(text.contains(&format!("{} patches", surfaces * 400_000_000)), "{text}");
+        assert!(text.contains("GB") && text.contains("use coarser patches"), "{text}");
     }
 }
 

@@ -91,8 +91,8 @@ fn relays_that_come_and_go_leave_no_trace_in_the_answer() {
     let calm = path(&folder, "calm");
     run_job(JOB, &calm, &["--paths", &seen["paths"].to_string()]);
     assert!(answer(&out) == answer(&calm), "relays changed the answer");
-    let (code, _, told) = run(&["audit", out.to_str().unwrap(), "--share", "0.1", "--quiet"]);
-    assert_eq!(code, 0, "every lease behind a relay is as it was delivered: {told}");
+    let (code, _, text) = run(&["audit", out.to_str().unwrap(), "--share", "0.1", "--quiet"]);
+    assert_eq!(code, 0, "every lease behind a relay is as it was delivered: {text}");
 }
 
 /// Starts a worker whose memory fails with every lease.
@@ -141,15 +141,15 @@ fn audits_name_liars_behind_relays_and_behind_relays_of_relays() {
         assert_eq!(finish(process).0, 0);
     }
 
-    let (code, _, told) = run(&["audit", out.to_str().unwrap(), "--share", "1", "--quiet"]);
-    assert_eq!(code, 3, "{told}");
+    let (code, _, text) = run(&["audit", out.to_str().unwrap(), "--share", "1", "--quiet"]);
+    assert_eq!(code, 3, "{text}");
     let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
     let behind = format!("relay {host}{relay} > {host}{liar}: ");
     let behind_two = format!("relay {host}{relay} > relay {host}{inner_relay} > {host}{inner_liar}: ");
-    assert!(told.contains(&behind) && told.contains(&behind_two), "{told} names {behind} and {behind_two}");
-    let named = told.matches(&format!("{host}{relay}")).count();
-    assert_eq!(named, 2, "no other worker is named: {told}");
-    assert!(told.contains("the word of the relay"), "{told}");
+    assert!(text.contains(&behind) && text.contains(&behind_two), "{text} names {behind} and {behind_two}");
+    let named = text.matches(&format!("{host}{relay}")).count();
+    assert_eq!(named, 2, "no other worker is named: {text}");
+    assert!(text.contains("the word of the relay"), "{text}");
 }
 
 #[test]
@@ -157,12 +157,12 @@ fn a_relay_that_cannot_begin_says_why() {
     let folder = tempdir().unwrap();
     let file = path(&folder, "access.json");
     let file = file.to_str().unwrap();
-    let (code, _, told) = run(&["relay", "--access", file, "--out-access", file]);
-    assert_eq!(code, 2, "{told}");
-    assert!(told.contains("--out-access"), "{told}");
-    let (code, _, told) = run(&["relay", "--access", file, "--out-access", &format!("{file}.2")]);
-    assert_eq!(code, 2, "{told}");
-    let (code, _, told) =
+    let (code, _, text) = run(&["relay", "--access", file, "--out-access", file]);
+    assert_eq!(code, 2, "{text}");
+    assert!(text.contains("--out-access"), "{text}");
+    let (code, _, text) = run(&["relay", "--access", file, "--out-access", &format!("{file}.2")]);
+    assert_eq!(code, 2, "{text}");
+    let (code, _, text) =
         run(&["relay", "--access", file, "--out-access", &format!("{file}.2"), "--listen", "nowhere"]);
-    assert_eq!(code, 3, "{told}");
+    assert_eq!(code, 3, "{text}");
 }

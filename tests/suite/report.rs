@@ -208,19 +208,19 @@ fn power_that_leaves_is_one_figure_everywhere() {
     assert_eq!(cells, [2, 2], "both tables have the figure of the check: {message}");
     let (code, stdout, stderr) =
         run(&["check", text(&file), "--fix-report", "--out", text(&folder.path().join("d"))]);
-    let told = stdout
+    let text = stdout
         .lines()
         .find(|line| line.contains("leaves the scene"))
         .unwrap_or_else(|| panic!("{code}: {stdout}{stderr}"));
     let number = |words: &str| words.trim().parse::<f64>().unwrap();
-    let foretold = number(
-        told.split_once("open: ").unwrap().1.split_once(" % of the power, all channels together,").unwrap().0,
+    let predicted = number(
+        text.split_once("open: ").unwrap().1.split_once(" % of the power, all channels together,").unwrap().0,
     );
-    let error = number(told.split_once("(± ").unwrap().1.split_once(',').unwrap().0);
+    let error = number(text.split_once("(± ").unwrap().1.split_once(',').unwrap().0);
     let share = number(share);
     // Of 200,000 walks whose weights are at most 3.
     let of_run = 100.0 * (3.0 * share / 100.0 / 2e5_f64).sqrt();
-    assert!(error < 1.0 && (foretold - share).abs() < 4.0 * error.hypot(of_run), "{told}, {share}");
+    assert!(error < 1.0 && (predicted - share).abs() < 4.0 * error.hypot(of_run), "{text}, {share}");
 }
 
 /// A deep room, open at one end, with walls that are nearly white in red and dark in blue.

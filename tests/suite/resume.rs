@@ -90,11 +90,11 @@ fn a_finished_run_is_extended_without_tracing_again() {
     // The walks are no whole number of streams: the last stream is begun anew in its middle.
     let first = run_job(JOB, &out, &["--paths", "100001"]);
     let old: Vec<_> = first["provenance"]["workers"].as_array().unwrap().to_vec();
-    let (code, told, _) =
+    let (code, text, _) =
         run(&["run", JOB, "--resume", "--workers", "1", "--out", out.to_str().unwrap(), "--paths", "300000"]);
     assert!(
-        code == 0 && told.contains("by 1 worker in this session (") && told.contains(" in 2 sessions):"),
-        "{told}"
+        code == 0 && text.contains("by 1 worker in this session (") && text.contains(" in 2 sessions):"),
+        "{text}"
     );
     run_job(JOB, &straight, &["--paths", "300000"]);
     assert!(answer(&out) == answer(&straight));

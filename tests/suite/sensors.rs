@@ -211,10 +211,10 @@ normal = [0, 0, -1]
     assert!(code == 2 && stderr.contains("born on chosen patches"), "{code} {stderr}");
 }
 
-/// What a plan foretells of a target on sensors is where runs end: of four seeds no end lies beyond the plan's range by more than one
+/// What a plan predicts of a target on sensors is where runs end: of four seeds no end lies beyond the plan's range by more than one
 /// look, which is a factor of 1.5. The pilots' errors have standard errors of 2 on either side of them; the seeds are fixed.
 #[test]
-fn plans_foretell_targets_on_sensors() {
+fn plans_predict_targets_on_sensors() {
     let folder = tempdir().unwrap();
     let job = cube_with(&folder, SENSORS);
     for seed in ["1", "2", "3", "4"] {

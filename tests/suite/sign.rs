@@ -116,14 +116,14 @@ fn replayed_walks_are_the_walks_of_the_run() {
         .iter()
         .map(|hits| hits.parse().unwrap())
         .collect();
-    let mut told = vec![0; hits.len()];
+    let mut counted = vec![0; hits.len()];
     for walk in 0..20 {
         let (code, stdout, _) = run(&["replay", JOB, "--walk", &walk.to_string()]);
         assert_eq!(code, 0);
         assert!(stdout.contains("is born on patch 4,"), "the only emitter: {stdout}");
         for arrival in stdout.lines().filter_map(|line| line.strip_prefix("arrives at patch ")) {
-            told[arrival.split(',').next().unwrap().parse::<usize>().unwrap()] += 1;
+            counted[arrival.split(',').next().unwrap().parse::<usize>().unwrap()] += 1;
         }
     }
-    assert_eq!(told, hits);
+    assert_eq!(counted, hits);
 }

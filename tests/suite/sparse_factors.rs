@@ -323,7 +323,7 @@ fn heat_between_facets() {
 #[test]
 fn what_cannot_be_counted_is_refused() {
     let folder = folder(1);
-    for (words, told) in [
+    for (words, message) in [
         ("--sky-patches 144", "choose 145, 577 or 2305"),
         ("--part 3/2", "write 1/4"),
         ("--rays 0", "from 1 to"),
@@ -332,7 +332,7 @@ fn what_cannot_be_counted_is_refused() {
         ("--paths 2", "a budget of 2 walks has none for each of the 7 groups"),
     ] {
         let (code, stderr) = count(&folder, "out", words);
-        assert!(code == 2 && stderr.contains(told), "{words}: {stderr}");
+        assert!(code == 2 && stderr.contains(message), "{words}: {stderr}");
     }
     let corner = path(&folder, "corner.toml");
     let (code, _, stderr) = run(&["factors", corner.to_str().unwrap(), "--export", "udales"]);

@@ -126,7 +126,7 @@ fn json_streams_hold_nothing_but_json() {
 fn levels_are_those_of_the_environment() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    let told = |level: &str, quiet: bool| {
+    let output = |level: &str, quiet: bool| {
         let mut command = radwalk();
         command
             .args(["run", JOB, "--paths", "3000", "--resume", "--out"])
@@ -136,13 +136,13 @@ fn levels_are_those_of_the_environment() {
         let (code, _, stderr) = finish(child.spawn().unwrap());
         (code, stderr)
     };
-    let (code, stderr) = told("loud", false);
+    let (code, stderr) = output("loud", false);
     assert_eq!(code, 2, "{stderr}");
     assert!(stderr.contains("RADWALK_LOG=loud") && stderr.contains("warn"), "{stderr}");
     // There is nothing to resume from yet, which is a warning.
-    assert_eq!(told("error", false), (0, String::new()));
+    assert_eq!(output("error", false), (0, String::new()));
     std::fs::remove_dir_all(&out).unwrap();
-    let (_, stderr) = told("info", true);
+    let (_, stderr) = output("info", true);
     let joined =
         stderr.lines().find(|line| line.contains(" joins with 1 thread")).expect("workers are told of");
     assert!(joined.starts_with("20") && joined.contains("Z info "), "lines of a log have a time: {stderr}");

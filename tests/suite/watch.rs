@@ -22,8 +22,8 @@ fn watched(out: &Path, log: &Path, address: &str) -> (Child, String) {
     let url = wait_for("the address of the page", || {
         let text = std::fs::read_to_string(log).ok()?;
         let events = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-        let told = events.into_iter().find(|event| event["event"] == "watch")?;
-        Some(told["text"].as_str()?.split_whitespace().last()?.to_owned())
+        let event = events.into_iter().find(|event| event["event"] == "watch")?;
+        Some(event["text"].as_str()?.split_whitespace().last()?.to_owned())
     });
     (child, url)
 }

@@ -16,7 +16,7 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use cluster::{Access, Wish, Work, WorkerIntroduction, relay, serve, work};
+use cluster::{Access, JobHashes, Wish, Work, WorkerIntroduction, relay, serve, work};
 use protocol::{Coordinator, Ending, JobPlan, Limits, Look, Past};
 use radiosity::{Counts, Layout, Overflow, Tally};
 
@@ -230,8 +230,8 @@ impl Work for Synthetic {
     /// The walks that were "shot".
     type Board = Range<u64>;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (HASH, HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: HASH, job: HASH }
     }
 
     fn empty(&self) -> Tally {

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use radiosity::Hands;
+use radiosity::ThreadPool;
 
 /// The threads of a worker, and what they do.
 pub(crate) struct Lending {
@@ -64,13 +64,13 @@ impl Drop for Lent<'_> {
     }
 }
 
-/// The hands of a thread that has a lease.
+/// The threads that are lent to a thread with a lease.
 pub(crate) struct LentThreads<'a, G> {
     pub(crate) lending: &'a Lending,
     pub(crate) go_on: G,
 }
 
-impl<G: Fn() -> bool + Sync> Hands for LentThreads<'_, G> {
+impl<G: Fn() -> bool + Sync> ThreadPool for LentThreads<'_, G> {
     fn go_on(&self) -> bool {
         (self.go_on)()
     }

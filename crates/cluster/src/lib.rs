@@ -36,5 +36,5 @@ pub use channel::{Inbound, Outbound};
 pub use listen::{ListenError, bind};
 pub use server::{Wish, serve};
 pub use upstream::{Door, relay};
-pub use worker::{Work, WorkerIntroduction, work};
+pub use worker::{JobHashes, Work, WorkerIntroduction, work};
 pub use worker_error::WorkerError;

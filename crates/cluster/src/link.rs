@@ -62,11 +62,11 @@ pub(crate) struct ResultSender {
     /// The first failure of this worker.
     failure: Mutex<Option<String>>,
     /// The large results that were offered; `None` once the link is over.
-    kept: Mutex<Option<HashMap<u64, KeptResult>>>,
+    kept: Mutex<Option<HashMap<u64, PendingResult>>>,
 }
 
 /// A large result that waits to be asked for. Its shooter notices when it is dropped.
-struct KeptResult {
+struct PendingResult {
     result: LeaseResult,
     _gone: Sender<Infallible>,
 }
@@ -172,7 +172,7 @@ impl ResultSender {
         let (lease, bytes) = (result.lease, result.sums.len() as u64);
         let (_gone, gone) = bounded(0);
         match &mut *lock(&self.kept) {
-            Some(kept) => kept.insert(lease, KeptResult { result, _gone }),
+            Some(kept) => kept.insert(lease, PendingResult { result, _gone }),
             None => return Err(CodecError::Closed),
         };
         self.send(&ToCoordinator::Offer { lease, bytes })?;
@@ -182,7 +182,7 @@ impl ResultSender {
     /// Sends a result that was kept, piece by piece.
     pub(crate) fn send_kept(&self, lease: u64) -> Result<(), CodecError> {
         let kept = lock(&self.kept).as_mut().and_then(|kept| kept.remove(&lease));
-        let Some(KeptResult { result, _gone }) = kept else { return Ok(()) };
+        let Some(PendingResult { result, _gone }) = kept else { return Ok(()) };
         result.in_pieces().try_for_each(|message| self.send(&message))
     }
 

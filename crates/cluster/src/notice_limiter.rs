@@ -52,16 +52,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn floods_are_counted_and_losses_always_told() {
-        let (mut limiter, mut told) = (NoticeLimiter::new(), Vec::new());
+    fn floods_are_counted_and_losses_always_reported() {
+        let (mut limiter, mut passed) = (NoticeLimiter::new(), Vec::new());
         let mut pass = |notice: Notice, seconds: u64| {
-            limiter.pass(notice, Duration::from_secs(seconds), &mut |notice| told.push(notice));
+            limiter.pass(notice, Duration::from_secs(seconds), &mut |notice| passed.push(notice));
         };
         (0..1000).for_each(|n| pass(Notice::Failed(n.to_string()), 1));
         let lost = Notice::Lost { name: "one".into(), reason: "it went silent".into() };
         pass(lost.clone(), 1);
         pass(Notice::Failed("later".into()), 11);
-        assert_eq!(told.len(), 23);
-        assert_eq!(told[20..], [lost, Notice::Failed("later".into()), Notice::Hushed(980)]);
+        assert_eq!(passed.len(), 23);
+        assert_eq!(passed[20..], [lost, Notice::Failed("later".into()), Notice::Hushed(980)]);
     }
 }

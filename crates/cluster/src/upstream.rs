@@ -14,7 +14,7 @@ use radiosity::Tally;
 use crate::access::{Access, random_bytes};
 use crate::link::{Ear, ResultSender};
 use crate::server::Shell;
-use crate::worker::{Hangup, Welcome, Work, WorkerIntroduction, build_from, join};
+use crate::worker::{Hangup, JobHashes, Welcome, Work, WorkerIntroduction, build_from, join};
 use crate::worker_error::WorkerError;
 
 /// The listener for a relay's workers, and the access to it.
@@ -36,14 +36,15 @@ pub fn relay<W: Work>(
 ) -> Result<(), WorkerError> {
     join(access, identity, true, |welcome, ear, link| {
         let work = build_from(&welcome.job, link, build)?;
-        let ((scene_hash, job_hash), empty, limits) = (work.hashes(), work.empty(), work.limits());
+        let (hashes, empty, limits) = (work.hashes(), work.empty(), work.limits());
+        let JobHashes { scene: scene_hash, job: job_hash } = hashes;
         drop(work);
         let unserved = |error: io::Error| unserved(link, &error);
         let (listener, own) = open(scene_hash).map_err(unserved)?;
         let large = empty.sums().len() > SMALL_TALLY;
         let lots = random_bytes().map_err(unserved)?;
         let lots = u64::from_le_bytes(lots[..8].try_into().expect("eight bytes"));
-        let mut relay = Relay::new(terms(welcome, identity, (scene_hash, job_hash), &empty, limits), lots);
+        let mut relay = Relay::new(terms(welcome, identity, hashes, &empty, limits), lots);
         let mut shell = Shell::new(listener, &own, tell).map_err(unserved)?;
         // If this fails, the listening thread learns why: the job may have been done meanwhile.
         let _ = link.send(&ToCoordinator::Ready { scene_hash, job_hash });
@@ -64,8 +65,8 @@ pub fn relay<W: Work>(
             drop(outbox);
             shell.finish(&mut relay).map_err(unserved)?;
             match (ended, link.failure()) {
-                (RelayEnd::Told, None) => Ok(()),
-                (RelayEnd::Told, Some(reason)) => Err(WorkerError::Failed(reason)),
+                (RelayEnd::Dismissed, None) => Ok(()),
+                (RelayEnd::Dismissed, Some(reason)) => Err(WorkerError::Failed(reason)),
                 (RelayEnd::Overflow, _) => Err(link.give_up("a sum of the tally overflowed".into())),
                 (RelayEnd::Excess, _) => Err(WorkerError::Protocol),
             }
@@ -85,7 +86,7 @@ fn lead<T: FnMut(Notice)>(
         shell.turn(relay).map_err(|error| unserved(link, &error))?;
         if leave() {
             link.leave();
-            shell.act(relay.finish(RelayEnd::Told));
+            shell.act(relay.finish(RelayEnd::Dismissed));
         }
         while relay.end().is_none()
             && let Ok(heard) = inbox.try_recv()
@@ -94,7 +95,7 @@ fn lead<T: FnMut(Notice)>(
                 ToWorker::Lease { id, first_walk, walks } => {
                     relay.on_lease(id, first_walk, walks, shell.now())
                 }
-                ToWorker::Done => relay.finish(RelayEnd::Told),
+                ToWorker::Done => relay.finish(RelayEnd::Dismissed),
                 ToWorker::Refused { reason } => return Err(WorkerError::Refused(reason)),
                 _ => return Err(WorkerError::Protocol),
             };
@@ -120,7 +121,7 @@ fn unserved(link: &ResultSender, error: &io::Error) -> WorkerError {
 fn terms(
     Welcome { job, stream_walks, leases_per_thread }: Welcome,
     identity: &WorkerIntroduction,
-    (scene_hash, job_hash): ([u8; 32], [u8; 32]),
+    JobHashes { scene: scene_hash, job: job_hash }: JobHashes,
     empty: &Tally,
     limits: Limits,
 ) -> Terms {

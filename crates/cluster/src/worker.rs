@@ -13,20 +13,29 @@ use protocol::digest::Digester;
 use protocol::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
 use protocol::pace::{BOARD_WALKS, FIRST_CHUNK, MOST_KEPT, next_chunk};
 use protocol::{LeaseProvenance, Limits};
-use radiosity::{Hands, Overflow, Tally};
+use radiosity::{Overflow, Tally, ThreadPool};
 
 use crate::access::Access;
 use crate::lending::{Lending, LentThreads};
 use crate::link::{Ear, ResultSender, connect};
 use crate::worker_error::WorkerError;
 
+/// The hash of a scene, and that of a job in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct JobHashes {
+    /// The hash of the scene.
+    pub scene: [u8; 32],
+    /// The hash of the job.
+    pub job: [u8; 32],
+}
+
 /// The work of a job. The cluster knows no more of physics than this.
 pub trait Work: Sync {
     /// The board on which the walks of one thread score.
     type Board: Send;
 
-    /// The hash of the scene and the hash of the job of this replica.
-    fn hashes(&self) -> ([u8; 32], [u8; 32]);
+    /// The hashes of this replica.
+    fn hashes(&self) -> JobHashes;
     /// An empty tally of the job.
     fn empty(&self) -> Tally;
     /// The most that the walks can come to.
@@ -37,11 +46,11 @@ pub trait Work: Sync {
     fn board(&self) -> Self::Board;
     /// Shoots a range of walks onto the board.
     fn shoot(&self, walks: Range<u64>, board: &mut Self::Board);
-    /// Shoots walks that take long. It asks `hands` many times a second whether to go on, which marks progress, and may
+    /// Shoots walks that take long. It asks `pool` many times a second whether to go on, which marks progress, and may
     /// share work with the threads that have no lease. Once it is not to go on, the board may be left as it is, since it is not
     /// used any more.
-    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, hands: &dyn Hands) {
-        let _ = hands;
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, pool: &dyn ThreadPool) {
+        let _ = pool;
         self.shoot(walks, board);
     }
     /// Moves the board's scores onto a tally and empties the board.
@@ -77,7 +86,7 @@ pub fn work<W: Work>(
     join(access, identity, false, |Welcome { job, .. }, ear, link| {
         let work = build_from(&job, link, build)?;
         drop(job);
-        let (scene_hash, job_hash) = work.hashes();
+        let JobHashes { scene: scene_hash, job: job_hash } = work.hashes();
         // If this fails, the receiving thread learns why: the job may have been done meanwhile.
         let _ = link.send(&ToCoordinator::Ready { scene_hash, job_hash });
         shoot_leases(&work, identity.threads, ear, link, &cpu_seconds)
@@ -269,7 +278,7 @@ fn shoot_queue<W: Work>(
     cpu_seconds: &impl Fn() -> f64,
 ) {
     let (mut board, mut chunk) = (work.board(), FIRST_CHUNK);
-    let digester = Digester::new(&work.hashes().0);
+    let digester = Digester::new(&work.hashes().scene);
     let mut kept = Vec::new();
     for lease in leases {
         let (began, at_lease) = (Instant::now(), lending.begin());
@@ -329,7 +338,7 @@ fn shoot_lease<W: Work>(
         link.progress.fetch_add(1, Ordering::Relaxed);
         !link.over.load(Ordering::Relaxed)
     };
-    let hands = LentThreads { lending, go_on };
+    let pool = LentThreads { lending, go_on };
     let mut total: Option<Tally> = None;
     let mut next = walks.start;
     while next < walks.end {
@@ -338,9 +347,9 @@ fn shoot_lease<W: Work>(
             let chunk = next..end.min(next + *chunk_walks);
             next = chunk.end;
             let start = Instant::now();
-            work.shoot_while(chunk, board, &hands);
+            work.shoot_while(chunk, board, &pool);
             *chunk_walks = next_chunk(*chunk_walks, start.elapsed());
-            if !hands.go_on() {
+            if !pool.go_on() {
                 return Ok(None);
             }
         }

@@ -156,8 +156,8 @@ fn what_was_recorded_is_of_no_use() {
         let mut rest = raw.sealed(&ToCoordinator::Hello(crate::toy::hello("recorded", 1)));
         rest.extend(raw.sealed(&READY));
         raw.stream.write_all(&rest).unwrap();
-        assert!(matches!(raw.told(), ToWorker::Welcome { .. }));
-        assert!(matches!(raw.told(), ToWorker::Lease { .. }));
+        assert!(matches!(raw.message(), ToWorker::Welcome { .. }));
+        assert!(matches!(raw.message(), ToWorker::Lease { .. }));
         drop(raw);
 
         let replay = |first: &[u8]| {
@@ -176,9 +176,9 @@ fn what_was_recorded_is_of_no_use() {
         honest(access, 2);
     });
     assert_done(&run, 100_000);
-    let told = |words: &str| run.notices.iter().any(|notice| notice.contains(words));
-    assert!(told("repeats a worker's first message"), "{:?}", run.notices);
-    assert!(told("does not know the key"), "{:?}", run.notices);
+    let noticed = |words: &str| run.notices.iter().any(|notice| notice.contains(words));
+    assert!(noticed("repeats a worker's first message"), "{:?}", run.notices);
+    assert!(noticed("does not know the key"), "{:?}", run.notices);
     assert_eq!(run.coordinator.effort().workers_seen, 2);
 }
 
@@ -263,7 +263,7 @@ fn workers_that_are_not_sound_are_dropped_with_what_they_sent() {
         let offer = |raw: &mut Raw, lease: u64, bytes: u64| {
             raw.say(&ToCoordinator::Offer { lease, bytes });
             loop {
-                match raw.told() {
+                match raw.message() {
                     ToWorker::Lease { .. } => {}
                     other => break assert_eq!(other, ToWorker::Send { lease }),
                 }

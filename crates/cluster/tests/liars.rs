@@ -17,7 +17,7 @@ const PATHS: u64 = 20_000;
 fn enter(access: &Access, hello: Hello) -> Raw {
     let mut raw = Raw::connect(access);
     raw.say(&ToCoordinator::Hello(hello));
-    assert!(matches!(raw.told(), ToWorker::Welcome { .. }));
+    assert!(matches!(raw.message(), ToWorker::Welcome { .. }));
     raw
 }
 
@@ -29,7 +29,7 @@ fn join(access: &Access, hello: Hello) -> (Raw, u64, Range<u64>) {
     if relays {
         raw.say(&ToCoordinator::Capacity { threads: 1 << 20, lease_seconds: 1e300 });
     }
-    let ToWorker::Lease { id, first_walk, walks } = raw.told() else { panic!("no lease") };
+    let ToWorker::Lease { id, first_walk, walks } = raw.message() else { panic!("no lease") };
     (raw, id, first_walk..first_walk + walks)
 }
 
@@ -65,22 +65,22 @@ fn against(name: &str, fate: Fate, relays: bool, lie: impl FnOnce(&Access, Hello
         if fate == Banned {
             let mut again = Raw::connect(access);
             again.say(&ToCoordinator::Hello(hello));
-            let told = again.told();
+            let message = again.message();
             assert!(
-                matches!(&told, ToWorker::Refused { reason } if reason.contains("impossible result")),
-                "{told:?}"
+                matches!(&message, ToWorker::Refused { reason } if reason.contains("impossible result")),
+                "{message:?}"
             );
         }
         honest(access, 1);
     });
     assert_done(&run, PATHS);
-    let told = notices(&run, name);
+    let named = notices(&run, name);
     let wanted = match fate {
         Banned => 2,
         Dropped => 1,
         Harmless => 0,
     };
-    assert_eq!(told, wanted, "{name}: {:?}", run.notices);
+    assert_eq!(named, wanted, "{name}: {:?}", run.notices);
     let faults = |name: &str| {
         let workers = run.coordinator.past().workers;
         workers.iter().find(|worker| worker.name == name).map_or(0, |worker| worker.faults)
@@ -140,7 +140,7 @@ fn results_that_cannot_be_are_refused_and_their_senders_banned() {
 }
 
 /// Checks a relay that reports an impossible provenance of its first lease.
-fn told(name: &str, change: impl FnOnce(&mut LeaseProvenance) + Send) {
+fn provenance(name: &str, change: impl FnOnce(&mut LeaseProvenance) + Send) {
     against(name, Banned, true, |access, hello| {
         let (mut raw, lease, walks) = join(access, hello);
         let mut result = result(lease, walks.clone());
@@ -154,19 +154,21 @@ fn told(name: &str, change: impl FnOnce(&mut LeaseProvenance) + Send) {
 
 #[test]
 fn relays_that_tell_what_cannot_be_of_their_workers_are_banned() {
-    told("of no parts", |told| *told = LeaseProvenance::default());
-    told("of other walks", |told| told.parts[0].walks += 1);
-    told("of walks without end", |told| told.parts = vec![Delivery { walks: u64::MAX, ..told.parts[0] }; 2]);
-    told("of another digest", |told| told.parts[0].digest ^= 1);
-    told("of a digest that is none", |told| told.parts[0].digest = u64::MAX);
-    told("of a worker that it does not name", |told| told.parts[0].worker = 1);
-    told("of one lease as many", |told| told.parts[0].leases = u64::MAX);
-    told("of too many parts", |told| {
-        let rest = Delivery { walks: 0, digest: 0, ..told.parts[0] };
-        told.parts.extend([rest; Deliveries::MOST_PARTS]);
+    provenance("of no parts", |provenance| *provenance = LeaseProvenance::default());
+    provenance("of other walks", |provenance| provenance.parts[0].walks += 1);
+    provenance("of walks without end", |provenance| {
+        provenance.parts = vec![Delivery { walks: u64::MAX, ..provenance.parts[0] }; 2]
     });
-    told("of names in colour", |told| told.names[0] = "\u{1b}[31mred".into());
-    told("of a worker behind too many", |told| told.names[0] = ["w"; 9].join(" > "));
+    provenance("of another digest", |provenance| provenance.parts[0].digest ^= 1);
+    provenance("of a digest that is none", |provenance| provenance.parts[0].digest = u64::MAX);
+    provenance("of a worker that it does not name", |provenance| provenance.parts[0].worker = 1);
+    provenance("of one lease as many", |provenance| provenance.parts[0].leases = u64::MAX);
+    provenance("of too many parts", |provenance| {
+        let rest = Delivery { walks: 0, digest: 0, ..provenance.parts[0] };
+        provenance.parts.extend([rest; Deliveries::MOST_PARTS]);
+    });
+    provenance("of names in colour", |provenance| provenance.names[0] = "\u{1b}[31mred".into());
+    provenance("of a worker behind too many", |provenance| provenance.names[0] = ["w"; 9].join(" > "));
     changed("a worker with parts", |result| {
         let parts = vec![Delivery::lease(u64::from(result.counts[0] as u32), 0, result.digest)];
         LeaseResult { provenance: LeaseProvenance { names: vec!["w".into()], parts }, ..result }
@@ -310,7 +312,7 @@ fn who_is_not_of_this_job_or_speaks_out_of_turn_is_sent_away() {
         against(name, Dropped, false, |access, hello| {
             let mut raw = enter(access, hello);
             raw.say(&ready);
-            assert!(matches!(raw.told(), ToWorker::Refused { reason } if reason.contains("differs")));
+            assert!(matches!(raw.message(), ToWorker::Refused { reason } if reason.contains("differs")));
             Some(raw)
         });
     }
@@ -336,7 +338,7 @@ fn pieces_out_of_order_are_found_out() {
         let mut result = result_of(lease, &bulky(walks.end - walks.start));
         raw.say(&ToCoordinator::Offer { lease, bytes: result.sums.len() as u64 });
         loop {
-            match raw.told() {
+            match raw.message() {
                 ToWorker::Lease { .. } => {}
                 other => break assert_eq!(other, ToWorker::Send { lease }),
             }
@@ -350,7 +352,7 @@ fn pieces_out_of_order_are_found_out() {
         raw.until_dropped();
         let mut again = Raw::connect(access);
         again.say(&ToCoordinator::Hello(hello("shuffles", 1)));
-        assert!(matches!(again.told(), ToWorker::Refused { .. }));
+        assert!(matches!(again.message(), ToWorker::Refused { .. }));
         work(access, &identity(1), |_| Ok(Bulky), || 1.0).unwrap();
     });
     assert!(run.coordinator.prefix() == &bulky(400), "{:?}", run.notices);

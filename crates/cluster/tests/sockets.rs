@@ -18,10 +18,10 @@ use crate::toy::{
     straight,
 };
 use cluster::noise::{self, HANDSHAKE_RECORD};
-use cluster::{Access, Wish, Work, WorkerError, WorkerIntroduction, serve, work};
+use cluster::{Access, JobHashes, Wish, Work, WorkerError, WorkerIntroduction, serve, work};
 use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
 use protocol::{Coordinator, Ending, Foreign, JobPlan, Limits};
-use radiosity::{Hands, Overflow, Tally};
+use radiosity::{Overflow, Tally, ThreadPool};
 
 /// Whether the prefix has reached `walks` walks, to stop there.
 fn far(walks: u64) -> impl Fn(&Coordinator) -> bool {
@@ -95,10 +95,10 @@ fn strangers_are_dropped_and_the_run_goes_on() {
     assert_done(&run, 50_000);
     assert_eq!(run.coordinator.effort().workers_seen, 1);
     assert_eq!(run.coordinator.effort().workers_lost, 0);
-    let told = |words: &str| run.notices.iter().any(|notice| notice.contains(words));
-    assert!(told("does not speak radwalk's protocol"), "{:?}", run.notices);
-    assert!(told("exceeds the limit of 4096"), "{:?}", run.notices);
-    assert!(told("LimitExceeded") && told("unexpected message"), "{:?}", run.notices);
+    let noticed = |words: &str| run.notices.iter().any(|notice| notice.contains(words));
+    assert!(noticed("does not speak radwalk's protocol"), "{:?}", run.notices);
+    assert!(noticed("exceeds the limit of 4096"), "{:?}", run.notices);
+    assert!(noticed("LimitExceeded") && noticed("unexpected message"), "{:?}", run.notices);
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn a_worker_with_another_key_or_build_is_told_why_it_is_refused() {
         // The coordinator finds out another build whose access file was made to fit.
         let mut lying = Raw::connect(access);
         lying.say(&ToCoordinator::Hello(Hello { build: "0.0.1".into(), ..crate::toy::hello("old", 1) }));
-        assert!(matches!(lying.told(), ToWorker::Refused { reason } if reason.contains("0.0.1")));
+        assert!(matches!(lying.message(), ToWorker::Refused { reason } if reason.contains("0.0.1")));
         let error = work(access, &identity(0), toy_of, || 0.0).unwrap_err();
         assert!(matches!(&error, WorkerError::Refused(reason) if reason.contains("threads")), "{error}");
         let error = work(access, &identity(1), |_| Ok(Stranger), || 0.0).unwrap_err();
@@ -130,8 +130,8 @@ struct Stranger;
 impl Work for Stranger {
     type Board = ();
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        ([0; 32], JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: [0; 32], job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         unreachable!()
@@ -206,8 +206,8 @@ struct Endless<'a> {
 impl Work for Endless<'_> {
     type Board = ();
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: SCENE_HASH, job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         Tally::new(PATCHES, LAYOUT)
@@ -288,8 +288,8 @@ struct Troubled(Trouble);
 impl Work for Troubled {
     type Board = Board;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: SCENE_HASH, job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         Tally::new(PATCHES, LAYOUT)
@@ -408,7 +408,7 @@ fn who_knocks_as_the_job_ends_is_told_so() {
                 all_in.wait();
                 let mut raw = Raw::greet(stream, &access);
                 raw.say(&ToCoordinator::Hello(crate::toy::hello("late", 1)));
-                assert_eq!(raw.told(), ToWorker::Done);
+                assert_eq!(raw.message(), ToWorker::Done);
                 assert_eq!(raw.stream.read(&mut [0; 1]).unwrap(), 0, "and nothing else");
             });
         }
@@ -430,7 +430,7 @@ fn the_last_results_of_a_worker_that_died_are_counted() {
     // The owner gives up as soon as the only worker is gone, with its results on their way.
     let run = run(plan(20, 10), never, |access| {
         let (mut raw, lease, walks) = Raw::join(access);
-        let ToWorker::Lease { id, first_walk, walks: second } = raw.told() else { panic!("no lease") };
+        let ToWorker::Lease { id, first_walk, walks: second } = raw.message() else { panic!("no lease") };
         raw.say(&ToCoordinator::Result(result(id, first_walk..first_walk + second)));
         let last = LeaseResult { seconds: f64::NAN, ..result(lease, walks) };
         raw.say(&ToCoordinator::Result(last));
@@ -444,8 +444,8 @@ struct Sisyphus<'a>(&'a AtomicU64);
 impl Work for Sisyphus<'_> {
     type Board = ();
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: SCENE_HASH, job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         Tally::new(PATCHES, LAYOUT)
@@ -454,8 +454,8 @@ impl Work for Sisyphus<'_> {
     fn shoot(&self, _: Range<u64>, (): &mut ()) {
         unreachable!()
     }
-    fn shoot_while(&self, _: Range<u64>, (): &mut (), hands: &dyn Hands) {
-        while hands.go_on() {
+    fn shoot_while(&self, _: Range<u64>, (): &mut (), pool: &dyn ThreadPool) {
+        while pool.go_on() {
             self.0.fetch_add(1, Ordering::Relaxed);
             thread::sleep(Duration::from_millis(1));
         }

@@ -9,7 +9,7 @@ use crate::pilot::LightPilot;
 use crate::votes::Votes;
 
 /// The part of the scene's power below which losses are not reported one by one.
-const TOLD: f64 = 1e-4;
+const LEAST_REPORTED: f64 = 1e-4;
 
 /// The part of an emitting side's light that must be lost or shaded for the side to be dark.
 const DARK: f64 = 0.9;
@@ -77,7 +77,7 @@ pub(crate) fn buried(scene: &Scene, votes: &Votes, flipped: &[u32], covers: &Cov
 pub(crate) fn backs(scene: &Scene, pilot: &LightPilot, flipped: &[u32]) -> Vec<Finding> {
     let lost = (0..scene.surfaces().len() as u32)
         .map(|surface| (surface, pilot.back(surface)))
-        .filter(|(surface, power)| *power > TOLD * pilot.power && !flipped.contains(surface));
+        .filter(|(surface, power)| *power > LEAST_REPORTED * pilot.power && !flipped.contains(surface));
     let finding = |(surface, power): (u32, f64)| Finding {
         kind: Kind::Back,
         surfaces: vec![surface],

@@ -21,7 +21,7 @@ mod pierce;
 mod pilot;
 mod repair;
 mod sheets;
-mod told;
+mod text;
 mod votes;
 
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
@@ -29,7 +29,7 @@ use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 pub use around::{Around, ClosedRoom, Lightless, Shine};
 pub use finding::{Finding, Kind};
 pub use repair::{Repair, repair, turn_flipped};
-pub use told::{lines, warnings};
+pub use text::{lines, warnings};
 
 use crate::contact::Contacts;
 use crate::cover::Covers;

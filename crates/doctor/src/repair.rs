@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, SurfaceSpec};
 
 use crate::pilot::LightPilot;
-use crate::sheets::Sheets;
+use crate::sheets::OrientedSheets;
 use crate::votes::Votes;
 
 /// The most rounds of turning: a surface that is turned round changes what others see.
@@ -47,7 +47,7 @@ pub fn turn_flipped(spec: &mut SceneSpec) -> Result<Vec<String>, SceneError> {
         let pilot = LightPilot::follow(&scene);
         let votes = Votes::take(&scene, &pilot);
         let flipped = votes.flipped(&pilot);
-        let wrong = Sheets::of(spec).turned(&flipped, |surface| votes.is_right(surface));
+        let wrong = OrientedSheets::of(spec).turned(&flipped, |surface| votes.is_right(surface));
         if wrong.is_empty() {
             break;
         }

@@ -12,7 +12,7 @@ const SAME: f64 = 1.0 / (1_u64 << 40) as f64;
 const CLEARLY: usize = 4;
 
 /// The sheets of a scene.
-pub(crate) struct Sheets {
+pub(crate) struct OrientedSheets {
     /// For each sheet its surfaces, and whether each faces the other way than the first one.
     sheets: Vec<Vec<(u32, bool)>>,
 }
@@ -20,7 +20,7 @@ pub(crate) struct Sheets {
 /// An edge of a surface by its two vertices, the lesser first, and whether the surface runs along it from the greater.
 type SheetEdge = ([u32; 2], bool);
 
-impl Sheets {
+impl OrientedSheets {
     pub(crate) fn of(spec: &SceneSpec) -> Self {
         let mut links: HashMap<[u32; 2], Vec<(u32, bool)>> = HashMap::new();
         for (surface, edges) in edges(spec) {
@@ -42,7 +42,7 @@ impl Sheets {
         starts.sort_unstable();
         let mut seen: HashMap<u32, bool> = HashMap::new();
         let sheets = starts.into_iter().filter_map(|start| sheet(start, &neighbours, &mut seen));
-        Sheets { sheets: sheets.collect() }
+        OrientedSheets { sheets: sheets.collect() }
     }
 
     /// The surfaces to turn round: of sheets that the votes agree on, all that face the wrong way, whether they have a
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn surfaces_without_a_vote_follow_their_sheet() {
-        let sheets = Sheets::of(&tetrahedron(&[1, 2]));
+        let sheets = OrientedSheets::of(&tetrahedron(&[1, 2]));
         assert_eq!(sheets.sheets, [[(0, false), (1, true), (2, true), (3, false)]]);
         assert_eq!(sheets.turned(&[1], |surface| surface == 0), [1, 2]);
         assert_eq!(sheets.turned(&[0], |surface| surface == 1), [0, 3]);
@@ -169,6 +169,6 @@ mod tests {
     fn two_sided_surfaces_link_nothing() {
         let mut spec = tetrahedron(&[1]);
         spec.surfaces.iter_mut().for_each(|surface| surface.sides = Sides::Both);
-        assert!(Sheets::of(&spec).sheets.is_empty());
+        assert!(OrientedSheets::of(&spec).sheets.is_empty());
     }
 }

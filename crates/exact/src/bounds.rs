@@ -1,6 +1,6 @@
 //! Bounds on the error that hold before anything is solved (S97 §§2.2–2.5, 3.3–3.8, table 4).
 
-use radiosity::{Course, EstimatorKind, Event, Scene};
+use radiosity::{AbsorptionMode, EstimatorKind, Event, Scene};
 
 use crate::answer::Exact;
 
@@ -112,8 +112,8 @@ impl VarianceBounds {
     pub fn shooting_error(&self, estimator: EstimatorKind) -> f64 {
         let r = self.max_reflectance;
         let scale = self.total_power * self.total_power / (self.total_area * self.min_area);
-        let factor = match (estimator.course(), estimator.event()) {
-            (Course::Weighted, _) => r * r * (1.0 + r) / ((1.0 - r) * (1.0 - r * r)),
+        let factor = match (estimator.absorption(), estimator.event()) {
+            (AbsorptionMode::Implicit, _) => r * r * (1.0 + r) / ((1.0 - r) * (1.0 - r * r)),
             (_, Event::Absorption) => r * r / (1.0 - r).powi(2),
             (_, Event::Survival) => r * (1.0 + r) / (1.0 - r).powi(2),
             (_, Event::Arrival) => r * r * (1.0 + r) / (1.0 - r).powi(2),
@@ -127,8 +127,8 @@ impl VarianceBounds {
         let over_sources = |c: fn(f64) -> f64| -> f64 {
             self.sources.iter().map(|&[phi, r_s, e]| phi * (e + 2.0 * r_s * b) * c(r_s)).sum()
         };
-        let factor = match (estimator.course(), estimator.event()) {
-            (Course::Weighted, _) => over_sources(|_| 1.0) / (1.0 - r * r),
+        let factor = match (estimator.absorption(), estimator.event()) {
+            (AbsorptionMode::Implicit, _) => over_sources(|_| 1.0) / (1.0 - r * r),
             (_, Event::Absorption) => b * self.total_power / (1.0 - r),
             (_, Event::Survival) => over_sources(f64::recip) / (1.0 - r),
             (_, Event::Arrival) => over_sources(|_| 1.0) / (1.0 - r),

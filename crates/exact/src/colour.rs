@@ -11,7 +11,7 @@
 //! [`Exact::shooting_variances`] and [`Exact::gathering_variances`] the light of the second moment is carried by Q where
 //! it is by R for one channel: with σ = R and p_s = Φ_s/Φ_T, Q is R and w is 1.
 
-use radiosity::{Course, EstimatorKind, Event};
+use radiosity::{AbsorptionMode, EstimatorKind, Event};
 
 use crate::answer::Exact;
 use crate::system::{RadiositySystem, Singular};
@@ -83,10 +83,10 @@ impl<'a> WeightedWalk<'a> {
 
     /// The variance of the channel's B_i [W²/m⁴] for one shooting walk, face by face; 0 where R_i = 0.
     pub fn shooting_variances(&self, estimator: EstimatorKind) -> Vec<f64> {
-        let squares = match estimator.course() {
-            Course::Chance => self.squares.solve(&self.births()).incoming,
-            Course::Weighted => self.channel.squared().system.solve(&self.births()).incoming,
-            Course::FirstHit => self.channel.exchange().incoming(&self.births()),
+        let squares = match estimator.absorption() {
+            AbsorptionMode::Analog => self.squares.solve(&self.births()).incoming,
+            AbsorptionMode::Implicit => self.channel.squared().system.solve(&self.births()).incoming,
+            AbsorptionMode::DirectOnly => self.channel.exchange().incoming(&self.births()),
         };
         let expected = self.channel.scored(estimator);
         let scored = self.returned(estimator, &squares);
@@ -122,10 +122,10 @@ impl<'a> WeightedWalk<'a> {
             let later = if estimator.scores_again() { 2.0 * s.b } else { 0.0 };
             (s.e + later) / estimator.event().probability(s.sigma)
         };
-        let squares = match estimator.course() {
-            Course::Chance => self.gathered(&self.squares, c),
-            Course::Weighted => self.gathered(&self.channel.squared().system, c),
-            Course::FirstHit => {
+        let squares = match estimator.absorption() {
+            AbsorptionMode::Analog => self.gathered(&self.squares, c),
+            AbsorptionMode::Implicit => self.gathered(&self.channel.squared().system, c),
+            AbsorptionMode::DirectOnly => {
                 let incoming = self.channel.exchange().incoming(&self.gains(c));
                 incoming.iter().zip(self.channel.areas()).map(|(phi, area)| phi / area).collect()
             }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::box_scene::NotABox;
 
-/// How the form factors of a scene were found.
+/// The form factors of a scene, with the method that found each of them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FormFactors {
     /// The form factors were given by the caller.

@@ -70,7 +70,7 @@ impl LampLight {
             if powers[brightest] <= 0.0 {
                 continue;
             }
-            let beam = Beam { scene, lamp, channel: brightest, place, shift };
+            let beam = LampChannel { scene, lamp, channel: brightest, place, shift };
             let on_pieces = parallel::on_all_cores(faces.faces.len(), |piece| {
                 let exposed = faces.faces[piece].exposed.iter();
                 let parts = exposed.map(|part| beam.on(part, (&occluders, &all), faces.tolerance));
@@ -98,7 +98,7 @@ impl LampLight {
 }
 
 /// The light of one lamp in one channel.
-struct Beam<'a> {
+struct LampChannel<'a> {
     scene: &'a Scene,
     lamp: usize,
     channel: usize,
@@ -107,7 +107,7 @@ struct Beam<'a> {
     shift: DVec3,
 }
 
-impl Beam<'_> {
+impl LampChannel<'_> {
     /// The power that meets a piece of a face [W]; `None` where the lamp shines on it from too near.
     fn on(
         &self,

@@ -3,7 +3,7 @@
 //! Discrete walks, source-term suppression: the estimate is of b_i. Divide by the number of walks. A walk
 //! contributes the square of its whole score on a face.
 
-use radiosity::{Course, EstimatorKind, Event};
+use radiosity::{AbsorptionMode, EstimatorKind, Event};
 
 use crate::answer::Exact;
 use crate::system::RadiositySystem;
@@ -27,10 +27,10 @@ struct VarianceTerms {
 impl Exact {
     /// The variance of B_i [W²/m⁴] for one shooting walk, face by face; 0 where R_i = 0.
     pub fn shooting_variances(&self, estimator: EstimatorKind) -> Vec<f64> {
-        let terms = match estimator.course() {
-            Course::Chance => VarianceTerms::of(self, &self.solution().reflected),
-            Course::Weighted => VarianceTerms::of(self, &self.squared_solution().reflected),
-            Course::FirstHit => VarianceTerms::of(self, &self.direct()),
+        let terms = match estimator.absorption() {
+            AbsorptionMode::Analog => VarianceTerms::of(self, &self.solution().reflected),
+            AbsorptionMode::Implicit => VarianceTerms::of(self, &self.squared_solution().reflected),
+            AbsorptionMode::DirectOnly => VarianceTerms::of(self, &self.direct()),
         };
         let variance = |(terms, b): (VarianceTerms, f64)| shooting_second_moment(estimator, &terms) - b * b;
         terms.into_iter().zip(self.scored(estimator)).map(variance).collect()
@@ -59,9 +59,9 @@ impl Exact {
 
     /// What an estimator tells of every face: b_i [W/m²], or that of direct light.
     pub(crate) fn scored(&self, estimator: EstimatorKind) -> Vec<f64> {
-        match estimator.course() {
-            Course::FirstHit => self.direct(),
-            Course::Chance | Course::Weighted => self.solution().reflected.clone(),
+        match estimator.absorption() {
+            AbsorptionMode::DirectOnly => self.direct(),
+            AbsorptionMode::Analog | AbsorptionMode::Implicit => self.solution().reflected.clone(),
         }
     }
 }
@@ -72,9 +72,9 @@ fn shooting_second_moment(
     estimator: EstimatorKind,
     &VarianceTerms { b, r, xi, power_density }: &VarianceTerms,
 ) -> f64 {
-    let once = match (estimator.course(), estimator.event()) {
+    let once = match (estimator.absorption(), estimator.event()) {
         // φ_i += Φ_T·ΠR over the earlier hits, at every hit of a walk that never ends: SInf eq. (2), b being β
-        (Course::Weighted, _) => b * power_density,
+        (AbsorptionMode::Implicit, _) => b * power_density,
         // φ_i += Φ_T/(1 − R_i) where the walk dies: S97 corollary 2.3
         (_, Event::Absorption) => b * r * power_density / (1.0 - r),
         // φ_i += Φ_T/R_i at every hit but the last: S97 corollary 2.11, R_i (1/R_i + 2ξ_i) written so as to be finite at
@@ -95,13 +95,13 @@ fn gathering_second_moments(estimator: EstimatorKind, exact: &Exact) -> Vec<f64>
         let later = if estimator.scores_again() { 2.0 * s.b } else { 0.0 };
         (s.e + later) / estimator.event().probability(s.r)
     };
-    match estimator.course() {
-        Course::Chance => reflected(exact, exact.system(), c),
+    match estimator.absorption() {
+        AbsorptionMode::Analog => reflected(exact, exact.system(), c),
         // b_i += R_iE_s/p_i·ΠR over the earlier hits, at every hit of a walk that never ends: SInf eq. (3), β_is instead of
         // R_ib_is
-        Course::Weighted => exact.squared().system.solve(&weighted_emittance(exact, c)).reflected,
+        AbsorptionMode::Implicit => exact.squared().system.solve(&weighted_emittance(exact, c)).reflected,
         // At the first hit alone.
-        Course::FirstHit => {
+        AbsorptionMode::DirectOnly => {
             let sums = once(exact, &weighted_emittance(exact, c));
             sums.iter().zip(exact.reflectance()).map(|(sum, r)| r * sum).collect()
         }

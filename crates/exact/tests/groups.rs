@@ -109,7 +109,7 @@ impl Verdict {
     }
 }
 
-/// What is told apart does not change what is found of all together, nor how walks end.
+/// What is distinguished does not change what is found of all together, nor how walks end.
 #[test]
 fn sums_of_all_sources_are_those_without_sources() {
     for coloured in [false, true] {
@@ -237,7 +237,7 @@ fn two_hundred_mixtures_have_true_intervals() {
     }
 }
 
-/// A mixture that is the scene itself is told as the scene itself, to the bit; and of half the light everything is half.
+/// A mixture that is the scene itself is reported as the scene itself, to the bit; and of half the light everything is half.
 #[test]
 fn equal_factors_change_nothing_but_the_scale() {
     let plain = experiment(&room(false), EstimatorKind::Collision).with_groups(&sources(), &[]).unwrap();

@@ -1,6 +1,6 @@
 //! Counts of walks between groups of faces.
 
-/// How many walks of each group were taken where.
+/// The number of walks from each group that arrived at each group, on a back, or escaped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExchangeCounts {
     rows: Vec<Vec<u64>>,

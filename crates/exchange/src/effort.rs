@@ -49,7 +49,7 @@ impl Tolerance {
     }
 }
 
-/// The walks that each group has at a look: powers of two.
+/// The number of walks of each group at a look, a power of two.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WalkPlan {
     walks: Vec<u64>,

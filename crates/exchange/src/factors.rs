@@ -19,10 +19,10 @@ impl Factor {
     /// The factor that `hits` of some walks say, with an interval of a level.
     pub(crate) fn of(hits: u64, walks: u64, level: f64) -> Self {
         let moments = Moments { n: walks, sum: hits.into(), sum_sq: hits.into() };
-        let told = hits > 0 && hits < walks;
+        let is_known = hits > 0 && hits < walks;
         Factor {
             factor: hits as f64 / walks.max(1) as f64,
-            std_error: moments.standard_error().filter(|_| told),
+            std_error: moments.standard_error().filter(|_| is_known),
             interval: proportion_interval(hits, walks, level),
         }
     }

@@ -22,7 +22,7 @@ pub struct PairedRows {
     counts: Vec<u32>,
 }
 
-/// Factors that are reciprocal and add up, of groups whose rows were counted one by one.
+/// Smoothed factors: reciprocal, with rows that sum to 1, made from rows that were counted one by one.
 #[derive(Clone, Debug)]
 pub struct SmoothedRows {
     pairs: PairedRows,
@@ -297,7 +297,7 @@ mod tests {
 
     /// Two groups that see nothing but each other, of unequal areas: no factors are reciprocal and add up.
     #[test]
-    fn what_cannot_be_smoothed_is_told() {
+    fn what_cannot_be_smoothed_is_reported() {
         let counts = ExchangeCounts::of(&[vec![0, 8, 0, 0], vec![16, 0, 0, 0]]);
         assert!(paired(&counts, &[3.0, 4.0]).smooth().is_none());
     }

@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_solved_is_told() {
+    fn what_cannot_be_solved_is_reported() {
         let pair = |back, escape| [vec![0, 64 - back, back, 0], vec![64 - escape, 0, 0, escape]];
         assert_eq!(
             solve(&pair(1, 0), &[1.0; 2], &[Temperature(1.0); 2]),

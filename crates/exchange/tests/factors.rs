@@ -80,7 +80,7 @@ fn coaxial_discs_have_the_factor_of_the_catalogue() {
     }
 }
 
-/// Cells whose counts expect five walks or more are told by z; all by the coverage of their intervals.
+/// Cells whose counts expect five walks or more are tested by z; all by the coverage of their intervals.
 #[test]
 fn factors_are_those_of_exact() {
     const RUNS: u64 = 100;

@@ -93,14 +93,14 @@ mod tests {
 
     const VERTICES: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
-    fn told(vertices: &[[f64; 3]], faces: &[[i64; 3]], of_face: &[u32]) -> Result<Mesh, String> {
+    fn mesh_of(vertices: &[[f64; 3]], faces: &[[i64; 3]], of_face: &[u32]) -> Result<Mesh, String> {
         from_arrays(Path::new("desk"), vertices, faces, of_face, vec![Material::unknown("wood")])
             .map_err(|error| error.to_string())
     }
 
     #[test]
     fn faces_become_triangles_in_their_order() {
-        let mesh = told(&VERTICES, &[[0, 1, 2], [2, 1, 0]], &[0, 0]).unwrap();
+        let mesh = mesh_of(&VERTICES, &[[0, 1, 2], [2, 1, 0]], &[0, 0]).unwrap();
         assert_eq!(mesh.parts, ["desk"]);
         assert_eq!(
             mesh.triangles[1],
@@ -113,14 +113,17 @@ mod tests {
         let nan = [VERTICES[0], [f64::NAN, 0.0, 0.0], VERTICES[2]];
         for (found, expected) in [
             (
-                told(&VERTICES, &[], &[]),
+                mesh_of(&VERTICES, &[], &[]),
                 "desk: there are no faces (light needs surfaces to meet); give triangles",
             ),
-            (told(&VERTICES, &[[0, 1, 2]], &[]), "desk: 0 materials do not fit 1 faces"),
-            (told(&VERTICES, &[[0, 1, 3]], &[0]), "desk: face 0: there is no vertex 3 (there are 3 vertices"),
-            (told(&VERTICES, &[[0, -1, 2]], &[0]), "desk: face 0: there is no vertex -1"),
-            (told(&VERTICES, &[[0, 1, 2]], &[1]), "desk: face 0: there is no material 1"),
-            (told(&nan, &[[0, 1, 2]], &[0]), "desk: vertex 1: [NaN, 0.0, 0.0] is no point"),
+            (mesh_of(&VERTICES, &[[0, 1, 2]], &[]), "desk: 0 materials do not fit 1 faces"),
+            (
+                mesh_of(&VERTICES, &[[0, 1, 3]], &[0]),
+                "desk: face 0: there is no vertex 3 (there are 3 vertices",
+            ),
+            (mesh_of(&VERTICES, &[[0, -1, 2]], &[0]), "desk: face 0: there is no vertex -1"),
+            (mesh_of(&VERTICES, &[[0, 1, 2]], &[1]), "desk: face 0: there is no material 1"),
+            (mesh_of(&nan, &[[0, 1, 2]], &[0]), "desk: vertex 1: [NaN, 0.0, 0.0] is no point"),
         ] {
             let found = found.unwrap_err();
             assert!(found.starts_with(expected), "{found}");

@@ -80,7 +80,7 @@ pub struct Material {
     pub lost: Vec<LostProperty>,
 }
 
-/// A part of a material that is not modelled as the file has it.
+/// A property of a material that the import drops or approximates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LostProperty {
     /// Nothing defines the material: its reflectance is [`DEFAULT_REFLECTANCE`].

@@ -6,7 +6,7 @@ use crate::in_words;
 use crate::mesh::{LostProperty, Mesh};
 use crate::scene::Finish;
 
-/// The part of the area from which black materials are told of.
+/// The part of the area from which black materials are reported.
 const WORTH_A_WORD: f64 = 0.01;
 
 /// An argument that sets a key of a material by its name, quoted for a shell: `--set 'import.material."Red.003".emittance=10'`.
@@ -49,7 +49,7 @@ impl<'a> Few<'a> {
     }
 
     /// `material "Glass" (1.20 m²)`, or `4 materials (12 m²; "Glass" is the largest)`.
-    pub(crate) fn told(&self) -> String {
+    pub(crate) fn in_words(&self) -> String {
         let area = area_in_words(self.area);
         match self.count {
             1 => format!("material {:?} ({area})", self.largest),
@@ -62,7 +62,7 @@ impl<'a> Few<'a> {
 pub(crate) fn note_losses(mesh: &Mesh, finishes: &[Finish], areas: &[f64], notes: &mut Vec<String>) {
     let mut note = |what: &str, few: Option<Few<'_>>, remedy: &dyn Fn(&str) -> String| {
         if let Some(few) = few {
-            notes.push(format!("{what}: {}{}", few.told(), remedy(few.largest)));
+            notes.push(format!("{what}: {}{}", few.in_words(), remedy(few.largest)));
         }
     };
     let reflect =
@@ -113,7 +113,7 @@ pub(crate) fn beyond(
         .zip(finishes)
         .find(|(material, finish)| material.name == few.largest && is_beyond(finish.reflectance));
     let reflectance = largest.map_or_else(String::new, |(_, finish)| in_words(finish.reflectance));
-    Some(format!("reflectances such as {reflectance}: {}", few.told()))
+    Some(format!("reflectances such as {reflectance}: {}", few.in_words()))
 }
 
 #[cfg(test)]
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn areas_are_told_with_two_digits_or_none() {
+    fn areas_are_written_with_two_digits_or_none() {
         assert_eq!([0.004, 0.5, 9.0, 12.3].map(area_in_words), ["4.0e-3 m²", "0.50 m²", "9.00 m²", "12 m²"]);
     }
 }

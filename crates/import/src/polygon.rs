@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn bent_and_crossed_outlines_are_told() {
+    fn bent_and_crossed_outlines_are_reported() {
         let bent = points(&[[0., 0., 0.], [1., 0., 0.2], [1., 1., 0.], [0., 1., 0.2]]);
         assert!(cut(&bent, &[]).bent);
         let crossed = points(&[[0., 0., 0.], [2., 2., 0.], [2., 0., 0.], [0., 3., 0.]]);

@@ -285,18 +285,21 @@ impl Mesh {
         let refused = options.faults == Faults::Refuse;
         let listed = if refused { usize::MAX } else { LISTED };
         let found = found.iter().filter(|(faces, _)| !faces.is_empty());
-        let told: Vec<String> = found
+        let left_out: Vec<String> = found
             .map(|(faces, what)| format!("{} triangles {what}: {}", faces.len(), self.list(faces, listed)))
             .collect();
         if refused {
             return Err(UnplacedError::new(
-                told.join("; "),
+                left_out.join("; "),
                 "they neither reflect nor emit",
                 "remove them, or set import.faults = \"report\"",
             ));
         }
-        if !told.is_empty() {
-            notes.push(format!("left out: {}; --set import.faults=refuse lists them all", told.join("; ")));
+        if !left_out.is_empty() {
+            notes.push(format!(
+                "left out: {}; --set import.faults=refuse lists them all",
+                left_out.join("; ")
+            ));
         }
         faulty.remove_from(self);
         match self.triangles.is_empty() {
@@ -326,12 +329,12 @@ impl Mesh {
         let names =
             self.materials.iter().zip(used).filter(|(_, used)| *used).map(|(material, _)| &material.name);
         let names: BTreeSet<&String> = names.collect();
-        let mut told: Vec<String> =
+        let mut listed: Vec<String> =
             names.iter().take(NAMED).map(|name| format!("{:?}", shortened((*name).clone()))).collect();
         if names.len() > NAMED {
-            told.push(format!("and {} more, which `radwalk check` lists", names.len() - NAMED));
+            listed.push(format!("and {} more, which `radwalk check` lists", names.len() - NAMED));
         }
-        told.join(", ")
+        listed.join(", ")
     }
 
     /// The name of a triangle's face in outputs.
@@ -535,17 +538,17 @@ impl MeshFinishes {
     ) -> Result<(), UnplacedError> {
         let asked = options.reflectance_limit;
         let bright = |reflectance: Spectrum| reflectance.max() > asked.unwrap_or(1.0_f64.next_down());
-        let Some(told) = beyond(mesh, &self.of, areas, bright) else { return Ok(()) };
+        let Some(text) = beyond(mesh, &self.of, areas, bright) else { return Ok(()) };
         if asked.is_none() && options.strict {
             return Err(UnplacedError::new(
-                told,
+                text,
                 "walks would never end",
                 format!("set import.reflectance_limit = {LIMIT} to clamp them, or read without --strict"),
             ));
         }
         let limit = asked.unwrap_or(LIMIT);
         notes.push(format!(
-            "clamped to {limit}, as all are: {told}; --set import.reflectance_limit=0.9 sets another limit"
+            "clamped to {limit}, as all are: {text}; --set import.reflectance_limit=0.9 sets another limit"
         ));
         for finish in &mut self.of {
             finish.reflectance =

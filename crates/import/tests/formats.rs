@@ -162,7 +162,7 @@ fn sides_are_two_where_the_file_does_not_say() {
 }
 
 #[test]
-fn faulty_faces_are_left_out_and_told_or_refused() {
+fn faulty_faces_are_left_out_and_reported_or_refused() {
     let report = scene("a.obj", faulty().as_bytes(), &Options::default()).unwrap();
     assert_eq!(report.spec.surfaces.len(), 2);
     assert!(
@@ -200,16 +200,16 @@ fn patch_sizes_and_joining() {
 
 /// A room in millimetres is four kilometres long: a note says so and offers the unit, unless one is set.
 #[test]
-fn the_likely_unit_is_told_and_offered() {
+fn the_likely_unit_is_reported_and_offered() {
     let obj = "v 0 0 0\nv 4000 0 0\nv 0 3000 0\nf 1 2 3\n";
-    let told = |unit: f64| {
+    let is_noted = |unit: f64| {
         let options = Options { unit, ..Options::default() };
         let imported = scene("a.obj", obj.as_bytes(), &options).unwrap();
         let note = imported.notes.iter().any(|note| note.ends_with("; --set import.unit=0.001"));
         assert_eq!(imported.likely_unit.is_some(), note, "{:?}", imported.notes);
         note
     };
-    assert!(told(1.0) && !told(0.001));
+    assert!(is_noted(1.0) && !is_noted(0.001));
 }
 
 /// Editors on Windows put a byte order mark before the first statement.
@@ -372,8 +372,8 @@ fn lights_without_area_are_lamps() {
         assert!((-spot.axes[2]).distance(DVec3::NEG_X) < 1e-12, "{:?}", spot.axes);
         assert_eq!((sun.emission, sun.strength), (Emission::Distant { rim: 1.0 }, 1000.0.into()));
         assert!((-sun.axes[2]).distance(DVec3::Y) < 1e-12, "{:?}", sun.axes);
-        let told = "lights without area, which are lamps in cd, or in lx from far away: 3";
-        assert!(imported.notes.iter().any(|note| note.starts_with(told)), "{:?}", imported.notes);
+        let words = "lights without area, which are lamps in cd, or in lx from far away: 3";
+        assert!(imported.notes.iter().any(|note| note.starts_with(words)), "{:?}", imported.notes);
     }
 }
 
@@ -532,8 +532,8 @@ fn files_say_their_unit() {
         let obj = format!("{head}{SQUARE}f 1 2 3 4\n");
         let imported = scene("a.obj", obj.as_bytes(), &Options::default()).unwrap();
         assert_eq!(imported.likely_unit.map(|(_, length)| length), unit, "{head}");
-        let told = imported.notes.iter().any(|note| note.contains("is what the file says"));
-        assert_eq!(told, unit.is_some(), "{:?}", imported.notes);
+        let is_noted = imported.notes.iter().any(|note| note.contains("is what the file says"));
+        assert_eq!(is_noted, unit.is_some(), "{:?}", imported.notes);
     }
 }
 
@@ -578,8 +578,8 @@ fn exported_gltf_has_strips_mirrors_and_quantised_vertices() {
     // The first triangle of the first strip faces z; its mirror image does, too, and the copy is turned about y.
     assert!(normal(0).z > 0.99 && normal(6).z < -0.99, "{} {}", normal(0), normal(6));
     assert_eq!(mesh.positions.iter().fold(0.0_f64, |most, p| most.max(p.x)), 1.0, "32767 stands for 1");
-    for told in ["points or lines", "morph targets", "skinned"] {
-        assert!(mesh.notes.iter().any(|note| note.contains(told)), "{told}: {:?}", mesh.notes);
+    for words in ["points or lines", "morph targets", "skinned"] {
+        assert!(mesh.notes.iter().any(|note| note.contains(words)), "{words}: {:?}", mesh.notes);
     }
 }
 
@@ -590,8 +590,8 @@ fn exported_obj_keeps_its_parts_and_leaves_out_what_has_no_area() {
     let names: Vec<&str> =
         scene.spec.surfaces.iter().map(|surface| surface.name.as_deref().unwrap()).collect();
     assert_eq!(names, ["Room.001:0", "Room.001:0", "Lamp/shade hood:0", "Lamp/shade hood:2", "Lamp:0"]);
-    for told in ["1 triangles have no area", "defined by no file"] {
-        assert!(scene.notes.iter().any(|note| note.contains(told)), "{told}: {:?}", scene.notes);
+    for words in ["1 triangles have no area", "defined by no file"] {
+        assert!(scene.notes.iter().any(|note| note.contains(words)), "{words}: {:?}", scene.notes);
     }
 }
 
@@ -772,7 +772,7 @@ fn open_objects_end_with_their_copy() {
 }
 
 #[test]
-fn long_names_are_cut_and_told() {
+fn long_names_are_cut_and_listed() {
     let mesh = read("a.obj", &corpus("obj/long-names.obj")).unwrap();
     assert_eq!(mesh.parts.len(), 1, "{:?}", mesh.parts);
     assert!(mesh.parts[0].starts_with("long long") && mesh.parts[0].len() <= 200, "{:?}", mesh.parts);
@@ -853,7 +853,7 @@ fn mitsuba_scenes_are_read_as_far_as_they_are_diffuse() {
         (b - a).cross(c - a).dot(a) > 0.0
     });
     assert!(outwards && mesh.notes.len() == 2, "{:?}", mesh.notes);
-    for (xml, told) in [
+    for (xml, message) in [
         ("<scene><shape", "not XML"),
         ("<mujoco/>", "not a scene of Mitsuba"),
         (
@@ -866,6 +866,6 @@ fn mitsuba_scenes_are_read_as_far_as_they_are_diffuse() {
         ),
     ] {
         let refused = read(xml, &mut files).unwrap_err().to_string();
-        assert!(refused.contains(told), "{xml}: {refused}");
+        assert!(refused.contains(message), "{xml}: {refused}");
     }
 }

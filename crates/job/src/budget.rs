@@ -28,7 +28,7 @@ pub struct Budget {
     pub checkpoint_seconds: f64,
 }
 
-/// Reads the table `[budget]` of a job, which has so many `paths` if it does not say.
+/// Reads the table `[budget]` of a job, with `paths` as its default.
 pub(crate) fn read_budget(mut table: KeyTable<'_>, paths: Option<u64>) -> Result<Budget, Error> {
     let read = |value: Value<'_>| value.integer(1..=i64::MAX as u64, "without a walk there is no estimate");
     let paths = match (table.take("paths"), paths) {

@@ -11,7 +11,7 @@ use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 use crate::error::{Error, SourceLocation, SourceSpot};
 use crate::near;
 use crate::source::{ParsedText, SourceText};
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// A table whose keys have been found to be known.
 pub(crate) struct KeyTable<'a> {
@@ -55,7 +55,7 @@ impl<'a> KeyTable<'a> {
     }
 
     /// [`KeyTable::take`] of a choice; the default where the key is absent.
-    pub(crate) fn word<W: Word + Default>(&mut self, key: &str) -> Result<W, Error> {
+    pub(crate) fn word<W: Keyword + Default>(&mut self, key: &str) -> Result<W, Error> {
         self.take(key).map_or(Ok(W::default()), |value| value.word())
     }
 
@@ -245,7 +245,7 @@ impl<'a> Value<'a> {
     }
 
     /// One of the words for a choice.
-    pub(crate) fn word<W: Word>(&self) -> Result<W, Error> {
+    pub(crate) fn word<W: Keyword>(&self) -> Result<W, Error> {
         let found = self.string()?;
         W::ALL.iter().copied().find(|choice| choice.word() == found).ok_or_else(|| Error::UnknownWord {
             place: self.place(),

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The material of each surface, in runs of surfaces that follow each other.
+/// The material of each surface, stored as runs of consecutive surfaces with one material.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finishes {
     names: Vec<String>,

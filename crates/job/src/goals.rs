@@ -73,10 +73,10 @@ impl<'a> Goals<'a> {
         Ok(Goals { patches, sensors, total_error, of_patches, min_paths, unhit })
     }
 
-    /// What is asked of patches, of sensors, and of noise and discretisation together, where a pilot tells of them if it `is_told`.
+    /// What is asked of patches, of sensors, and of noise and discretisation together, where a pilot tells of them if it `has_pilot`.
     pub(crate) fn about(
         self,
-        (patch_count, is_told): (Option<u64>, bool),
+        (patch_count, has_pilot): (Option<u64>, bool),
         method: &MethodTable,
         sensors: &[SensorSpec],
     ) -> Result<AskedGoals, Error> {
@@ -86,7 +86,7 @@ impl<'a> Goals<'a> {
         let errors = self.sensors.map(|value| read_sensor_errors(value, sensors)).transpose()?;
         let of_sensors = errors.map(|sensors| SensorTarget { sensors, min_paths, unhit });
         let total_error =
-            self.total_error.map(|value| read_total_error(&value, method, is_told)).transpose()?;
+            self.total_error.map(|value| read_total_error(&value, method, has_pilot)).transpose()?;
         let total = total_error.map(|total_error| TotalTarget { total_error, min_paths });
         Ok(AskedGoals { target, sensor_target: of_sensors, total_target: total })
     }
@@ -116,9 +116,9 @@ fn read_target_patches(
     }
 }
 
-/// `is_told`: whether a pilot tells how light is spread over patches.
-fn read_total_error(value: &Value<'_>, method: &MethodTable, is_told: bool) -> Result<f64, Error> {
-    if !is_told && method.beside != Beside::Slopes {
+/// `has_pilot`: whether a pilot tells how light is spread over patches.
+fn read_total_error(value: &Value<'_>, method: &MethodTable, has_pilot: bool) -> Result<f64, Error> {
+    if !has_pilot && method.beside != Beside::Slopes {
         return Err(value.refuse(
             "the job does not find out how light is spread over patches".into(),
             "the total error is that of walks and of patches that are too coarse, and means do not tell the second",

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::scene::SceneFile;
 use crate::source::SourceText;
 
-/// How faces are put in groups.
+/// The rule that assigns faces to groups.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Grouping {
     /// Each face is a group.

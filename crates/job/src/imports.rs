@@ -15,9 +15,9 @@ use crate::keys::OVERRIDE_KEYS;
 use crate::material::read_spectrum;
 use crate::near;
 use crate::sky::read_emittance;
-use crate::word::Word;
+use crate::word::Keyword;
 
-impl Word for UpAxis {
+impl Keyword for UpAxis {
     const ALL: &'static [Self] = &[UpAxis::X, UpAxis::Y, UpAxis::Z];
 
     fn word(self) -> &'static str {
@@ -29,7 +29,7 @@ impl Word for UpAxis {
     }
 }
 
-impl Word for Faults {
+impl Keyword for Faults {
     const ALL: &'static [Self] = &[Faults::Report, Faults::Refuse];
 
     fn word(self) -> &'static str {

@@ -20,7 +20,7 @@ use crate::source::SourceText;
 use crate::sources::read_groups;
 use crate::target::{Target, TotalTarget};
 use crate::vocabulary::{Light, OutputFile};
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// The seed of a job that names none: runs repeat unless asked not to.
 pub const DEFAULT_SEED: u64 = 0;
@@ -70,7 +70,7 @@ pub struct Job {
     pub view: View,
     /// More views of the same size and exposure.
     pub views: Vec<NamedView>,
-    /// Groups of emitters that are told apart.
+    /// Groups of emitters that are distinguished.
     pub sources: Vec<PatchGroup>,
     /// Materials whose influence is measured, each as the group of its patches.
     pub sensitivity: Vec<PatchGroup>,
@@ -80,7 +80,7 @@ pub struct Job {
     pub chooses_method: bool,
     /// What is left to the program before the job can be run; `None`: nothing.
     pub auto: Option<Auto>,
-    /// What a pilot has foretold of the patches, where it has chosen them.
+    /// What a pilot has predicted of the patches, where it has chosen them.
     pub forecast: Option<Forecast>,
     origin: JobOrigin,
 }
@@ -268,14 +268,14 @@ fn read(
     };
     let partition = cut(&mut scene, patches, partition)?;
     let light = light.unwrap_or_else(|| usual_light(&scene));
-    let (open, cutting) = left_open(&scene, partition.as_ref(), (&table, &method), chooses_method);
+    let (open, cutting) = left_open(&scene, partition.as_ref(), &table, &method, chooses_method);
     let (method, note) = read_method(method, &cutting, &budget)?;
     let forecast = partition.and_then(|partition| partition.forecast);
     // A pilot tells how light is spread over patches.
-    let is_told = open.is_some() || forecast.is_some();
+    let has_pilot = open.is_some() || forecast.is_some();
     let AskedGoals { target, sensor_target, mut total_target } =
-        target.about((cutting.patches, is_told), &method, scene.sensors())?;
-    let is_default_target = asks_nothing && is_told;
+        target.about((cutting.patches, has_pilot), &method, scene.sensors())?;
+    let is_default_target = asks_nothing && has_pilot;
     if is_default_target {
         total_target = Some(TotalTarget { total_error: DEFAULT_TOTAL_ERROR, min_paths: DEFAULT_MIN_PATHS });
     }
@@ -335,14 +335,14 @@ fn cut(
         (Some(partition), _) => {
             scene
                 .cut(&partition.cuts, &partition.groups)
-                .map_err(|problem| misfit(problem, (SourceSpot::File, &file, "patches")))?;
+                .map_err(|problem| misfit(problem, SourceSpot::File, &file, "patches"))?;
             Ok(Some(partition.clone()))
         }
         (None, Patches::Given(file, place)) => {
             let partition = Partition::read(&file, &place)?;
             scene
                 .cut(&partition.cuts, &partition.groups)
-                .map_err(|problem| misfit(problem, (SourceSpot::File, &file, "surfaces")))?;
+                .map_err(|problem| misfit(problem, SourceSpot::File, &file, "surfaces"))?;
             Ok(Some(partition))
         }
         (None, Patches::Auto) => {
@@ -361,7 +361,8 @@ fn cut(
 fn left_open(
     scene: &SceneFile,
     partition: Option<&Partition>,
-    (table, method): (&KeyTable<'_>, &KeyTable<'_>),
+    table: &KeyTable<'_>,
+    method: &KeyTable<'_>,
     chooses_method: bool,
 ) -> (Option<Auto>, PatchPurpose) {
     let open = Auto {

@@ -7,7 +7,7 @@ use crate::keys::JOB_KEYS;
 use crate::scene::is_toml;
 use crate::source::SourceText;
 
-/// What a file holds.
+/// The kind of a file: a job or a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileKind {
     /// A job: for [`crate::load`].

@@ -28,7 +28,8 @@ pub(crate) fn read_lamps(value: Value<'_>, folder: &Path) -> Result<LampsSpec, E
             value.name("lamp", "sources and messages tell lamps by it", "write a visible name on one line")
         })?;
         table.rename(format!("lamp {number} ({name:?}): "));
-        let (emission, strength) = read_emission(&mut table, (folder, &mut lamps, &mut known))?;
+        let (emission, strength) =
+            read_emission(&mut table, LampFiles { folder, lamps: &mut lamps, known: &mut known })?;
         let lamp = LampSpec { name, ..LampSpec::new(DVec3::ZERO, emission, strength) };
         lamps.list.push(place(table, lamp)?);
     }
@@ -84,11 +85,18 @@ fn read_direction(value: Value<'_>) -> Result<DVec3, Error> {
     })
 }
 
+/// The files of luminaires that a scene names, as far as they are read.
+struct LampFiles<'a> {
+    /// The folder of the scene.
+    folder: &'a Path,
+    /// The lamps so far, with the tables that they share.
+    lamps: &'a mut LampsSpec,
+    /// The number of the table of each file that is read.
+    known: &'a mut NamedFile,
+}
+
 /// How a lamp's light is spread, and what it is multiplied by.
-fn read_emission(
-    table: &mut KeyTable<'_>,
-    files: (&Path, &mut LampsSpec, &mut NamedFile),
-) -> Result<(Emission, Spectrum), Error> {
+fn read_emission(table: &mut KeyTable<'_>, files: LampFiles<'_>) -> Result<(Emission, Spectrum), Error> {
     let factor = table.take("factor").map(|value| read_strength(value)).transpose()?;
     let [file, intensity, illuminance] = ["file", "intensity", "illuminance"].map(|key| table.take(key));
     let [cone, diameter] = ["cone", "diameter"].map(|key| table.take(key));
@@ -154,10 +162,8 @@ fn read_strength(value: Value<'_>) -> Result<Spectrum, Error> {
 }
 
 /// The number of the table that a file holds: lamps of one file share it.
-fn table_of(
-    file: &Value<'_>,
-    (folder, lamps, known): (&Path, &mut LampsSpec, &mut NamedFile),
-) -> Result<u32, Error> {
+fn table_of(file: &Value<'_>, files: LampFiles<'_>) -> Result<u32, Error> {
+    let LampFiles { folder, lamps, known } = files;
     let path = folder.join(file.string()?);
     if let Some((_, number)) = known.iter().find(|(known, _)| *known == path) {
         return Ok(*number);

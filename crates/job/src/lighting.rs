@@ -60,8 +60,8 @@ pub(crate) fn read_lit(path: &Path, format: Format, options: &Options) -> Result
     // A scene that cannot be looked at is refused when it is built, with its place.
     let around = if dark || has_open_lamps(&imported) { Around::of(&imported.spec).ok() } else { None };
     if let Some(around) = around.as_ref().filter(|_| dark) {
-        let (told, above) = light(&mut imported, around);
-        (first, sky) = (Some(told), above);
+        let (note, above) = light(&mut imported, around);
+        (first, sky) = (Some(note), above);
     } else if let Some(around) = around {
         aim_lamps(&mut imported, &around);
     }
@@ -76,23 +76,23 @@ fn light(imported: &mut Imported, around: &Around) -> (String, Option<Spectrum>)
     let by_hand = format!("--light {}=1000lm makes that material shine", in_quotes(name));
     match around.lightless(is_room(imported)) {
         Lightless::Rooms(rooms) => {
-            let told = format!(
+            let note = format!(
                 "nothing in the file emits, so {} {} from below the ceiling, with {FLOOR} lm for each m² of floor; {by_hand} instead, --sky={SKY} gives a sky outside",
                 rooms.len(),
                 if rooms.len() == 1 { "assumed lamp shines" } else { "assumed lamps shine" },
             );
             rooms.iter().for_each(|room| add_lamp(imported, room));
-            (told, None)
+            (note, None)
         }
         Lightless::Open(part) => {
             let place = match part {
                 0.005.. => format!("to which {:.0} % of all directions lead", 100.0 * part),
                 _ => "which lights the outside of what is closed".into(),
             };
-            let told = format!(
+            let note = format!(
                 "nothing in the file emits, so an overcast sky of {SKY} lm/m² does, {place}; {by_hand} instead, --sky=5000 sets the sky",
             );
-            (told, Some(SKY.into()))
+            (note, Some(SKY.into()))
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::keys::{NAMED_VIEW_KEYS, VIEW_KEYS};
 use crate::shape::read_point;
 use crate::vocabulary::{FOV, MAX_PIXELS, OutputFile, Vantage};
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// The table `[view]`: how the picture is taken. What is absent is chosen from the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

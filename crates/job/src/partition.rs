@@ -15,7 +15,7 @@ use crate::method::BasisKey;
 use crate::shape::{read_grid, read_rows};
 use crate::source::SourceText;
 use crate::vocabulary::AUTO;
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// The word for the cells of the scene file.
 const GIVEN: &str = "given";
@@ -23,7 +23,7 @@ const GIVEN: &str = "given";
 /// The keys of a partition's file.
 const PARTITION_KEYS: &[&str] = &["basis", "space", "surfaces", "groups"];
 
-/// How every surface of a scene is cut, and how the light on the patches is best estimated.
+/// The cut of every surface of a scene, and the basis of the estimates on its patches.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Partition {
     /// The cut of each surface, in their order.
@@ -35,11 +35,11 @@ pub struct Partition {
     pub linear: bool,
     /// Where the walks of jobs that do not say so go on from, where their method has the choice.
     pub space: Space,
-    /// What the pilot that chose it foretells; `None` where a file says it.
+    /// What the pilot that chose it predicts; `None` where a file says it.
     pub forecast: Option<Forecast>,
 }
 
-/// What a pilot foretells of the job with the patches that it has chosen.
+/// What a pilot predicts of the job with the patches that it has chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Forecast {
     /// Surfaces whose cells were chosen.
@@ -50,7 +50,7 @@ pub struct Forecast {
     pub rays: u64,
     /// Whether the errors are those of linear fits, not of means.
     pub linear: bool,
-    /// Walks of the job that the errors are foretold for.
+    /// Walks of the job that the errors are predicted for.
     pub for_paths: u64,
     /// The relative error over the area that is due to the number of walks.
     pub noise: f64,
@@ -205,7 +205,7 @@ fn read_leaves(value: &Value<'_>) -> Result<Leaves, Error> {
 }
 
 /// Why a scene cannot be cut so, at the key or in the file that says it.
-pub(crate) fn misfit(problem: String, (spot, file, key): (SourceSpot, &Path, &str)) -> Error {
+pub(crate) fn misfit(problem: String, spot: SourceSpot, file: &Path, key: &str) -> Error {
     Error::Refused {
         place: Box::new(SourceLocation { file: file.into(), spot, key: key.into() }),
         problem,

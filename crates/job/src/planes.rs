@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::imports::positive;
 use crate::keys::{DEMAND_KEYS, LISTS, PLANE_KEYS, POINTS_KEYS};
 use crate::shape::read_point;
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// The most points of a plane along one side.
 const MOST_ALONG: f64 = 4096.0;
@@ -31,7 +31,7 @@ enum Measure {
     Ugr,
 }
 
-impl Word for Measure {
+impl Keyword for Measure {
     const ALL: &'static [Self] = &[Self::Planar, Self::Cylindrical, Self::Semicylindrical, Self::Ugr];
 
     fn word(self) -> &'static str {
@@ -58,7 +58,7 @@ impl Measure {
 
 /// What a figure of a plane is to reach.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Demand {
+pub struct PlaneTarget {
     /// The plane, by its number among sensors.
     pub sensor: u32,
     /// The figure.
@@ -72,7 +72,7 @@ pub(crate) fn read_planes(
     [planes, points]: [Option<Value<'_>>; 2],
     folder: &Path,
     sensors: &mut Vec<SensorSpec>,
-) -> Result<Vec<Demand>, Error> {
+) -> Result<Vec<PlaneTarget>, Error> {
     let mut demands = Vec::new();
     let planes = planes.map(|planes| planes.tables(LISTS[4])).transpose()?.unwrap_or_default();
     let points = points.map(|points| points.tables(LISTS[5])).transpose()?.unwrap_or_default();
@@ -104,7 +104,7 @@ pub(crate) fn read_planes(
 fn read_demands(
     table: &mut KeyTable<'_>,
     (sensor, measure): (u32, Measure),
-    demands: &mut Vec<Demand>,
+    demands: &mut Vec<PlaneTarget>,
 ) -> Result<(), Error> {
     let Some(value) = table.take("demand") else { return Ok(()) };
     let mut table = value.table(DEMAND_KEYS)?;
@@ -132,7 +132,7 @@ fn read_demands(
                 "write a number up to 1, such as 0.6",
             ));
         }
-        demands.push(Demand { sensor, figure, least });
+        demands.push(PlaneTarget { sensor, figure, least });
     }
     Ok(())
 }

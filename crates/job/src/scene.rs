@@ -18,7 +18,7 @@ use crate::error::{Error, SourceLocation, SourceSpot};
 use crate::finishes::Finishes;
 use crate::lighting::bounds;
 use crate::partition::misfit;
-use crate::planes::Demand;
+use crate::planes::PlaneTarget;
 use crate::site::{Lines, SurfaceSite};
 use crate::sky::sky_box;
 pub(crate) use read::is_toml;
@@ -40,7 +40,7 @@ pub struct SceneFile {
     auto: Vec<usize>,
     sensors: Vec<SensorSpec>,
     /// What is demanded of planes.
-    demands: Vec<Demand>,
+    demands: Vec<PlaneTarget>,
     /// The number of the first surface of the sky, behind all others; `None` without one.
     sky: Option<usize>,
     notes: Vec<String>,
@@ -101,7 +101,7 @@ impl SceneFile {
     }
 
     /// What is demanded of its planes.
-    pub fn demands(&self) -> &[Demand] {
+    pub fn demands(&self) -> &[PlaneTarget] {
         &self.demands
     }
 
@@ -269,7 +269,7 @@ impl SceneFile {
     /// Cells that its surfaces cannot have.
     pub fn spec_cut(&self, (cuts, groups): (&[Cut], &[u32])) -> Result<SceneSpec, Error> {
         cut_spec(self.spec.clone(), cuts, groups)
-            .map_err(|problem| misfit(problem, (SourceSpot::File, &self.path, "patches")))
+            .map_err(|problem| misfit(problem, SourceSpot::File, &self.path, "patches"))
     }
 
     /// The same surfaces in one channel, all of which emit 1 W/m², without sensors: exchange factors are about surfaces, not

@@ -27,7 +27,7 @@ pub struct Target {
     pub quantity: Quantity,
 }
 
-/// What is asked of noise and discretisation together.
+/// A target on the total error: noise and discretisation together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TotalTarget {
     /// The relative L2 error of the patches' means over the area, above 0.

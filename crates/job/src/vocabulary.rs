@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// The word by which a job or a surface leaves its cells to the program.
 pub(crate) const AUTO: &str = "auto";
@@ -27,7 +27,7 @@ pub enum Light {
     Luminous,
 }
 
-impl Word for Light {
+impl Keyword for Light {
     const ALL: &'static [Self] = &[Self::Radiant, Self::Luminous];
 
     fn word(self) -> &'static str {
@@ -90,7 +90,7 @@ impl OutputFile {
     }
 }
 
-impl Word for OutputFile {
+impl Keyword for OutputFile {
     const ALL: &'static [Self] = &[
         Self::Csv,
         Self::Summary,
@@ -116,7 +116,7 @@ impl Word for OutputFile {
     }
 }
 
-/// A view by its name.
+/// The side of the camera, inside or outside, where the job leaves its place to the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Vantage {
     /// From where a person could stand.
@@ -125,7 +125,7 @@ pub enum Vantage {
     Outside,
 }
 
-impl Word for Vantage {
+impl Keyword for Vantage {
     const ALL: &'static [Self] = &[Vantage::Inside, Vantage::Outside];
 
     fn word(self) -> &'static str {
@@ -147,7 +147,7 @@ pub enum Unhit {
     Ignore,
 }
 
-impl Word for Unhit {
+impl Keyword for Unhit {
     const ALL: &'static [Self] = &[Self::Infinite, Self::Ignore];
 
     fn word(self) -> &'static str {
@@ -166,7 +166,7 @@ pub(crate) enum EndWord {
     Length,
 }
 
-impl Word for EndWord {
+impl Keyword for EndWord {
     const ALL: &'static [Self] = &[Self::Roulette, Self::Cutoff, Self::Length];
 
     fn word(self) -> &'static str {
@@ -185,7 +185,7 @@ pub(crate) enum SolveWord {
     Iterations,
 }
 
-impl Word for SolveWord {
+impl Keyword for SolveWord {
     const ALL: &'static [Self] = &[Self::Links, Self::Iterations];
 
     fn word(self) -> &'static str {

@@ -3,7 +3,7 @@
 use radiosity::{EstimatorKind, Quantity, RayBirths, Sampler, Space};
 
 /// A choice that files and outputs write as one word.
-pub trait Word: Copy + 'static {
+pub trait Keyword: Copy + 'static {
     /// All choices, in the order in which messages list them.
     const ALL: &'static [Self];
 
@@ -11,7 +11,7 @@ pub trait Word: Copy + 'static {
     fn word(self) -> &'static str;
 }
 
-impl Word for EstimatorKind {
+impl Keyword for EstimatorKind {
     const ALL: &'static [Self] = EstimatorKind::ALL;
 
     fn word(self) -> &'static str {
@@ -19,7 +19,7 @@ impl Word for EstimatorKind {
     }
 }
 
-impl Word for Quantity {
+impl Keyword for Quantity {
     const ALL: &'static [Self] = &[Self::Irradiance, Self::Radiosity, Self::Net];
 
     fn word(self) -> &'static str {
@@ -27,7 +27,7 @@ impl Word for Quantity {
     }
 }
 
-impl Word for Space {
+impl Keyword for Space {
     const ALL: &'static [Self] = &[Self::Discrete, Self::Continuous];
 
     fn word(self) -> &'static str {
@@ -38,7 +38,7 @@ impl Word for Space {
     }
 }
 
-impl Word for Sampler {
+impl Keyword for Sampler {
     const ALL: &'static [Self] = &[Self::Random, Self::Sobol];
 
     fn word(self) -> &'static str {
@@ -49,7 +49,7 @@ impl Word for Sampler {
     }
 }
 
-impl Word for RayBirths {
+impl Keyword for RayBirths {
     const ALL: &'static [Self] = &[Self::Systematic, Self::Multinomial];
 
     fn word(self) -> &'static str {

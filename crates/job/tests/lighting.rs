@@ -110,8 +110,8 @@ fn a_table_of_materials_has_all_areas() {
     let folder = Folder::new("table");
     folder.write("room.obj", room(1.0));
     let rows = read(&folder, &["import.material.Ceiling.reflectance=0.8"]).scene.materials();
-    let told: Vec<(&str, f64, f64)> =
+    let emitters: Vec<(&str, f64, f64)> =
         rows.iter().map(|row| (&*row.name, row.area, row.reflectance[0])).collect();
-    assert_eq!(told[0], ("default", 65.0, 0.5));
-    assert_eq!(told[1], ("Ceiling", 20.0, 0.8));
+    assert_eq!(emitters[0], ("default", 65.0, 0.5));
+    assert_eq!(emitters[1], ("Ceiling", 20.0, 0.8));
 }

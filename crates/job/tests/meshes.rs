@@ -243,7 +243,7 @@ fn every_key_of_import_does_what_it_says() {
     let count = |error: &str| read("ball.mgf", &[&format!("import.curve_error={error}")]).len();
     assert!(count("0.001") > 4 * count("0.0125"), "{} {}", count("0.001"), count("0.0125"));
 
-    // faults: what is dropped is told, or refused in one message.
+    // faults: what is dropped is reported, or refused in one message.
     let job = loaded(&folder, "sheet.obj", &["import.material.Sheet.emittance=1"]);
     let notes = job.scene.notes().join("; ");
     assert!(

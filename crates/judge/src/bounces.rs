@@ -10,7 +10,7 @@ const WALKS: u64 = 1000;
 const ARRIVALS: usize = 20_000;
 
 /// The number of rows: direct light, one reflection, two, and the rest.
-const TOLD: usize = 4;
+const BOUNCES: usize = 4;
 
 /// The shares of a method's power by number of reflections. `None` for gathering walks, which carry importance, and if
 /// nothing arrives.
@@ -24,9 +24,9 @@ pub fn bounces(experiment: &Experiment) -> Option<Vec<Bounce>> {
         if arrivals > ARRIVALS {
             break;
         }
-        let mut power = [0.0; TOLD];
+        let mut power = [0.0; BOUNCES];
         for (reflections, step) in experiment.replay(&sequence, walk).steps.iter().enumerate() {
-            power[reflections.min(TOLD - 1)] += arriving(experiment, &step.weights);
+            power[reflections.min(BOUNCES - 1)] += arriving(experiment, &step.weights);
             arrivals += 1;
         }
         walks.push(power);
@@ -35,11 +35,11 @@ pub fn bounces(experiment: &Experiment) -> Option<Vec<Bounce>> {
     let share = |reflections: usize| {
         let part = walks.iter().map(|power| power[reflections]).sum::<f64>() / total;
         // The standard error of a quotient of two sums over walks.
-        let off = |power: &[f64; TOLD]| (power[reflections] - part * power.iter().sum::<f64>()).powi(2);
+        let off = |power: &[f64; BOUNCES]| (power[reflections] - part * power.iter().sum::<f64>()).powi(2);
         let std_error = walks.iter().map(off).sum::<f64>().sqrt() / total;
-        Bounce { reflections, or_more: reflections == TOLD - 1, part, std_error }
+        Bounce { reflections, or_more: reflections == BOUNCES - 1, part, std_error }
     };
-    (total > 0.0).then(|| (0..TOLD).map(share).collect())
+    (total > 0.0).then(|| (0..BOUNCES).map(share).collect())
 }
 
 /// The power that a walk brings to a face, over that of a walk at its birth, summed over channels.

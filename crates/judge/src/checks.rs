@@ -13,8 +13,8 @@ use std::collections::HashMap;
 use job::Forecast;
 use protocol::{Book, Look};
 use radiosity::{
-    Apart, Estimate, Estimates, Experiment, Face, Precision, Quantity, Readings, Scene, Sequence, Side, TINY,
-    Tally,
+    Estimate, Estimates, Experiment, Face, FaceShare, Precision, Quantity, Readings, Scene, Sequence, Side,
+    TINY, Tally,
 };
 use report::words::share;
 use report::{Check, Verdict, face_words};
@@ -35,7 +35,7 @@ const STEADY: f64 = 1.5;
 /// The fewest batches at which a look counts: the spread of fewer is too rough to tell how errors fall.
 const TELLING_BATCHES: u64 = 32;
 
-/// All checks of a result: those of its statistics, and those of its book. `chosen`: what was foretold of its patches, where a pilot
+/// All checks of a result: those of its statistics, and those of its book. `chosen`: what was predicted of its patches, where a pilot
 /// chose them.
 pub fn checks_of_result(
     estimates: &Estimates,
@@ -295,12 +295,12 @@ const LAID_OUT: usize = 1000;
 const WORTH_A_WORD: f64 = 1e-3;
 
 /// Whether doubtful faces deserve a person's attention.
-fn matters(scene: &Scene, doubtful: Apart) -> bool {
+fn matters(scene: &Scene, doubtful: FaceShare) -> bool {
     doubtful.area > WORTH_A_WORD || (doubtful.faces > 0 && scene.faces().len() <= LAID_OUT)
 }
 
 /// The number and area of some faces, in words.
-fn faces(Apart { faces, area }: Apart) -> String {
+fn faces(FaceShare { faces, area }: FaceShare) -> String {
     let noun = if faces == 1 { "patch" } else { "patches" };
     format!("{faces} {noun} ({:.2} % of the area)", 100.0 * area)
 }
@@ -315,7 +315,7 @@ fn unhit(scene: &Scene, Precision { unhit, headline, .. }: &Precision) -> Check 
 }
 
 /// What the check of faces without scores says.
-fn without_score(unhit: Apart) -> String {
+fn without_score(unhit: FaceShare) -> String {
     if unhit.faces == 0 {
         return "every patch that light can come to has a score".into();
     }
@@ -331,11 +331,11 @@ fn without_score(unhit: Apart) -> String {
 #[derive(Default)]
 struct Doubts {
     /// The faces with some scores, but fewer than 10.
-    rare: Apart,
+    rare: FaceShare,
     /// The faces with a large standard error.
-    rough: Apart,
+    rough: FaceShare,
     /// The faces with a large variance of the variance.
-    volatile: Apart,
+    volatile: FaceShare,
     /// The largest bound on a bias, as a part of the estimate.
     bias: f64,
 }
@@ -502,10 +502,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_patch_without_scores_is_told_of_in_the_singular() {
-        let told = |faces| without_score(Apart { faces, area: 0.5 });
-        assert!(told(1).starts_with("1 patch (50.00 % of the area) has no score"), "{}", told(1));
-        assert!(told(0).starts_with("every patch"), "{}", told(0));
-        assert!(told(2).contains("2 patches (50.00 % of the area) have no score"), "{}", told(2));
+    fn one_patch_without_scores_is_in_the_singular() {
+        let text = |faces| without_score(FaceShare { faces, area: 0.5 });
+        assert!(text(1).starts_with("1 patch (50.00 % of the area) has no score"), "{}", text(1));
+        assert!(text(0).starts_with("every patch"), "{}", text(0));
+        assert!(text(2).contains("2 patches (50.00 % of the area) have no score"), "{}", text(2));
     }
 }

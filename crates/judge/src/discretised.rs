@@ -10,7 +10,9 @@
 //! interval is that of the jackknife over groups (Student, G − 1 degrees of freedom), so that what walks score on several patches at once is in
 //! it, widened by the noise of the discrete result.
 
-use radiosity::{Course, Estimates, EstimatorKind, Experiment, Method, Sequence, Space, Tally, Walks};
+use radiosity::{
+    AbsorptionMode, Estimates, EstimatorKind, Experiment, Method, Sequence, Space, Tally, Walks,
+};
 use report::DiscretisedSummary;
 
 /// G, the number of groups of the control.
@@ -19,7 +21,7 @@ const GROUPS: usize = 16;
 /// The control takes this part of the rays of the result …
 const SHARE: u64 = 16;
 
-/// … but so many at least, and so many at most.
+/// … but at least the first, and at most the second of these.
 const LEAST_RAYS: u64 = 1 << 15;
 const MOST_RAYS: u64 = 1 << 21;
 
@@ -33,14 +35,14 @@ const FIRST_WALKS: u64 = 256;
 const APART: u64 = 0xD15C_2E7E_D000_0001;
 
 /// A control of continuous walks in the scene of a discrete result.
-pub struct Control {
+pub struct DiscretisedControl {
     experiment: Experiment,
     sequence: Sequence,
     walks_per_group: u64,
 }
 
-impl Control {
-    /// The number of parts that [`Control::group`] makes.
+impl DiscretisedControl {
+    /// The number of parts that [`DiscretisedControl::group`] makes.
     pub const GROUPS: usize = GROUPS;
 
     /// The control of a result, by its seed and its rays; `None` where the result is not of the discretised system, or too short to be
@@ -53,11 +55,11 @@ impl Control {
         let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) };
         let experiment = Experiment::new(estimates.scene().clone(), Method::Walks(walks)).ok()?;
         let sequence = Sequence::new(seed ^ APART);
-        let control = Control { experiment, sequence, walks_per_group: FIRST_WALKS };
+        let control = DiscretisedControl { experiment, sequence, walks_per_group: FIRST_WALKS };
         let rays_per_walk = control.group(0).counts.rays as f64 / FIRST_WALKS as f64;
         let budget = (rays / SHARE).clamp(LEAST_RAYS, MOST_RAYS) as f64;
         let walks_per_group = (budget / rays_per_walk / GROUPS as f64).ceil() as u64;
-        Some(Control { walks_per_group: walks_per_group.max(2), ..control })
+        Some(DiscretisedControl { walks_per_group: walks_per_group.max(2), ..control })
     }
 
     /// The tally of one group.
@@ -83,13 +85,16 @@ impl Control {
         groups: &[Tally],
         level: f64,
     ) -> Option<DiscretisedSummary> {
-        let mut sums = Sums::default();
+        let mut sums = JackknifeSums::default();
         for (i, face, known) in estimates.known() {
             for (c, estimate) in known.iter().enumerate() {
                 if estimate.irradiance_interval.is_some() {
                     let control: Vec<f64> = groups.iter().map(|tally| self.irradiance(tally, i, c)).collect();
-                    let noise = estimate.irradiance_error.unwrap_or(0.0).powi(2);
-                    sums.add(face.area, (estimate.irradiance.unwrap_or(0.0), noise), &control);
+                    let estimate = DiscreteEstimate {
+                        irradiance: estimate.irradiance.unwrap_or(0.0),
+                        noise: estimate.irradiance_error.unwrap_or(0.0).powi(2),
+                    };
+                    sums.add(face.area, estimate, &control);
                 }
             }
         }
@@ -100,13 +105,19 @@ impl Control {
 /// Whether a method solves the radiosity system of the patches, not the integral equation. What comes straight from the emitters is the same
 /// in both.
 pub fn is_discretised(method: &Method) -> bool {
-    let direct = method.estimator_kind().is_some_and(|kind| kind.course() == Course::FirstHit);
+    let direct = method.estimator_kind().is_some_and(|kind| kind.absorption() == AbsorptionMode::DirectOnly);
     method.space() == Space::Discrete && !direct
+}
+
+/// The irradiance of a face in the discrete result [W/m²], and the variance of its estimate.
+struct DiscreteEstimate {
+    irradiance: f64,
+    noise: f64,
 }
 
 /// Sums over faces and channels, by group.
 #[derive(Default)]
-struct Sums {
+struct JackknifeSums {
     /// Σ A·(d − c_g)·Σ_(h ≠ g)(d − c_h).
     differences: [f64; GROUPS],
     /// Σ A·c_g·Σ_(h ≠ g) c_h.
@@ -115,8 +126,10 @@ struct Sums {
     noise: [f64; 2],
 }
 
-impl Sums {
-    fn add(&mut self, area: f64, (discrete, noise): (f64, f64), control: &[f64]) {
+impl JackknifeSums {
+    /// Adds a face in a channel: its estimate, and the irradiance that each group of the control finds there.
+    fn add(&mut self, area: f64, estimate: DiscreteEstimate, control: &[f64]) {
+        let DiscreteEstimate { irradiance: discrete, noise } = estimate;
         let all: f64 = control.iter().sum();
         let groups = control.len() as f64;
         let whole = groups * discrete - all;

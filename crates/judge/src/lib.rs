@@ -29,7 +29,7 @@ pub mod target;
 pub use bounces::bounces;
 pub use checks::{checks, checks_of_result};
 pub use coincident::Coincident;
-pub use discretised::{Control, is_discretised};
+pub use discretised::{DiscretisedControl, is_discretised};
 pub use fit::misfits;
 pub use limits::limits;
 pub use model::{job_lines, scene_lines};

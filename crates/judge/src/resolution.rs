@@ -47,7 +47,7 @@ pub(crate) fn resolution(estimates: &Estimates) -> (Verdict, String) {
 /// beyond this part of the noise is that of other walks than the patches were chosen for, or of patches that the choice could not cut.
 const BALANCED: f64 = 2.0;
 
-/// Whether linear fits on chosen patches lose less than walks leave unknown, as far as the pilot has foretold it.
+/// Whether linear fits on chosen patches lose less than walks leave unknown, as far as the pilot has predicted it.
 pub(crate) fn resolution_of_fits(estimates: &Estimates, chosen: &Forecast) -> (Verdict, String) {
     let Some(Accuracy { linear_noise, .. }) = estimates.accuracy() else {
         return (

@@ -36,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sensors_behind_walls_and_without_a_view_are_told() {
+    fn sensors_behind_walls_and_without_a_view_are_reported() {
         let mut open = SceneSpec::furnace(1, 0.5);
         open.surfaces.truncate(5);
         let scene = Scene::build(&open, IndexChoice::Auto).unwrap();

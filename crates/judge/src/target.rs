@@ -3,9 +3,9 @@
 //! `stats::DoubleSampling` decides when to stop, so that intervals stay true. Looks happen at walk counts that the job
 //! fixes.
 
+mod face_accuracy;
 mod prospect;
 mod sensors;
-mod standing;
 mod total;
 
 use job::{Target, TotalTarget};
@@ -15,11 +15,11 @@ use radiosity::{Estimates, Experiment, Quantity, Tally};
 use report::WorstPatch;
 use stats::{DoubleSampling, foresight};
 
+pub use self::face_accuracy::about;
+use self::face_accuracy::{Bar, FaceAccuracy, face_accuracies, parts_within};
 pub use self::prospect::Prospect;
 pub(crate) use self::sensors::FEWEST_SAMPLES;
 pub use self::sensors::{SensorGoal, asked_of_sensors, judge_sensors};
-pub use self::standing::about;
-use self::standing::{Bar, Standing, parts_within, standings};
 pub use self::total::total_is_met;
 use crate::drift::{ScoreMoments, drift};
 
@@ -37,15 +37,15 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
     let scene = estimates.scene();
     let Target { relative_error, fraction, quantity, .. } = *target;
     let bar = Bar { error: relative_error, scores: target.min_hits as f64 };
-    let mut ranks = standings(estimates, target);
-    let [achieved] = parts_within(ranks.iter().map(|(_, standing)| *standing), [bar]);
+    let mut ranks = face_accuracies(estimates, target);
+    let [achieved] = parts_within(ranks.iter().map(|(_, accuracy)| *accuracy), [bar]);
     let judged = !ranks.is_empty();
     let reached = judged && achieved >= fraction && paths >= target.min_paths;
     ranks.sort_by(|(i, a), (j, b)| b.error.total_cmp(&a.error).then(i.cmp(j)));
     let worst_first = || ranks.iter().copied();
-    let needed = |standing: &Standing| {
-        let by_error = (standing.error / relative_error).powi(2);
-        paths as f64 * by_error.max(target.min_hits as f64 / standing.scores)
+    let needed = |accuracy: &FaceAccuracy| {
+        let by_error = (accuracy.error / relative_error).powi(2);
+        paths as f64 * by_error.max(target.min_hits as f64 / accuracy.scores)
     };
     let named = worst_first().filter(|(_, s)| !bar.is_met(s)).take(NAMED).map(|(face, s)| WorstPatch {
         patch: scene.faces().get(face).patch as usize,
@@ -55,16 +55,16 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
         hits: u64::try_from(s.hits).unwrap_or(u64::MAX),
         paths_needed: needed(&s),
     });
-    let total: f64 = ranks.iter().map(|(_, standing)| standing.area).sum();
+    let total: f64 = ranks.iter().map(|(_, accuracy)| accuracy.area).sum();
     let mut spared = (1.0 - fraction) * total;
     // The worst faces may stay as they are, as long as the rest makes up the fraction.
-    let mut decisive = worst_first().filter(|(_, standing)| {
-        spared -= standing.area;
+    let mut decisive = worst_first().filter(|(_, accuracy)| {
+        spared -= accuracy.area;
         spared < -1e-9 * total
     });
     let paths_needed = match decisive.next() {
         _ if reached => None,
-        Some((_, standing)) => Some(needed(&standing)).filter(|paths| paths.is_finite()),
+        Some((_, accuracy)) => Some(needed(&accuracy)).filter(|paths| paths.is_finite()),
         None => None,
     };
     report::TargetReport {
@@ -86,8 +86,8 @@ pub struct Observer {
     target: Option<Target>,
     sensors: Option<SensorGoal>,
     total: Option<TotalTarget>,
-    /// The discretisation of the answer that a pilot foretold.
-    foretold: Option<f64>,
+    /// The discretisation of the answer that a pilot predicted.
+    predicted: Option<f64>,
     /// The sample of the previous look, or of the tally that the run was resumed from.
     before: Option<ScoreMoments>,
 }
@@ -95,7 +95,7 @@ pub struct Observer {
 impl Observer {
     /// An observer of a job whose intervals have this level each.
     pub fn new(experiment: Experiment, level: f64, target: Option<Target>) -> Self {
-        Observer { experiment, level, target, sensors: None, total: None, foretold: None, before: None }
+        Observer { experiment, level, target, sensors: None, total: None, predicted: None, before: None }
     }
 
     /// Adds the job's target on sensors.
@@ -103,9 +103,9 @@ impl Observer {
         Observer { sensors, ..self }
     }
 
-    /// Adds the job's target on noise and discretisation together, of which a pilot may have foretold the second.
-    pub fn with_total(self, total: Option<TotalTarget>, foretold: Option<f64>) -> Self {
-        Observer { total, foretold, ..self }
+    /// Adds the job's target on noise and discretisation together, of which a pilot may have predicted the second.
+    pub fn with_total(self, total: Option<TotalTarget>, predicted: Option<f64>) -> Self {
+        Observer { total, predicted, ..self }
     }
 
     /// Sets the tally that a resumed job goes on from: the first look compares the walks since then with it.
@@ -130,7 +130,7 @@ impl Observer {
         });
         let of_total = self.total.as_ref().map(|target| {
             let early = walks * self.experiment.unit().paths() < target.min_paths;
-            if early { [false; 2] } else { total::meets(target, self.foretold, &estimates) }
+            if early { [false; 2] } else { total::meets(target, self.predicted, &estimates) }
         });
         let asked = of_patches
             .into_iter()
@@ -160,8 +160,8 @@ fn meets(target: &Target, estimates: &Estimates) -> [bool; 2] {
     let scores = target.min_hits as f64;
     let met = Bar { error: relative_error, scores };
     let foreseen = Bar { error: foresight(relative_error), scores: 0.5 * scores };
-    let standings = standings(estimates, target).into_iter().map(|(_, standing)| standing);
-    parts_within(standings, [met, foreseen]).map(|part| part >= fraction)
+    let face_accuracies = face_accuracies(estimates, target).into_iter().map(|(_, accuracy)| accuracy);
+    parts_within(face_accuracies, [met, foreseen]).map(|part| part >= fraction)
 }
 
 /// Whether a run ends after this number of walks.

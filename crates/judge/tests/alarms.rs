@@ -63,7 +63,7 @@ fn checks_of_sound_runs_fail_as_rarely_as_they_say() {
 /// In each of 40 runs the last 3,616 of 20,000 walks meet reflectances of 0.85 in place of 0.9: the mean score of each patch falls by a
 /// third, some 14 standard errors of those walks.
 #[test]
-fn walks_that_change_are_told() {
+fn walks_that_change_are_reported() {
     let [sound, darker] = [0.9, 0.85].map(|reflectance| shooting(&scenes::furnace(1, reflectance)));
     for seed in 0..40 {
         let (tally, looks) = run(&sound, &darker, seed, 20_000);

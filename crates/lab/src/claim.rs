@@ -173,8 +173,8 @@ impl Claim {
     }
 
     /// A claim that the program's words hold a word.
-    pub fn told(told: &[String], word: &str) -> Self {
-        let holds = told.iter().any(|line| line.contains(word));
+    pub fn messages(messages: &[String], word: &str) -> Self {
+        let holds = messages.iter().any(|line| line.contains(word));
         Claim::sure(format!("the program says “{word}”"), holds)
     }
 

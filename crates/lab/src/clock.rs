@@ -21,9 +21,9 @@ fn seconds_of(clock: ClockId) -> f64 {
 
 /// The processor time of the child processes that were waited for so far, and of theirs [s]; `None` where the system does not tell it.
 pub(crate) fn children_seconds() -> Option<f64> {
-    let told = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The fields after the name, which may hold blanks, begin with the third; the times of children are the 16th and 17th, in ticks of 10 ms.
-    let mut fields = told.rsplit_once(')')?.1.split_ascii_whitespace().skip(13);
+    let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace().skip(13);
     let mut seconds = || Some(fields.next()?.parse::<f64>().ok()? * 0.01);
     Some(seconds()? + seconds()?)
 }

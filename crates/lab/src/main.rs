@@ -22,6 +22,7 @@ mod edition;
 mod fault;
 mod groups;
 mod honesty;
+mod judged_run;
 mod kernel;
 mod lab;
 mod papers;
@@ -29,7 +30,6 @@ mod patches;
 mod reproduce;
 mod series;
 mod stability;
-mod told;
 mod validation;
 mod walking;
 

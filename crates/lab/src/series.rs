@@ -1,11 +1,11 @@
 //! The series of charts.
 
-use report::{Point, Series};
+use report::{ChartPoint, Series};
 use stats::Measured;
 
 /// A point of a chart, with its error bar.
-pub(crate) fn point(x: f64, y: Measured) -> Point {
-    Point { x, y: y.value, error: y.standard_error }
+pub(crate) fn point(x: f64, y: Measured) -> ChartPoint {
+    ChartPoint { x, y: y.value, error: y.standard_error }
 }
 
 /// The theory and the measurements along a sweep.

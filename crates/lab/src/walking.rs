@@ -137,10 +137,17 @@ pub(crate) fn covered(solution: &Solution, patches: &[usize], truth: &[f64]) -> 
 /// The blocks of walks whose scatter tells the error of a variance.
 const BLOCKS: u64 = 400;
 
+/// A number of walks, and the seed of their sequence.
+#[derive(Clone, Copy)]
+pub(crate) struct SeededWalks {
+    pub seed: u64,
+    pub walks: u64,
+}
+
 /// The variance of B for one of `walks` walks on a patch over `expected`, judged by the scatter of blocks of walks.
 pub(crate) fn variance_over(
     experiment: &Experiment,
-    (seed, walks): (u64, u64),
+    SeededWalks { seed, walks }: SeededWalks,
     patch: usize,
     expected: f64,
 ) -> Measured {

@@ -4,7 +4,7 @@ use parallel::run_on_all_cores;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use judge::plan::foretell;
+use judge::plan::predict_stop;
 use judge::target::Prospect;
 use protocol::{Coordinator, Notice};
 use radiosity::{Estimates, Experiment, Precision, Quantity};
@@ -116,7 +116,7 @@ impl<'a> Gauge<'a> {
         let ending = if prospects.is_empty() || self.settings.total_target.is_some() {
             None
         } else {
-            foretell(self.experiment, &prospects, coordinator.looks())
+            predict_stop(self.experiment, &prospects, coordinator.looks())
         };
         self.expected = ending.map(|ending| ending.walks().saturating_mul(self.experiment.unit().paths()));
         self.goal = target.zip(prospects.first()).map(|(target, prospect)| Goal {

@@ -17,7 +17,7 @@ mod run_status;
 mod scrape;
 mod showing;
 mod status;
-mod told;
+mod text;
 mod watch;
 
 pub use address::NoPage;
@@ -26,6 +26,6 @@ pub use reports::{Reports, open_metrics};
 pub use run_status::{FaultCounts, Goal, RunStatus, Saved};
 pub use scrape::TextPage;
 pub use showing::Showing;
-pub use status::{Description, Hand, JobState, NoStatus, Report, find, watched};
-pub use told::ended;
+pub use status::{Description, JobState, NoStatus, Report, WorkerStatus, find, watched};
+pub use text::ended;
 pub use watch::{Looked, Watch};

@@ -20,9 +20,9 @@ pub(crate) fn metrics(report: &Report) -> String {
     add(&mut text, "job_info", "gauge", "The job.");
     add_value(&mut text, "job_info", &format!("job=\"{}\"", label(&report.description.job)), 1.0);
     add(&mut text, "worker_paths_per_second", "gauge", "As far as each worker has shown.");
-    for hand in &report.crew {
-        let worker = format!("worker=\"{}\"", label(&hand.name));
-        add_value(&mut text, "worker_paths_per_second", &worker, hand.paths_per_second);
+    for status in &report.workers {
+        let worker = format!("worker=\"{}\"", label(&status.name));
+        add_value(&mut text, "worker_paths_per_second", &worker, status.paths_per_second);
     }
     text
 }

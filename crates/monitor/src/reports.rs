@@ -13,7 +13,7 @@ use crate::address::{NoPage, listen};
 use crate::metrics::metrics;
 use crate::run_status::RunStatus;
 use crate::scrape::{TextPage, publish};
-use crate::status::{Description, Hand, Report, STATUS, beside};
+use crate::status::{Description, Report, STATUS, WorkerStatus, beside};
 
 /// The time between two reports.
 const INTERVAL: Duration = Duration::from_secs(2);
@@ -28,13 +28,13 @@ const NAMED: usize = 1000;
 pub fn open_metrics(address: &str) -> Result<(TextPage, SocketAddr), NoPage> {
     let (listener, bound) = listen(address, "--metrics")?;
     let page = TextPage::default();
-    let told = page.clone();
-    publish(listener, "metrics", move |request| told.answer(request))
+    let served = page.clone();
+    publish(listener, "metrics", move |request| served.answer(request))
         .map_err(|source| NoPage::System { doing: "starting a thread", source })?;
     Ok((page, bound))
 }
 
-/// The places that reports go to.
+/// The outputs of a running job's reports: status files, and the metrics page.
 pub struct Reports {
     description: Description,
     files: Vec<PathBuf>,
@@ -89,9 +89,9 @@ impl Reports {
             *walks += worker.walks;
             *faults += worker.faults;
         }
-        let crew = coordinator.present().into_iter().take(NAMED).map(|present| {
+        let workers = coordinator.present().into_iter().take(NAMED).map(|present| {
             let (walks, faults) = known.get(&present.name[..]).copied().unwrap_or_default();
-            Hand {
+            WorkerStatus {
                 threads: present.threads,
                 leases: present.leases,
                 paths_per_second: present.walks_per_second * per_walk as f64,
@@ -106,7 +106,7 @@ impl Reports {
             pid: std::process::id(),
             time: unix_seconds(),
             status: status.clone(),
-            crew: crew.collect(),
+            workers: workers.collect(),
         }
     }
 }

@@ -45,7 +45,7 @@ pub struct Goal {
     pub fraction: f64,
     /// The error that decides: the one that this part of the area does not exceed now.
     pub decisive_error: Option<f64>,
-    /// The paths at which the run will probably end (`radwalk plan` foretells by the same rule).
+    /// The paths at which the run will probably end (`radwalk plan` predicts by the same rule).
     pub paths_expected: Option<u64>,
 }
 

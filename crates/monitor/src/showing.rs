@@ -93,8 +93,8 @@ impl Showing {
         let thread = std::thread::Builder::new().name("pages".into());
         let start = || {
             thread.spawn(move || maker.make_all(&inbox))?;
-            let told = shared.clone();
-            publish(listener, "watch", move |request| told.answer(request))
+            let served = shared.clone();
+            publish(listener, "watch", move |request| served.answer(request))
         };
         start().map_err(|source| NoPage::System { doing: "starting a thread", source })?;
         Ok(Showing { url: shared.url(bound), shared, tallies, walks: 0 })

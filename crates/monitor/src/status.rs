@@ -45,12 +45,13 @@ pub struct Report {
     #[serde(flatten)]
     pub status: RunStatus,
     /// The workers that are connected, a thousand at most.
-    pub crew: Vec<Hand>,
+    #[serde(rename = "crew")]
+    pub workers: Vec<WorkerStatus>,
 }
 
 /// A worker that is connected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Hand {
+pub struct WorkerStatus {
     /// The name that the worker gave.
     pub name: String,
     /// The number of the worker's threads.

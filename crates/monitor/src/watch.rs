@@ -8,7 +8,7 @@ use crate::reports::Reports;
 use crate::run_status::RunStatus;
 use crate::showing::Showing;
 
-/// The watch over one run.
+/// The coordinator's work beside the leases of one run: reports, the page in browsers, and checkpoints.
 pub struct Watch<'a> {
     gauge: Gauge<'a>,
     reports: Reports,

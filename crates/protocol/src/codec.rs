@@ -151,16 +151,16 @@ pub fn decode_serde<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, C
 /// # Errors
 /// Where the value has no code.
 pub fn digest_serde<T: serde::Serialize>(value: &T) -> Result<[u8; 32], CodecError> {
-    let mut digest = Digest(blake3::Hasher::new());
+    let mut digest = HashWriter(blake3::Hasher::new());
     bincode::serde::encode_into_std_write(value, &mut digest, bincode::config::standard())
         .map_err(|error| CodecError::Malformed(error.to_string()))?;
     Ok(digest.0.finalize().into())
 }
 
 /// A digest that is written to.
-struct Digest(blake3::Hasher);
+struct HashWriter(blake3::Hasher);
 
-impl std::io::Write for Digest {
+impl std::io::Write for HashWriter {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         self.0.update(bytes);
         Ok(bytes.len())

@@ -98,7 +98,7 @@ impl Deliveries {
     }
 }
 
-/// The entries of a range of walks that grows at its end.
+/// The deliveries of a range of walks; further walks are added at its end.
 #[derive(Clone, Debug)]
 pub struct Growing {
     deliveries: Deliveries,

@@ -90,7 +90,7 @@ pub enum ToCoordinator {
     },
 }
 
-/// How a worker introduces itself.
+/// The first message of a worker: its protocol, build, name and threads.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub struct Hello {
     /// The [`PROTOCOL`] that the worker speaks.

@@ -38,7 +38,7 @@ pub struct Relay {
     /// Messages that are to be sent to the relay's leader.
     outbox: Vec<ToCoordinator>,
     /// The number of its workers' threads that the relay last reported to its leader.
-    told: usize,
+    announced: usize,
     over: Option<RelayEnd>,
 }
 
@@ -46,7 +46,7 @@ pub struct Relay {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RelayEnd {
     /// The leader or the relay's owner told it to end.
-    Told,
+    Dismissed,
     /// A sum overflowed, so that no result is of any use.
     Overflow,
     /// The leader gave it more walks than there are numbers.
@@ -59,7 +59,7 @@ impl Relay {
     pub fn new(terms: Terms, lots: u64) -> Self {
         let ledger = books(&terms, lots);
         let pool = WorkerPool::new(terms, ledger, Ledger::span, vec![], Effort::default());
-        Relay { pool, lots, held: VecDeque::new(), outbox: vec![], told: 0, over: None }
+        Relay { pool, lots, held: VecDeque::new(), outbox: vec![], announced: 0, over: None }
     }
 
     /// The reason why the relay ended, once it has.
@@ -128,10 +128,10 @@ impl Relay {
     /// their results so far are dropped.
     fn tell_capacity(&mut self, now: Now) {
         let threads = self.pool.threads();
-        if threads == self.told {
+        if threads == self.announced {
             return;
         }
-        self.told = threads;
+        self.announced = threads;
         let rounds = RELAY_ROUNDS * self.pool.terms().leases_per_thread as f64;
         let lease_seconds = rounds * self.pool.longest_lease_seconds(now);
         let threads = u32::try_from(threads).unwrap_or(u32::MAX);

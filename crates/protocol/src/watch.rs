@@ -12,7 +12,7 @@ pub(crate) const STILL: Duration = Duration::from_secs(150);
 /// What the watchdog found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Watched {
-    /// Results come in, or the owner was told of late that none do.
+    /// Results come in, or the owner was told recently that none do.
     Well,
     /// No result has come in for a long time.
     Quiet,
@@ -25,7 +25,7 @@ pub(crate) enum Watched {
 pub(crate) struct Watchdog {
     walks: (u64, Duration),
     progress: (u64, Duration),
-    told: Duration,
+    last_notice: Duration,
 }
 
 impl Watchdog {
@@ -33,15 +33,15 @@ impl Watchdog {
     pub(crate) fn look(&mut self, awake: Duration, walks: u64, progress: u64) -> Watched {
         if walks != self.walks.0 {
             self.walks = (walks, awake);
-            self.told = awake;
+            self.last_notice = awake;
         }
         if progress != self.progress.0 {
             self.progress = (progress, awake);
         }
-        if awake - self.told < QUIET {
+        if awake - self.last_notice < QUIET {
             return Watched::Well;
         }
-        self.told = awake;
+        self.last_notice = awake;
         if awake - self.progress.1 >= STILL { Watched::Still } else { Watched::Quiet }
     }
 
@@ -56,14 +56,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_job_that_stands_still_is_told_of_once_a_minute() {
+    fn a_job_that_stands_still_is_reported_once_a_minute() {
         let mut watch = Watchdog::default();
-        let told: Vec<(u64, Watched)> = (1..400)
+        let notices: Vec<(u64, Watched)> = (1..400)
             .map(|second| (second, watch.look(Duration::from_secs(second), second.min(100), second.min(130))))
             .filter(|(_, watched)| *watched != Watched::Well)
             .collect();
         assert_eq!(
-            told,
+            notices,
             [(160, Watched::Quiet), (220, Watched::Quiet), (280, Watched::Still), (340, Watched::Still)]
         );
         assert_eq!(watch.quiet(Duration::from_secs(400)), Duration::from_secs(300));

@@ -525,9 +525,9 @@ fn silence_is_loss_and_the_leases_go_to_others() {
     stage.pass(SILENCE, &[worker]);
     assert_eq!(stage.notices, []);
     stage.pass(SECOND, &[worker]);
-    let told: Vec<String> = stage.notices.drain(..).map(|notice| notice.to_string()).collect();
-    assert_eq!(told.len(), 2);
-    assert!(told.iter().all(|told| told.contains("it went silent; its walks go to others")), "{told:?}");
+    let texts: Vec<String> = stage.notices.drain(..).map(|notice| notice.to_string()).collect();
+    assert_eq!(texts.len(), 2);
+    assert!(texts.iter().all(|texts| texts.contains("it went silent; its walks go to others")), "{texts:?}");
     stage.work_off(&[worker]);
     stage.ends(Ending::BudgetSpent, 60);
     let effort = stage.coordinator.effort();
@@ -821,8 +821,8 @@ fn a_result_that_cannot_be_is_refused_and_its_worker_named_and_banned() {
         stage.liars += 1;
         stage.say(liar, ToCoordinator::Result(crate::toy::sealed(result)));
         assert!(stage.closed.contains_key(&liar), "lie {n}");
-        let told = stage.notice();
-        assert!(told.contains(&format!("lost worker liar {n}: sent a result that does not fit")), "{told}");
+        let text = stage.notice();
+        assert!(text.contains(&format!("lost worker liar {n}: sent a result that does not fit")), "{text}");
         assert!(stage.coordinator.progress().walks < walks, "what waits is walked again");
         let again = stage.introduce(|hello| Hello { name: format!("liar {n}"), ..hello });
         assert!(
@@ -999,9 +999,9 @@ fn what_a_lying_relay_brought_is_walked_again_with_all_that_is_behind_it() {
 /// Shoots streams 0..10 of 100 walks by ten workers, whose results arrive in the given order, with a target that is met
 /// at `target` walks and looks at 300, 600, 900. Returns the looks, the ending and the tally.
 fn looks_in_order(order: &[usize], target: u64) -> (Vec<u64>, Ending, Tally) {
-    let (told, looked) = std::sync::mpsc::channel();
+    let (judged, looked) = std::sync::mpsc::channel();
     let met = move |tally: &Tally| {
-        told.send(tally.counts.walks).unwrap();
+        judged.send(tally.counts.walks).unwrap();
         tally.counts.walks >= target
     };
     let looks = vec![300, 600, 900];

@@ -21,14 +21,14 @@ struct Farm {
     now: Duration,
     todo: BTreeMap<PeerId, Todo>,
     /// The messages that workers were sent beside leases.
-    told: BTreeMap<PeerId, Vec<ToWorker>>,
+    sent: BTreeMap<PeerId, Vec<ToWorker>>,
     lost: usize,
 }
 
 impl Farm {
     fn new(plan: JobPlan, workers: u64) -> Self {
-        let (todo, told) = (BTreeMap::new(), BTreeMap::new());
-        let mut farm = Farm { coordinator: coordinator(plan), now: Duration::ZERO, todo, told, lost: 0 };
+        let (todo, sent) = (BTreeMap::new(), BTreeMap::new());
+        let mut farm = Farm { coordinator: coordinator(plan), now: Duration::ZERO, todo, sent, lost: 0 };
         (0..workers).for_each(|id| farm.join(id));
         farm
     }
@@ -48,7 +48,7 @@ impl Farm {
                     assert_eq!(self.coordinator.ending(), None);
                     self.todo.get_mut(&id).unwrap().push_back((lease, first_walk..first_walk + walks));
                 }
-                Action::Send(id, message) => self.told.entry(id).or_default().push(message),
+                Action::Send(id, message) => self.sent.entry(id).or_default().push(message),
                 Action::Close(id) => {
                     self.todo.remove(&id);
                 }
@@ -206,7 +206,7 @@ fn a_large_result_that_others_have_brought_is_not_asked_for() {
         (lease, walks)
     };
     let bring = |farm: &mut Farm, id: PeerId, (lease, walks): (u64, Range<u64>)| {
-        assert_eq!(farm.told.get_mut(&id).unwrap().pop(), Some(ToWorker::Send { lease }));
+        assert_eq!(farm.sent.get_mut(&id).unwrap().pop(), Some(ToWorker::Send { lease }));
         let mut result = LeaseResult { lease, ..big(&walks) };
         let rest = result.sums.split_off(PIECE);
         farm.say(id, ToCoordinator::Piece { lease, sums: std::mem::replace(&mut result.sums, rest) });
@@ -228,7 +228,7 @@ fn a_large_result_that_others_have_brought_is_not_asked_for() {
             bring(&mut farm, 1, copy);
             offer(&mut farm, 0, 0..100).0
         };
-        assert_eq!(farm.told.get_mut(&0).unwrap().pop(), Some(ToWorker::Drop { lease }));
+        assert_eq!(farm.sent.get_mut(&0).unwrap().pop(), Some(ToWorker::Drop { lease }));
         let last = offer(&mut farm, 0, 100..200);
         bring(&mut farm, 0, last);
         assert_eq!(farm.coordinator.ending(), Some(Ending::BudgetSpent));

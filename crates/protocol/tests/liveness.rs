@@ -29,7 +29,7 @@ const MOST_KEPT: usize = 2;
 /// The patches of a scene with large tallies. A few of their out-of-order ranges find room beside the prefix.
 const LARGE: usize = 4 * SMALL_TALLY;
 
-/// The longest that nothing may move, in ticks: if all workers are sound, and if some worker was stuck of late (a
+/// The longest that nothing may move, in ticks: if all workers are sound, and if some worker was stuck recently (a
 /// worker that was asked for a result has a minute, and one that makes no progress another).
 const SOUND: u64 = 15 * TICKS_PER_SECOND;
 const STUCK: u64 = 100 * TICKS_PER_SECOND;
@@ -355,7 +355,7 @@ impl World {
                     node.sender.kept.remove(&lease);
                     vec![]
                 }
-                ToWorker::Done => node.relay.finish(RelayEnd::Told),
+                ToWorker::Done => node.relay.finish(RelayEnd::Dismissed),
                 _ => vec![],
             };
             self.act(at + 1, actions);
@@ -471,15 +471,15 @@ impl World {
         }
     }
 
-    /// Plays until the job ends: `crew` workers, some of them behind `relays`, with one fault every `faults` ticks on
+    /// Plays until the job ends: `worker_count` workers, some of them behind `relays`, with one fault every `faults` ticks on
     /// average during the first five minutes.
-    fn play(mut self, dice: &mut Dice, crew: usize, relays: usize, faults: u64) -> Self {
+    fn play(mut self, dice: &mut Dice, worker_count: usize, relays: usize, faults: u64) -> Self {
         while self.coordinator.ending().is_none() {
             assert!(self.tick < 3600 * TICKS_PER_SECOND, "the job does not end: {:?}", self.quiet);
             while self.alive_relays().len() < relays {
                 self.add_relay();
             }
-            if self.workers.len() < crew && dice.one_in(20) {
+            if self.workers.len() < worker_count && dice.one_in(20) {
                 let leaders: Vec<usize> =
                     [0].into_iter().chain(self.alive_relays().into_iter().map(|at| at + 1)).collect();
                 let leader = leaders[dice.below(leaders.len() as u64) as usize];
@@ -505,13 +505,13 @@ fn play_all(seeds: Range<u64>, patches: usize, walks: u64, most_relays: u64) -> 
         // Nothing is merged across looks, so that some results wait for others.
         let looks = (1..8).map(|k| k * paths / 8).collect();
         let world = World::new(JobPlan { patches, looks, limits: Limits::NONE, ..plan(paths, 10) });
-        let crew = 1 + dice.below(5) as usize;
+        let worker_count = 1 + dice.below(5) as usize;
         let relays = dice.below(most_relays + 1) as usize;
         let faults_every = 20 + dice.below(200);
         println!(
-            "seed {seed}: {paths} walks, {crew} workers, {relays} relays, a fault in {faults_every} ticks"
+            "seed {seed}: {paths} walks, {worker_count} workers, {relays} relays, a fault in {faults_every} ticks"
         );
-        let world = world.play(&mut dice, crew, relays, faults_every);
+        let world = world.play(&mut dice, worker_count, relays, faults_every);
         assert_eq!(world.coordinator.ending(), Some(Ending::BudgetSpent), "seed {seed}: {:?}", world.quiet);
         assert_eq!(world.coordinator.prefix(), &tally(patches, paths), "seed {seed}");
         (faults, dropped) = (faults + world.faults, dropped + world.dropped);
@@ -540,7 +540,7 @@ fn whatever_fails_the_job_moves_on_behind_relays() {
 
 /// A disk that takes ten minutes: workers keep results for which there is no room, and the job waits and says so.
 #[test]
-fn a_disk_that_hangs_is_waited_for_and_told_of() {
+fn a_disk_that_hangs_is_waited_for_and_reported() {
     let looks = vec![500, 1000, 1500];
     let mut world = World::new(JobPlan { patches: LARGE, looks, limits: Limits::NONE, ..plan(2000, 10) });
     (0..3).for_each(|_| world.join(0, 2));

@@ -130,7 +130,7 @@ impl World {
     /// Lets a relay vanish, and its workers with it.
     fn vanish(&mut self, at: usize) {
         if let Some(node) = self.relays[at].take() {
-            assert!(self.coordinator.ending().is_none() || node.relay.end() == Some(RelayEnd::Told));
+            assert!(self.coordinator.ending().is_none() || node.relay.end() == Some(RelayEnd::Dismissed));
         }
         self.workers.retain(|&(leader, _), _| leader != at + 1);
     }
@@ -200,7 +200,7 @@ impl World {
             Some(ToWorker::Lease { id, first_walk, walks }) => {
                 node.relay.on_lease(id, first_walk, walks, now)
             }
-            Some(ToWorker::Done) => node.relay.finish(RelayEnd::Told),
+            Some(ToWorker::Done) => node.relay.finish(RelayEnd::Dismissed),
             _ => vec![],
         };
         self.act(at + 1, actions);

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use job::{OutputFile, Word};
+use job::{Keyword, OutputFile};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use results::{Ending, Kept, Latest, RunOutput};
+use results::{Ending, Latest, RunOutput, StoredRun};
 
 use crate::refusal::refuse;
 use crate::table::{PyColumn, to_python};
@@ -16,7 +16,7 @@ const GIT: &str = env!("RADWALK_GIT");
 /// A result of a job, as Python sees it.
 #[pyclass(frozen, module = "radwalk._radwalk")]
 pub(crate) struct Answer {
-    pub(crate) kept: Kept,
+    pub(crate) kept: StoredRun,
     /// Why its walks ended; `None` where it was opened from a folder, which does not say.
     pub(crate) ending: Option<Ending>,
     /// What was to be said of the scene before it was walked, a sentence each.
@@ -61,7 +61,7 @@ impl Answer {
 
     /// The columns of `sources.csv`, where sources are told apart.
     fn sources<'py>(&self, py: Python<'py>) -> PyResult<Option<Vec<PyColumn<'py>>>> {
-        let Kept { checkpoint, settings, experiment } = &self.kept;
+        let StoredRun { checkpoint, settings, experiment } = &self.kept;
         if self.factors().is_empty() {
             return Ok(None);
         }
@@ -129,7 +129,7 @@ impl Answer {
             })
         };
         let files = export.iter().map(file).collect::<PyResult<Vec<_>>>()?;
-        let Kept { checkpoint, settings, experiment } = &self.kept;
+        let StoredRun { checkpoint, settings, experiment } = &self.kept;
         let write = || {
             let output = RunOutput::new(&folder, force, &files, GIT)?;
             output.keep(checkpoint, Latest::Foreign)?;

@@ -58,8 +58,8 @@ pub(crate) fn factors(
     let count = || -> Result<Option<Vec<String>>, results::Error> {
         let question = FactorsQuestion::of(job, &asked)?;
         let folder = OutputFolder::claim(&folder, &sparse_files(), false)?;
-        let hands = RowWatcher { threads, watch: &mut ask };
-        let counted = count_rows(&question, &sparse, (&folder, false, &[]), hands)?;
+        let rows = RowWatcher { threads, watch: &mut ask };
+        let counted = count_rows(&question, &sparse, &folder, false, &[], rows)?;
         if counted.interrupted {
             return Ok(None);
         }

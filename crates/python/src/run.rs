@@ -8,7 +8,7 @@ use crossbeam::channel::{RecvTimeoutError, bounded};
 use job::Job;
 use pyo3::prelude::*;
 use radiosity::Experiment;
-use results::{Kept, Stage, all_threads, choose, walk_here};
+use results::{SoloProgress, StoredRun, all_threads, choose, walk_here};
 
 use crate::answer::Answer;
 use crate::mesh::ArrayMesh;
@@ -75,14 +75,14 @@ pub(crate) fn run(
     let job = source.job(&overrides)?;
     let threads = threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from));
     let mut watcher = Watcher::new(watch);
-    let mut ask = |Stage { paths, paths_total, seconds, median_relative_error }: Stage| {
+    let mut ask = |SoloProgress { paths, paths_total, seconds, median_relative_error }: SoloProgress| {
         watcher.tell((paths, paths_total, seconds, median_relative_error))
     };
     let done = py.detach(|| walk(&job, threads, &mut ask))?;
     watcher.end(done)
 }
 
-fn walk(job: &Job, threads: usize, watch: &mut dyn FnMut(Stage) -> bool) -> PyResult<Option<Answer>> {
+fn walk(job: &Job, threads: usize, watch: &mut dyn FnMut(SoloProgress) -> bool) -> PyResult<Option<Answer>> {
     let scene = job.build_scene().map_err(refuse)?;
     let experiment = Experiment::new(scene, job.method.walks())
         .and_then(|experiment| experiment.with_sensors(job.scene.sensors()))
@@ -102,7 +102,7 @@ fn walk(job: &Job, threads: usize, watch: &mut dyn FnMut(Stage) -> bool) -> PyRe
 /// Opens the result of a run by its output folder.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, folder: PathBuf) -> PyResult<Answer> {
-    let kept = py.detach(|| Kept::open(&folder)).map_err(refuse)?;
+    let kept = py.detach(|| StoredRun::open(&folder)).map_err(refuse)?;
     Ok(Answer { kept, ending: None, warnings: Vec::new() })
 }
 

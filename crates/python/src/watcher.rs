@@ -17,11 +17,11 @@ impl Watcher {
     /// Tells the function; whether walks go on, for which no signal came and nothing was raised. The interpreter is taken for as long as this takes, and
     /// let go while walks go on.
     pub(crate) fn tell(&mut self, stage: impl for<'py> PyCallArgs<'py>) -> bool {
-        let told = Python::attach(|py| {
+        let outcome = Python::attach(|py| {
             py.check_signals()?;
             self.function.as_ref().map_or(Ok(()), |function| function.call1(py, stage).map(drop))
         });
-        self.trouble = told.err();
+        self.trouble = outcome.err();
         self.trouble.is_none()
     }
 

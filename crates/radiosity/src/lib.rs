@@ -29,7 +29,6 @@
 
 mod experiment;
 mod geometry;
-mod hands;
 mod jacobi;
 mod method;
 mod random;
@@ -37,16 +36,17 @@ mod scene;
 #[allow(unsafe_code, reason = "intrinsics, each with its proof")]
 mod simd;
 mod tally;
+mod thread_pool;
 mod trace;
 mod walk;
 
 pub use experiment::arrivals::Arrival;
 pub use experiment::glare::{Glare, Unexamined};
 pub use experiment::precision::{
-    Apart, FLOOR, Headline, Judged, Place, Precision, QUANTILES, Quantity, Reach, TINY,
+    FLOOR, FaceShare, Headline, Judged, Place, Precision, QUANTILES, Quantity, Reach, TINY,
 };
 pub use experiment::readings::{Reading, Readings};
-pub use experiment::slopes::{Accuracy, AnswerError, Fit, Slopes, ToldAnswer};
+pub use experiment::slopes::{Accuracy, AnswerError, Fit, ReportedAnswer, Slopes};
 pub use experiment::solution::{Channels, Estimate, Estimates, Mix, Solution};
 pub use experiment::{
     Board, Experiment, Groups, Lost, Meaning, PatchGroup, SensorView, SourceScores, Unfit,
@@ -62,22 +62,22 @@ pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sen
 pub use geometry::sky::SkyPatches;
 pub use geometry::spec::{Corners, SKY, SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
 pub use geometry::surface::Surface;
-pub use hands::Hands;
 pub use jacobi::plan::{Iterations, RayBirths, Solve};
 pub use method::{BatchScore, Batches, Birth, Chains, Direction, Method, Score, Unit, Walks};
 pub use random::Sampler;
 pub use random::rng::{Sequence, WalkRng};
 pub use scene::sealed::Sealed;
 pub use scene::view::Lookout;
-pub use scene::{Executor, IndexChoice, Memory, Scene, SceneError, in_turn};
+pub use scene::{IndexChoice, Memory, ParallelFor, Scene, SceneError, in_turn};
 pub use tally::{Counts, Layout, Overflow, Tally};
+pub use thread_pool::ThreadPool;
 pub use trace::coplanar::Overlap;
 pub use trace::ray::{Hit, Ray};
 pub use trace::stack::Stack;
 pub use walk::Space;
 pub use walk::batch::WalkEnd;
-pub use walk::estimator::{Course, Estimator, EstimatorKind, Event};
-pub use walk::fate::InfiniteEnd;
+pub use walk::collision::InfiniteEnd;
+pub use walk::estimator::{AbsorptionMode, Estimator, EstimatorKind, Event};
 pub use walk::plain::walk as plain_walk;
 
 /// Where the walks of a thread score, below [`Board`].

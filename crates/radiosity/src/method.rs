@@ -20,7 +20,7 @@ pub enum Birth {
     Patches(Vec<u32>),
 }
 
-/// Which way walks run.
+/// The direction of walks: from the emitters (shooting), or from the patches (gathering).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// From the emitters, carrying power (S97 §2).

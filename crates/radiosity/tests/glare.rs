@@ -77,7 +77,7 @@ fn intervals_of_ugr_hold_it() {
 }
 
 #[test]
-fn eyes_at_which_the_formula_does_not_hold_are_told() {
+fn eyes_at_which_the_formula_does_not_hold_are_reported() {
     let run = (1, 16_384);
     let because = |lamp: LampSpec, opening| {
         let (glare, _) = glare(lamp, opening, &[DVec3::X], run);

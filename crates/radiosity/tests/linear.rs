@@ -125,7 +125,7 @@ fn slopes_are_those_of_the_hits() {
     const STEPS: u32 = 4096;
     let cut = |cells: [u32; 2]| {
         let mut spec = box_scene(DVec3::new(1.0, 2.0, 0.7), [1, 1]);
-        // The emitter is not the floor, whose cells are told apart by births.
+        // The emitter is not the floor, whose cells are distinguished by births.
         spec.surfaces[0].cell_emittance.clear();
         spec.surfaces[1].emittance = 1.0.into();
         spec.surfaces[0].reflectance = 0.9.into();

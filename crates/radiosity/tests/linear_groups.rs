@@ -132,9 +132,9 @@ fn the_total_error_that_a_run_tells_is_true() {
             error += face.area * (off * off - noise);
             light += face.area * (known[0].radiosity.powi(2) - noise);
         }
-        let (told, error) = (estimates.accuracy().unwrap(), (error / light).sqrt());
-        println!("{walks}: {error:.4}, told {told:?}");
-        assert!((told.total / error).ln().abs() < 1.5_f64.ln(), "{walks}: {error}, told {told:?}");
+        let (accuracy, error) = (estimates.accuracy().unwrap(), (error / light).sqrt());
+        println!("{walks}: {error:.4}, told {accuracy:?}");
+        assert!((accuracy.total / error).ln().abs() < 1.5_f64.ln(), "{walks}: {error}, told {accuracy:?}");
     }
 }
 

@@ -133,25 +133,25 @@ fn find(number: u64, walks: u64) -> Found {
     let scene = experiment.scene();
     let tally = walk(&experiment, number, 0..walks);
     let faces = scene.faces().len();
-    let told = scene.lit_parts(&vec![false; faces], &in_turn);
+    let lit_parts = scene.lit_parts(&vec![false; faces], &in_turn);
     let hit: Vec<bool> = (0..faces).map(|face| tally.events(face) > 0).collect();
     let by_hits = scene.lit_parts(&hit, &in_turn);
     let mut found = Found::default();
     for (i, face) in scene.faces().iter().enumerate() {
         let hits = tally.events(i);
         assert!(
-            by_hits[i] >= told[i] && (hits == 0 || by_hits[i] > 0.0),
+            by_hits[i] >= lit_parts[i] && (hits == 0 || by_hits[i] > 0.0),
             "{number}, face {i}: what is hit is lit"
         );
         found.arrivals += hits;
-        found.in_the_dark += if told[i] == 0.0 { hits } else { 0 };
-        found.lit += told[i] * face.area;
-        found.lit_in_vain += if hits == 0 { told[i] * face.area } else { 0.0 };
+        found.in_the_dark += if lit_parts[i] == 0.0 { hits } else { 0 };
+        found.lit += lit_parts[i] * face.area;
+        found.lit_in_vain += if hits == 0 { lit_parts[i] * face.area } else { 0.0 };
     }
     found
 }
 
-/// Light that walks bring to faces called dark is falsely sealed: below 1 in 10,000 arrivals, where no hit of the walks is told (in all but
+/// Light that walks bring to faces called dark is falsely sealed: below 1 in 10,000 arrivals, where no hit of the walks is explained (in all but
 /// one of the rooms there are none, and the outside of that one is lit through a crack). And what is called lit is lit: in closed rooms walks find all but
 /// a thousandth of it. Rooms without a wall have a ground of a square kilometre, too large to be found.
 #[test]

@@ -84,10 +84,10 @@ fn reflectances_that_scores_cannot_be_divided_by_are_refused() {
         experiment.walk(&Sequence::new(1), 0..1000, &mut board);
         let solution = Solution::new(&experiment, &board.take().unwrap(), 0.95);
         for estimate in solution.estimates.iter().flatten() {
-            let told = [estimate.radiosity, estimate.ci_low, estimate.ci_high];
+            let values = [estimate.radiosity, estimate.ci_low, estimate.ci_high];
             assert!(
-                told.iter().all(|x| x.is_finite()) && told[1] <= told[0] && told[0] <= told[2],
-                "{told:?}"
+                values.iter().all(|x| x.is_finite()) && values[1] <= values[0] && values[0] <= values[2],
+                "{values:?}"
             );
         }
     }

@@ -1,4 +1,4 @@
-//! What walks do where it can be told without solving anything: where they begin, how they leave, what stops
+//! What walks do where it is known without solving anything: where they begin, how they leave, what stops
 //! them, what they cannot reach. Most of it is exact and holds for any seed.
 
 use crate::common::{box_scene, box_walls, collision, cube54, experiment, map_corners, quad, surface, walk};

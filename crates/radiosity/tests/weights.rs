@@ -41,7 +41,7 @@ fn weights_of_one_are_hits() {
     }
 }
 
-/// Asserts that scores in units of 2⁻⁴⁰ are hits, and their slopes those of hits, which are told in units of 2⁻¹².
+/// Asserts that scores in units of 2⁻⁴⁰ are hits, and their slopes those of hits, which are in units of 2⁻¹².
 fn assert_alike(hits: &Tally, weights: &Tally, linear: bool, what: &str) {
     for patch in 0..12 {
         let &[sum, squares] = hits.patch(patch, 0) else { unreachable!("two power sums") };

@@ -1,12 +1,12 @@
 //! The errors of the answer, as `summary.json` shows them before a run and after it.
 
-use radiosity::{AnswerError, ToldAnswer};
+use radiosity::{AnswerError, ReportedAnswer};
 use serde::Serialize;
 
-/// The relative errors over the area of what tables and pictures show, foretold by a pilot or found by a run.
+/// The relative errors over the area of what tables and pictures show, predicted by a pilot or found by a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AccuracySummary {
-    /// `means` or `linear`: whether patches are told by the mean of their light or by a linear fit.
+    /// `means` or `linear`: whether patches are described by the mean of their light or by a linear fit.
     pub answer: &'static str,
     /// What walks leave unknown.
     pub noise: f64,
@@ -33,8 +33,8 @@ impl AccuracySummary {
     pub fn new(error: AnswerError, asked: Option<TotalSummary>) -> Self {
         let AnswerError { answer, noise, discretisation, total } = error;
         let answer = match answer {
-            ToldAnswer::Means => "means",
-            ToldAnswer::Linear => "linear",
+            ReportedAnswer::Means => "means",
+            ReportedAnswer::Linear => "linear",
         };
         AccuracySummary { answer, noise, discretisation, total, asked }
     }

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use job::{OutputFile, Word};
+use job::{Keyword, OutputFile};
 use tempfile::{Builder, NamedTempFile};
 
 use crate::error::Error;

@@ -46,7 +46,7 @@ pub(crate) struct Sight {
     cosine: f64,
 }
 
-/// Where a scene is seen from, in the coordinates of its file.
+/// The eye, the middle of the picture and the field of view, in the coordinates of the scene file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Viewpoint {
     /// The place of the eye [m].

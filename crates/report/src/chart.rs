@@ -64,26 +64,26 @@ pub struct Series {
     /// How it is drawn.
     pub style: Style,
     /// The points, in the order of the line.
-    pub points: Vec<Point>,
+    pub points: Vec<ChartPoint>,
 }
 
 impl Series {
     /// What theory says along a sweep: a line.
     pub fn theory(name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        let points = points.into_iter().map(|(x, y)| Point { x, y, error: 0.0 }).collect();
+        let points = points.into_iter().map(|(x, y)| ChartPoint { x, y, error: 0.0 }).collect();
         Series { name: name.into(), style: Style::Line, points }
     }
 
     /// Measurements along a sweep: joined marks with error bars.
     pub fn measured(name: &str, points: impl IntoIterator<Item = (f64, Measured)>) -> Self {
-        let points = points.into_iter().map(|(x, y)| Point { x, y: y.value, error: y.standard_error });
+        let points = points.into_iter().map(|(x, y)| ChartPoint { x, y: y.value, error: y.standard_error });
         Series { name: name.into(), style: Style::Joined, points: points.collect() }
     }
 }
 
 /// A point of a chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub struct ChartPoint {
     /// Along the horizontal axis.
     pub x: f64,
     /// Along the vertical axis.
@@ -271,7 +271,7 @@ impl Chart {
     {
         let points = || self.series.iter().flat_map(|series| &series.points);
         let x = self.x.span(points().filter_map(|point| self.x.place(point.x)));
-        let ends = |point: &Point| [point.y, point.y - point.error, point.y + point.error];
+        let ends = |point: &ChartPoint| [point.y, point.y - point.error, point.y + point.error];
         let y = self.y.span(points().flat_map(ends).filter_map(|y| self.y.place(y)));
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, (FONT, 17))
@@ -459,8 +459,8 @@ mod tests {
     use super::*;
 
     fn chart() -> Chart {
-        let point = |x: f64| Point { x, y: 1.0 / x.sqrt(), error: 0.1 / x.sqrt() };
-        let points: Vec<Point> = [1e-8, 1e-5, 1e-2].map(point).into();
+        let point = |x: f64| ChartPoint { x, y: 1.0 / x.sqrt(), error: 0.1 / x.sqrt() };
+        let points: Vec<ChartPoint> = [1e-8, 1e-5, 1e-2].map(point).into();
         let series = |name: &str, style| Series { name: name.into(), style, points: points.clone() };
         Chart {
             title: "Errors & areas".into(),
@@ -488,8 +488,8 @@ mod tests {
     #[test]
     fn what_has_no_place_is_left_out() {
         let mut chart = chart();
-        chart.series[1].points.push(Point { x: 1e-3, y: f64::INFINITY, error: 0.0 });
-        chart.series[1].points.push(Point { x: 0.0, y: 1.0, error: f64::NAN });
+        chart.series[1].points.push(ChartPoint { x: 1e-3, y: f64::INFINITY, error: 0.0 });
+        chart.series[1].points.push(ChartPoint { x: 0.0, y: 1.0, error: f64::NAN });
         assert!(chart.svg().contains("seen"));
         chart.series.clear();
         assert!(chart.svg().contains("area [m²]"));

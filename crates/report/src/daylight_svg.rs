@@ -28,7 +28,7 @@ const STEPS: usize = 64;
 const MONTHS: [&str; 12] = ["J", "F", "M", "A", "M", "J", "J", "A", "S", "O", "N", "D"];
 
 /// The hours of a year at one sensor: the mean of its places.
-struct Calendar {
+struct SensorHours {
     name: String,
     /// The months and days that the weather has, in its order.
     days: Vec<[u32; 2]>,
@@ -69,7 +69,7 @@ impl DaylightArrays<'_> {
         self.rows.chunk_by(|a, b| a.sensor == b.sensor)
     }
 
-    fn calendar(&self, places: &[DaylightRow<'_>]) -> Calendar {
+    fn calendar(&self, places: &[DaylightRow<'_>]) -> SensorHours {
         let first = self.rows.iter().position(|row| row.sensor == places[0].sensor).unwrap_or(0);
         let own = &self.light[first..first + places.len()];
         let (mut days, mut light) = (Vec::new(), Vec::new());
@@ -86,11 +86,11 @@ impl DaylightArrays<'_> {
         }
         let lit = own.iter().flat_map(|hours| hours.iter()).filter(|[light, _]| *light > 0.0);
         let error = quantile(lit.map(|[light, error]| error / light).collect(), 0.5);
-        Calendar { name: places[0].sensor.into(), days, light, error }
+        SensorHours { name: places[0].sensor.into(), days, light, error }
     }
 }
 
-impl Calendar {
+impl SensorHours {
     /// Draws it from `top` on and returns its height [px].
     fn draw(&self, body: &mut String, top: f64) -> f64 {
         let [first, height] = [top + MARGIN, HOUR * DAY as f64];

@@ -23,7 +23,7 @@ pub(crate) struct Dials<'a> {
 }
 
 impl<'a> Dials<'a> {
-    /// The sources of a result whose intervals have the level `confidence`; `None` where they are not told apart.
+    /// The sources of a result whose intervals have the level `confidence`; `None` where they are not distinguished.
     pub(crate) fn of(estimates: &Estimates<'a>, confidence: f64) -> Option<Self> {
         let experiment = estimates.experiment();
         let names = experiment.groups().map(Groups::sources).filter(|names| !names.is_empty())?;

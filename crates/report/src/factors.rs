@@ -105,9 +105,9 @@ pub struct SparseSummary {
     pub error: f64,
     /// The part of the walks that ended on backs.
     pub back: f64,
-    /// The part that escaped: below the horizon, where the sky is told apart.
+    /// The part that escaped: below the horizon, where the sky is distinguished.
     pub escape: f64,
-    /// The part that left for the sky, where that is told apart.
+    /// The part that left for the sky, where that is distinguished.
     pub sky: f64,
     /// The steps at which the scene repeats along x and y [m]; `null` where there is one copy of it.
     pub periods: Option<[f64; 2]>,

@@ -24,7 +24,7 @@ const WIDE: f64 = 0.5;
 
 /// A level of a scene: all that faces up at one height.
 #[derive(Clone, Copy)]
-struct Floor {
+struct FloorLevel {
     /// Above the scene's origin [m].
     height: f64,
     area: f64,
@@ -39,7 +39,7 @@ pub(crate) fn floor_svg(estimates: &Estimates, smooth: &Smooth, unit: &str) -> O
     let bounds = Bounds::of(scene);
     let frame = Frame::of(scene, &bounds);
     let above = SAME_HEIGHT * frame.height(&bounds);
-    let floor = Floor::of(scene, &frame, above)?;
+    let floor = FloorLevel::of(scene, &frame, above)?;
     let size = [0, 1].map(|axis| floor.high[axis] - floor.low[axis]);
     let step = size[0].max(size[1]) / POINTS;
     let points = size.map(|length| ((length / step).round() as usize).max(2));
@@ -65,9 +65,9 @@ pub(crate) fn floor_svg(estimates: &Estimates, smooth: &Smooth, unit: &str) -> O
     is_lit.then(|| map_svg(&PlaneGrid { size: points, step, values }, "floor, seen from above", unit))
 }
 
-impl Floor {
+impl FloorLevel {
     fn of(scene: &Scene, frame: &Frame, same: f64) -> Option<Self> {
-        let mut levels: BTreeMap<i64, Floor> = BTreeMap::new();
+        let mut levels: BTreeMap<i64, FloorLevel> = BTreeMap::new();
         for surface in scene.surfaces() {
             let faces_up = |side: Side| {
                 surface.is_active(side)
@@ -77,9 +77,9 @@ impl Floor {
             if ![Side::Front, Side::Back].into_iter().any(faces_up) {
                 continue;
             }
-            let own = Floor::of_corners(&surface.outline(), surface.area(), frame);
+            let own = FloorLevel::of_corners(&surface.outline(), surface.area(), frame);
             let level =
-                levels.entry((own.height / same).round() as i64).or_insert(Floor { area: 0.0, ..own });
+                levels.entry((own.height / same).round() as i64).or_insert(FloorLevel { area: 0.0, ..own });
             *level = level.with(&own);
         }
         let most = levels.values().map(|level| level.area).fold(0.0, f64::max);
@@ -89,7 +89,7 @@ impl Floor {
     fn of_corners(corners: &[DVec3], area: f64, frame: &Frame) -> Self {
         let along = |axis: DVec3| corners.iter().map(move |corner| corner.dot(axis));
         let axes = [frame.right, -frame.front];
-        Floor {
+        FloorLevel {
             height: along(frame.up).sum::<f64>() / corners.len() as f64,
             area,
             low: axes.map(|axis| along(axis).fold(f64::INFINITY, f64::min)),
@@ -97,8 +97,8 @@ impl Floor {
         }
     }
 
-    fn with(&self, other: &Floor) -> Self {
-        Floor {
+    fn with(&self, other: &FloorLevel) -> Self {
+        FloorLevel {
             height: self.height,
             area: self.area + other.area,
             low: [0, 1].map(|axis| self.low[axis].min(other.low[axis])),
@@ -131,7 +131,7 @@ mod tests {
         let scene = cube();
         let bounds = Bounds::of(&scene);
         let frame = Frame::of(&scene, &bounds);
-        let floor = Floor::of(&scene, &frame, 0.01).unwrap();
+        let floor = FloorLevel::of(&scene, &frame, 0.01).unwrap();
         let side = bounds.size().x;
         assert!((floor.height - bounds.min.dot(frame.up)).abs() < 1e-12);
         assert!((floor.area - side * side).abs() < 1e-12);

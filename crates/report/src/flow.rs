@@ -16,7 +16,7 @@ use crate::words::share;
 /// Materials that are shown by name: those that absorb most.
 const NAMED: usize = 8;
 
-/// Colours that are told apart without colour vision (Okabe and Ito 2008), and greys for the rest.
+/// Colours that are distinguished without colour vision (Okabe and Ito 2008), and greys for the rest.
 const COLOURS: [&str; NAMED] =
     ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442", "#7a5195"];
 const OTHERS: &str = "#8a8a8a";
@@ -74,7 +74,7 @@ impl Flow {
         let finish = finishes.of_surfaces();
         let mut absorbed: Vec<PowerShare> = Vec::new();
         let mut of_name: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
-        let (mut unknown, mut told) = (0, false);
+        let (mut unknown, mut any_known) = (0, false);
         for (_, face, known) in estimates.iter() {
             let Some(known) = known else {
                 unknown += 1;
@@ -92,12 +92,12 @@ impl Flow {
             for (c, estimate) in known.iter().enumerate() {
                 let taken = face.area * (1.0 - face.reflectance[c]);
                 let Some(irradiance) = estimate.irradiance else { continue };
-                told = true;
+                any_known = true;
                 absorbed[part].power += taken * irradiance;
                 absorbed[part].error += taken * estimate.irradiance_error.unwrap_or(f64::INFINITY);
             }
         }
-        if !told || emitted <= 0.0 || summary.method.estimator == "direct" {
+        if !any_known || emitted <= 0.0 || summary.method.estimator == "direct" {
             return None;
         }
         absorbed.sort_by(|a, b| b.power.total_cmp(&a.power));
@@ -148,7 +148,7 @@ impl Flow {
         notes
     }
 
-    /// The diagram. Each flow is as high as its share; the words stand beside it, so that no colour has to be told.
+    /// The diagram. Each flow is as high as its share; the words stand beside it, so that no reader has to tell colours apart.
     pub(crate) fn svg(&self) -> String {
         let sum: f64 = self.parts.iter().map(|part| part.power).sum();
         let scale = HEIGHT / sum.max(self.emitted);
@@ -159,7 +159,7 @@ impl Flow {
         let first = y_from;
         let mut y_to = 4.0;
         let mut drawn = String::new();
-        let mut told = Vec::new();
+        let mut shares = Vec::new();
         for (part, row) in self.parts.iter().zip(rows) {
             let thick = part.power * scale;
             let end = y_to + 0.5 * (row - thick);
@@ -179,7 +179,7 @@ impl Flow {
                 y_text = y_to + 0.5 * row,
                 words = escaped(&part.words),
             );
-            told.push(format!("{} {share}", part.words));
+            shares.push(format!("{} {share}", part.words));
             y_from += thick;
             y_to += row + 6.0;
         }
@@ -189,7 +189,7 @@ impl Flow {
              <rect x=\"{FROM}\" y=\"{first:.1}\" width=\"{BAR}\" height=\"{:.2}\" fill=\"currentColor\"/>\
              <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" dominant-baseline=\"middle\">emitted</text>\
              <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" dominant-baseline=\"middle\">{:.4} {}</text>{drawn}</svg>",
-            escaped(&told.join(", ")),
+            escaped(&shares.join(", ")),
             sum * scale,
             FROM - 8.0,
             0.5 * height - 10.0,
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn materials_have_their_names_and_what_escapes_is_told() {
+    fn materials_have_their_names_and_what_escapes_is_shown() {
         let scene = Scene::build(&cornell(), IndexChoice::Auto).unwrap();
         let mut finishes = Finishes::default();
         for surface in 0..scene.surfaces().len() {
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn many_materials_are_told_together() {
+    fn many_materials_are_listed_together() {
         let scene = cube();
         let mut finishes = Finishes::default();
         (0..scene.surfaces().len()).for_each(|surface| finishes.push(&format!("m{surface}")));

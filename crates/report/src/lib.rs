@@ -47,7 +47,7 @@ pub mod words;
 pub use accuracy::{AccuracySummary, TotalSummary};
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, write_soon};
 pub use camera::{Viewpoint, view_troubles};
-pub use chart::{Axis, Chart, Point, Series, Style};
+pub use chart::{Axis, Chart, ChartPoint, Series, Style};
 pub use daylight::{DaylightArrays, DaylightRow, DaylightSummary, LevelSummary, write_daylight, write_ill};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
@@ -74,7 +74,7 @@ pub use planes::{
     DemandSummary, FigureInterval, GlareSummary, ModellingSummary, PerChannel, PlaneSource, PlaneSummary,
     plane_summaries, write_planes,
 };
-pub use precision::{ApartSummary, DiscretisedSummary, HeadlineSummary, PrecisionSummary};
+pub use precision::{DiscretisedSummary, HeadlineSummary, PatchShare, PrecisionSummary};
 pub use replay::walk_lines;
 pub use sensitivities::{SensitivitySummary, sensitivity_summaries, write_sensitivities};
 pub use sensors::{SensorSummary, SensorsSummary, write_sensors};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use radiosity::{Course, Method, Scene, Sides, Space};
+use radiosity::{AbsorptionMode, Method, Scene, Sides, Space};
 use serde::Serialize;
 
 use crate::method::MethodWords;
@@ -183,7 +183,7 @@ fn unused(scene: &Scene, method: &Method) -> Vec<&'static str> {
         (patches().all(|patch| patch.reflectance.is_lit()), "black surfaces"),
         (
             scene.channels() == 1
-                && method.estimator_kind().is_some_and(|kind| kind.course() != Course::Weighted),
+                && method.estimator_kind().is_some_and(|kind| kind.absorption() != AbsorptionMode::Implicit),
             "weights of walks",
         ),
         (method.space() != Space::Continuous, "continuous walks"),

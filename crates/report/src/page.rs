@@ -64,7 +64,7 @@ pub struct Page<'a> {
     pub materials: &'a Finishes,
 }
 
-/// The page of a run that goes on.
+/// The data that only the report page of a running job has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Live {
     /// Paths of the budget.
@@ -372,7 +372,7 @@ impl Page<'_> {
         })
     }
 
-    /// What mixtures of sources are made from, where sources are told apart.
+    /// What mixtures of sources are made from, where sources are distinguished.
     fn scores(&self) -> io::Result<Option<String>> {
         let groups = self.estimates.experiment().groups();
         let apart = groups.is_some_and(|groups| !groups.sources().is_empty());

@@ -15,7 +15,7 @@ pub struct ChoiceSummary {
     pub why: String,
 }
 
-/// What was chosen, and what was foretold of it.
+/// What was chosen, and what was predicted of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PartitionSummary {
     /// Surfaces whose cells were chosen.
@@ -24,17 +24,17 @@ pub struct PartitionSummary {
     pub grouped: bool,
     /// Patches of the whole scene.
     pub patches: u64,
-    /// `constant` or `linear`: what the light on a patch is told by, for the least error.
+    /// `constant` or `linear`: the basis of the light on a patch, for the least error.
     pub basis: &'static str,
     /// Walks of the pilot, which are no part of the result.
     pub pilot_paths: u64,
     /// Rays of the pilot.
     pub pilot_rays: u64,
-    /// Walks that the errors are foretold for.
+    /// Walks that the errors are predicted for.
     pub for_paths: u64,
-    /// The foretold relative error over the area that is due to the number of walks.
+    /// The predicted relative error over the area that is due to the number of walks.
     pub noise: f64,
-    /// The foretold relative error over the area that is due to the size of the patches.
+    /// The predicted relative error over the area that is due to the size of the patches.
     pub discretisation: f64,
     /// The root of the sum of both squares.
     pub total: f64,

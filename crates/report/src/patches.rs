@@ -1,6 +1,6 @@
 //! `patches.csv`: one row per patch, in patch order; two, one for each side, where a patch has two.
 //!
-//! Numbers are the shortest decimals that read back as the same f64, or [`Digits::Told`]. A whole number keeps its ".0", so that
+//! Numbers are the shortest decimals that read back as the same f64, or [`Digits::Rounded`]. A whole number keeps its ".0", so that
 //! a reader that guesses column types from the first rows never takes a column of them for integers.
 
 use std::io::{self, Write};
@@ -47,7 +47,7 @@ pub enum Digits {
     All,
     /// To three digits of their standard error, which moves no number by more than half a hundredth of it; to [`SHORT`] digits what has no
     /// error, and places to that many of the scene's extent.
-    Told,
+    Rounded,
 }
 
 /// Digits of numbers without an error where tables are short.
@@ -68,7 +68,7 @@ pub(crate) fn write_some(
     rows: impl Iterator<Item = usize>,
 ) -> io::Result<()> {
     let (scene, method) = (estimates.scene(), estimates.experiment().method());
-    let form = Form {
+    let form = ColumnFormat {
         bias: estimates.experiment().is_biased(),
         mix: method.is_mix(),
         slopes: method.is_linear(),
@@ -91,7 +91,7 @@ struct Rounding {
 
 impl Rounding {
     fn new(digits: Digits, extent: f64) -> Self {
-        Rounding { of_places: (digits == Digits::Told).then(|| first_digit(extent) - SHORT) }
+        Rounding { of_places: (digits == Digits::Rounded).then(|| first_digit(extent) - SHORT) }
     }
 
     fn place(self, x: f64) -> f64 {
@@ -128,7 +128,7 @@ fn to_digit(x: f64, last: i32) -> f64 {
 
 /// Which columns there are that most methods have not, and how numbers are written.
 #[derive(Clone, Copy, Default)]
-struct Form {
+struct ColumnFormat {
     bias: bool,
     mix: bool,
     slopes: bool,
@@ -145,7 +145,7 @@ struct More {
 fn write_rows<K: Deref<Target = [Estimate]>>(
     writer: impl Write,
     scene: &Scene,
-    form: Form,
+    form: ColumnFormat,
     rows: impl Iterator<Item = (Face, Option<K>, More)>,
 ) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
@@ -167,7 +167,7 @@ fn write_rows<K: Deref<Target = [Estimate]>>(
     table.flush()
 }
 
-fn header(scene: &Scene, form: Form) -> Vec<String> {
+fn header(scene: &Scene, form: ColumnFormat) -> Vec<String> {
     let channels = scene.channels();
     let side: &[&str] = if scene.faces().two_sided() { &[SIDE] } else { &[] };
     let place = [PLACE[0], side, PLACE[1]].concat();
@@ -194,9 +194,9 @@ pub(crate) fn per_channel(name: &str, channels: usize) -> Vec<String> {
 }
 
 /// The values of the columns [`PLACE`] and [`SIDE`].
-type Columns<'a> = (u32, &'a str, [u32; 2], Vec<&'static str>, [f64; 3], f64);
+type FaceColumns<'a> = (u32, &'a str, [u32; 2], Vec<&'static str>, [f64; 3], f64);
 
-fn place<'a>(scene: &'a Scene, face: &Face, rounding: Rounding) -> Columns<'a> {
+fn place<'a>(scene: &'a Scene, face: &Face, rounding: Rounding) -> FaceColumns<'a> {
     let side = side_columns(scene, face);
     let name = scene.surface_name(face.surface);
     let centroid = face.centroid.to_array().map(|x| rounding.place(x));
@@ -231,10 +231,10 @@ pub fn side_name(side: Side) -> &'static str {
 }
 
 /// A column that is estimated; an unknown number is missing.
-type Column = fn(&Estimate) -> Option<f64>;
+type EstimateColumn = fn(&Estimate) -> Option<f64>;
 
 /// The columns [`LIGHT`] that are estimated.
-pub(crate) const ESTIMATED: [Column; 8] = [
+pub(crate) const ESTIMATED: [EstimateColumn; 8] = [
     Estimate::known_radiosity,
     known_error,
     |e| Some(e.ci_low),
@@ -246,8 +246,8 @@ pub(crate) const ESTIMATED: [Column; 8] = [
 ];
 
 /// The standard errors of [`ESTIMATED`].
-const ERRORS: [Column; 8] = {
-    let [b, h]: [Column; 2] = [known_error, |e| e.irradiance_error];
+const ERRORS: [EstimateColumn; 8] = {
+    let [b, h]: [EstimateColumn; 2] = [known_error, |e| e.irradiance_error];
     [b, b, b, b, h, h, h, h]
 };
 
@@ -265,22 +265,22 @@ fn light(
     let given = [face.reflectance, face.emittance];
     let given =
         given.into_iter().flat_map(|spectrum| (0..channels).map(move |c| Some(rounding.exact(spectrum[c]))));
-    let told = |(of, error): (&Column, &Column), c: usize| {
+    let column = |(of, error): (&EstimateColumn, &EstimateColumn), c: usize| {
         let estimate = &known?[c];
         of(estimate).map(|x| rounding.measured(x, error(estimate)))
     };
-    let estimated = ESTIMATED.iter().zip(&ERRORS).flat_map(|of| (0..channels).map(move |c| told(of, c)));
+    let estimated = ESTIMATED.iter().zip(&ERRORS).flat_map(|of| (0..channels).map(move |c| column(of, c)));
     given.chain(estimated).collect()
 }
 
 /// The columns that only biased methods have.
-fn bias(channels: usize, form: Form, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
+fn bias(channels: usize, form: ColumnFormat, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
     let channels = if form.bias { channels } else { 0 };
     (0..channels).map(|c| known.map(|known| form.rounding.exact(known[c].bias_bound))).collect()
 }
 
 /// The columns [`MIX`] where they were asked for.
-fn mix(form: Form, best: Option<Mix>) -> Vec<Option<f64>> {
+fn mix(form: ColumnFormat, best: Option<Mix>) -> Vec<Option<f64>> {
     match best {
         Some(mix) => {
             let radiosity = form.rounding.measured(mix.radiosity, mix.std_error);
@@ -296,7 +296,7 @@ fn mix(form: Form, best: Option<Mix>) -> Vec<Option<f64>> {
 type WithError = fn(&Slopes) -> (f64, Option<f64>);
 
 /// The columns [`SLOPES`], the channels of each side by side; empty where nothing is known.
-fn slopes(channels: usize, form: Form, known: Option<&[Slopes]>) -> Vec<Option<f64>> {
+fn slopes(channels: usize, form: ColumnFormat, known: Option<&[Slopes]>) -> Vec<Option<f64>> {
     if !form.slopes {
         return Vec::new();
     }
@@ -375,7 +375,7 @@ mod tests {
             (face, Some(vec![estimate]), More::default())
         });
         let mut bytes = Vec::new();
-        write_rows(&mut bytes, estimates.scene(), Form::default(), rows).unwrap();
+        write_rows(&mut bytes, estimates.scene(), ColumnFormat::default(), rows).unwrap();
         String::from_utf8(bytes).unwrap()
     }
 
@@ -422,10 +422,10 @@ mod tests {
 
     /// Beside a table with all digits, numbers move by less than half a hundredth of their errors, and none is long.
     #[test]
-    fn told_digits_are_those_of_the_errors() {
+    fn printed_digits_are_those_of_the_errors() {
         let (experiment, mut tables) = (experiment(&cube()), Vec::new());
         let tally = shot(&experiment);
-        for digits in [Digits::All, Digits::Told] {
+        for digits in [Digits::All, Digits::Rounded] {
             let mut bytes = Vec::new();
             write_patches(&mut bytes, &Estimates::new(&experiment, &tally, 0.95), digits).unwrap();
             let mut reader = csv::Reader::from_reader(&bytes[..]);
@@ -437,15 +437,20 @@ mod tests {
             .into_iter()
             .chain([("irradiance_error", ["irradiance", "irradiance_low", "irradiance_high"])]);
         for (error, of) in columns {
-            for (all, told) in tables[0].iter().zip(&tables[1]) {
+            for (all, rounded) in tables[0].iter().zip(&tables[1]) {
                 let Ok(sigma) = all[at(error)].parse::<f64>() else { continue };
                 let number = |row: &csv::StringRecord, name| row[at(name)].parse::<f64>().unwrap();
                 for name in of {
-                    let moved = (number(all, name) - number(told, name)).abs();
-                    assert!(moved <= 0.005_001 * sigma, "{name}: {} for {}", &told[at(name)], &all[at(name)]);
+                    let moved = (number(all, name) - number(rounded, name)).abs();
+                    assert!(
+                        moved <= 0.005_001 * sigma,
+                        "{name}: {} for {}",
+                        &rounded[at(name)],
+                        &all[at(name)]
+                    );
                 }
-                assert!(told.iter().skip(at("x")).all(|cell| cell.len() <= 12), "{told:?}");
-                let digits = told[at(error)].trim_start_matches(['0', '.']);
+                assert!(rounded.iter().skip(at("x")).all(|cell| cell.len() <= 12), "{rounded:?}");
+                let digits = rounded[at(error)].trim_start_matches(['0', '.']);
                 assert!(digits.chars().filter(char::is_ascii_digit).count() <= 4, "{digits}");
             }
         }

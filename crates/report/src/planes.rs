@@ -37,7 +37,7 @@ pub struct PlaneSummary {
     /// Whether the figures reach what is demanded of them; absent where nothing is.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub demands: Vec<DemandSummary>,
-    /// What each source brings to the mean; absent where sources are not told apart.
+    /// What each source brings to the mean; absent where sources are not distinguished.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<PlaneSource>,
     /// The largest half-width over the estimate of a point; `null` where nothing was found for one.
@@ -63,7 +63,7 @@ pub struct DemandSummary {
 impl DemandSummary {
     /// The worst of the channels.
     fn of(readings: &Readings, plane: usize, (figure, least): (PlaneFigure, f64)) -> Self {
-        let channels = (0..readings.channels()).map(|c| readings.sufficiency((plane, c), figure, least));
+        let channels = (0..readings.channels()).map(|c| readings.sufficiency(plane, c, figure, least));
         let badness = |of: &Sufficiency| if of.is_met { -of.confidence } else { of.confidence };
         let worst = channels.max_by(|a, b| badness(a).total_cmp(&badness(b)));
         let Sufficiency { is_met: met, confidence } = worst.expect("there is a channel");
@@ -233,7 +233,7 @@ fn decimals(&FigureInterval { value, low, high }: &FigureInterval) -> usize {
     (-shown.max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize
 }
 
-/// The figures of every plane, where the `names` are those of sources that are told apart; `asked` is what the target asks of a sensor, and
+/// The figures of every plane, where the `names` are those of sources that are distinguished; `asked` is what the target asks of a sensor, and
 /// `demanded` of the figures of one.
 pub fn plane_summaries<D: Iterator<Item = (PlaneFigure, f64)>>(
     readings: &Readings,

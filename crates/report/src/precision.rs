@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use radiosity::{Apart, Headline, Precision, Quantity, Scene};
+use radiosity::{FaceShare, Headline, Precision, Quantity, Scene};
 use serde::{Serialize, Serializer};
 
 use crate::patches::face_words;
@@ -23,7 +23,7 @@ pub struct PrecisionSummary {
     /// What half, nine tenths and 99 hundredths of the area of the headline do not exceed.
     pub error_quantiles: BTreeMap<&'static str, f64>,
     /// Patches that light may come to and no walk has hit, and their part of the area.
-    pub unhit: ApartSummary,
+    pub unhit: PatchShare,
 }
 
 /// [`Headline`] as the summary shows it.
@@ -61,16 +61,16 @@ pub struct HeadlineSummary {
 
 /// Some patches.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ApartSummary {
+pub struct PatchShare {
     /// The number of these patches.
     pub patches: u64,
     /// Their part of the area of all patches.
     pub area: f64,
 }
 
-impl From<Apart> for ApartSummary {
-    fn from(Apart { faces, area }: Apart) -> Self {
-        ApartSummary { patches: faces, area }
+impl From<FaceShare> for PatchShare {
+    fn from(FaceShare { faces, area }: FaceShare) -> Self {
+        PatchShare { patches: faces, area }
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A face is drawn piece by piece, a piece being one side of a cell: most faces are one piece, groups are several. A corner of
 //! a piece takes the mean, weighted by area, of the pieces that meet there and go on from it: on the same side
-//! of a surface that bends by less than [`BEND`], of the same material, and not told apart by the data. Two faces are told
+//! of a surface that bends by less than [`BEND`], of the same material, and not distinguished by the data. Two faces are told
 //! apart where their radiosities differ by more than [`CERTAIN`] standard errors of the difference and by more than
 //! [`STEP`] of the larger: there is the edge of a shadow, and the picture keeps it.
 //!
@@ -42,7 +42,7 @@ pub struct Smooth {
 }
 
 /// Reflectance and emittance, as bits.
-type Material = [[u64; 3]; 2];
+type MaterialBits = [[u64; 3]; 2];
 
 /// A piece of a face as its neighbours see it.
 #[derive(Clone, Copy, Default)]
@@ -57,7 +57,7 @@ struct Shown {
 /// What is known of some faces: their pieces by number, the fit of B at the four corners of each, and their light as [`Neighbours`] has it.
 #[derive(Default)]
 struct SomeFaces {
-    pieces: Vec<(u32, Shown, Material)>,
+    pieces: Vec<(u32, Shown, MaterialBits)>,
     fitted: Vec<f64>,
     light: Vec<[f64; 2]>,
 }
@@ -216,10 +216,10 @@ impl Neighbours {
         let [own, other] = [own, other].map(|piece| &self.pieces[piece as usize]);
         own.material == other.material
             && own.normal.dot(other.normal) >= BEND
-            && !self.are_told_apart(own.face, other.face)
+            && !self.are_distinct(own.face, other.face)
     }
 
-    fn are_told_apart(&self, own: u32, other: u32) -> bool {
+    fn are_distinct(&self, own: u32, other: u32) -> bool {
         let channels = self.channels;
         let [own, other] = [own, other].map(|face| &self.light[face as usize * channels..][..channels]);
         own.iter().zip(other).any(|(&[a, a_error], &[b, b_error])| {

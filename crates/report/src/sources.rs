@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::patches::{known_error, per_channel, side_columns, side_heads};
 
-/// What is told of one source.
+/// What is reported of one source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SourceSummary {
     /// The name of the source.
@@ -17,14 +17,14 @@ pub struct SourceSummary {
     pub emitters: usize,
     /// What they emit, all channels together [W].
     pub power: f64,
-    /// What its emittances are multiplied by; absent where it is not a mixture that is told of.
+    /// What its emittances are multiplied by; absent where no mixture is reported.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
     /// Half-width over estimate of its light alone, which half of the area does not exceed; `null` where it gives no light.
     pub relative_error: f64,
 }
 
-/// What is told of the sources of an experiment; nothing where it has none.
+/// What is reported of the sources of an experiment; nothing where it has none.
 pub fn source_summaries(experiment: &Experiment, tally: &Tally, confidence: f64) -> Vec<SourceSummary> {
     let names = experiment.groups().map_or(&[][..], |groups| groups.sources());
     let summary = |(number, name): (usize, &String)| {
@@ -84,7 +84,7 @@ pub fn write_sources(
     for (number, name) in names.iter().enumerate() {
         let Some(estimates) = Estimates::of_source(experiment, tally, confidence, number) else { continue };
         for i in faces.by_patch() {
-            let (face, known) = estimates.told(i);
+            let (face, known) = estimates.face_estimate(i);
             let known = known.as_deref();
             let light: Vec<Option<f64>> = LIGHT
                 .iter()

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Counts, Course, Direction, Method, Precision, Quantity, Scene, Tally};
+use radiosity::{AbsorptionMode, Counts, Direction, Method, Precision, Quantity, Scene, Tally};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
@@ -76,7 +76,7 @@ pub struct Summary {
     /// the answer is the integral equation's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub discretised: Option<Option<DiscretisedSummary>>,
-    /// The errors of the answer that the pilot foretold; absent without a pilot.
+    /// The errors of the answer that the pilot predicted; absent without a pilot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub predicted: Option<AccuracySummary>,
     /// The errors of the answer; absent where nothing tells how light is spread over patches.
@@ -100,7 +100,7 @@ pub struct Summary {
     /// The planes of points; absent where there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub planes: Vec<PlaneSummary>,
-    /// The sources that are told apart; absent where none are.
+    /// The sources that are distinguished; absent where none are.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<SourceSummary>,
     /// How much materials matter, the one that matters most first; absent where that is not asked for.
@@ -374,7 +374,7 @@ pub struct RunFacts {
     /// How far the discretised system's answer is from the integral equation's, if that was examined, and if the answer is of that
     /// system.
     pub discretised: Option<Option<DiscretisedSummary>>,
-    /// The errors of the answer that a pilot foretold.
+    /// The errors of the answer that a pilot predicted.
     pub predicted: Option<AccuracySummary>,
     /// The errors of the answer, if anything tells how light is spread over patches.
     pub accuracy: Option<AccuracySummary>,
@@ -386,7 +386,7 @@ pub struct RunFacts {
     pub sensors: Option<SensorsSummary>,
     /// The planes of points.
     pub planes: Vec<PlaneSummary>,
-    /// The sources that are told apart.
+    /// The sources that are distinguished.
     pub sources: Vec<SourceSummary>,
     /// How much materials matter, the one that matters most first.
     pub sensitivities: Vec<SensitivitySummary>,
@@ -480,7 +480,7 @@ impl Summary {
 impl Energy {
     /// The balance of some walks. Gathering walks carry importance: each sets out with 1.
     fn new(scene: &Scene, counts: &Counts, paths: u64, method: &Method) -> Self {
-        if method.estimator_kind().is_some_and(|kind| kind.course() != Course::Weighted) {
+        if method.estimator_kind().is_some_and(|kind| kind.absorption() != AbsorptionMode::Implicit) {
             let absorbed = counts.absorbed + counts.absorbed_back;
             return Energy::Walks { emitted: paths, absorbed, escaped: counts.escaped };
         }

@@ -17,10 +17,10 @@ use serde_json::Value;
 
 use crate::checkpoints::{PLANES, SENSITIVITIES, SENSORS, SOURCES};
 use crate::error::Error;
-use crate::kept::{Kept, unusable};
 use crate::outputs;
 use crate::replica::Replica;
 use crate::settings::Settings;
+use crate::stored_run::{StoredRun, unusable};
 
 /// The most walks between two emptyings of a board.
 const BOARD_WALKS: u64 = 1 << 22;
@@ -77,8 +77,8 @@ pub struct Wrong {
 /// # Errors
 /// Where the result cannot be read, where a file beside the tally is not made from it, and where a sum overflows.
 pub fn audit(run: &Path, share: f64, seed: u64, now: &dyn Fn(&'static str)) -> Result<Audit, Error> {
-    let kept = Kept::open(run)?;
-    let Kept { checkpoint, settings, experiment } = &kept;
+    let kept = StoredRun::open(run)?;
+    let StoredRun { checkpoint, settings, experiment } = &kept;
     check_files(run, &kept)?;
     let job_hash = |part: &WalkRange| settings.job_hash(experiment.scene().hash(), part.seed);
     if !checkpoint.book.parts.iter().all(|part| part.job_hash == job_hash(part)) {
@@ -106,7 +106,7 @@ pub fn audit(run: &Path, share: f64, seed: u64, now: &dyn Fn(&'static str)) -> R
 }
 
 /// Whether table, summary and picture beside a tally, those of them that are there, are made from it.
-fn check_files(run: &Path, Kept { checkpoint, settings, experiment }: &Kept) -> Result<(), Error> {
+fn check_files(run: &Path, StoredRun { checkpoint, settings, experiment }: &StoredRun) -> Result<(), Error> {
     let level = settings.level(experiment.scene());
     let estimates = Estimates::new(experiment, &checkpoint.tally, level);
     let in_memory = |source| Error::System { doing: "writing a file to memory", source };

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use job::{Budget, Job, OutputFile, Word};
+use job::{Budget, Job, Keyword, OutputFile};
 use judge::limits;
 use protocol::{
     Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, JobPlan, Judge, Past, Session, WalkRange,
@@ -138,7 +138,7 @@ pub fn unix_seconds() -> u64 {
 }
 
 /// The checkpoint that `--resume` goes on from.
-pub(crate) struct Found {
+pub(crate) struct ResumePoint {
     /// The checkpoint itself, verified.
     pub(crate) checkpoint: Checkpoint,
     /// Why the latest one was not used, where it was not.
@@ -152,7 +152,7 @@ pub(crate) struct Found {
 pub(crate) fn find(
     folder: &Path,
     fits: impl Fn(&Checkpoint) -> Result<(), CheckpointFault>,
-) -> Result<Option<Found>, CheckpointError> {
+) -> Result<Option<ResumePoint>, CheckpointError> {
     let read = |name: &str| {
         let path = folder.join(name);
         let checkpoint = Checkpoint::read(&path)?;
@@ -164,9 +164,9 @@ pub(crate) fn find(
         return Ok(None);
     }
     match read(CURRENT) {
-        Ok(checkpoint) => Ok(Some(Found { checkpoint, passed_over: None })),
+        Ok(checkpoint) => Ok(Some(ResumePoint { checkpoint, passed_over: None })),
         Err(error) => match read(PREVIOUS) {
-            Ok(checkpoint) => Ok(Some(Found { checkpoint, passed_over: Some(error) })),
+            Ok(checkpoint) => Ok(Some(ResumePoint { checkpoint, passed_over: Some(error) })),
             Err(other) if !current.exists() => Err(other),
             Err(_) => Err(error),
         },
@@ -192,7 +192,7 @@ pub(crate) const PLANES: &str = "planes.csv";
 pub(crate) const ISOLUX: &str = "planes.svg";
 pub(crate) const ISOLUX_PICTURE: &str = "planes.png";
 
-/// What each source does; absent where none are told apart.
+/// What each source does; absent where none are distinguished.
 pub(crate) const SOURCES: &str = "sources.csv";
 
 /// What materials do; absent where that is not asked for.

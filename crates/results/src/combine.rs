@@ -5,8 +5,8 @@ use std::path::Path;
 use radiosity::Groups;
 
 use crate::error::Error;
-use crate::kept::Kept;
 use crate::replica::{repack, unpack};
+use crate::stored_run::StoredRun;
 
 /// The result of a run with other factors of its sources: `set` names some, with what their emittances are multiplied by; all
 /// others keep theirs, 1 unless the result is a mixture itself.
@@ -14,16 +14,16 @@ use crate::replica::{repack, unpack};
 /// # Errors
 /// Where the result cannot be read or tells no sources apart, a name is unknown or given twice, a factor cannot be, and where
 /// nothing would emit.
-pub fn combine(run: &Path, set: &[(String, f64)]) -> Result<Kept, Error> {
-    mix(Kept::open(run)?, run, set)
+pub fn combine(run: &Path, set: &[(String, f64)]) -> Result<StoredRun, Error> {
+    mix(StoredRun::open(run)?, run, set)
 }
 
 /// [`combine`] for a result that is at hand; messages call it `run`.
 ///
 /// # Errors
 /// As [`combine`], but for reading.
-pub fn mix(kept: Kept, run: &Path, set: &[(String, f64)]) -> Result<Kept, Error> {
-    let Kept { mut checkpoint, settings, experiment } = kept;
+pub fn mix(kept: StoredRun, run: &Path, set: &[(String, f64)]) -> Result<StoredRun, Error> {
+    let StoredRun { mut checkpoint, settings, experiment } = kept;
     let refused = |problem: String, remedy: String| Error::Mixture { run: run.into(), problem, remedy };
     let names = experiment.groups().map_or(&[][..], Groups::sources);
     if names.is_empty() {
@@ -58,5 +58,5 @@ pub fn mix(kept: Kept, run: &Path, set: &[(String, f64)]) -> Result<Kept, Error>
     let (settings, experiment) =
         unpack(&job).map_err(|problem| refused(problem, "choose other factors".into()))?;
     checkpoint.book.job = job.into();
-    Ok(Kept { checkpoint, settings, experiment })
+    Ok(StoredRun { checkpoint, settings, experiment })
 }

@@ -1,7 +1,7 @@
 //! What chosen patches leave out of the light, measured by walks that have not chosen them, and finer patches where it is much.
 
 use job::{Auto, Cut, Forecast, Job};
-use judge::partition::{Control, Finer, Missed};
+use judge::partition::{Finer, Missed, PatchControl};
 use radiosity::{Arrival, EstimatorKind, Experiment, Scene, Sequence, Shape, Space, Walks};
 
 use serde::{Deserialize, Serialize};
@@ -10,16 +10,16 @@ use crate::error::Error;
 use crate::pilot::{Chosen, Steps, seed};
 
 /// A control takes one of this many parts of the walks that the patches are for: fewer find cuts that chance favours. Of light that is taken for even, of
-/// which nothing is foretold, it takes the second one.
+/// which nothing is predicted, it takes the second one.
 const SHARES: [u64; 2] = [4, 16];
 
-/// A control has so many walks at least, where there are as many, and at most.
+/// The least and the most walks of a control, where the budget allows the least.
 const WALKS: [u64; 2] = [1 << 14, 1 << 18];
 
 /// The least walks of a control of light that is taken for even, in runs of fewer walks too: nothing but a control can say that it is not.
 const EVEN_WALKS: u64 = 1 << 17;
 
-/// It has so many arrivals at most, as far as the rays of a pilot foretell: what hits tell does not depend on how many walks they are of, and all are kept
+/// A control has this many arrivals at most, as far as the rays of a pilot predict: what hits tell does not depend on how many walks they are of, and all are kept
 /// until they are counted.
 const ARRIVALS: f64 = 4e6;
 
@@ -34,7 +34,7 @@ const SURE: f64 = 2.0;
 const WORTH: f64 = 0.2;
 
 impl Chosen {
-    /// The choice, cut finer where walks of a control let expect that it pays, and foretelling the noise of its patches and what their fits leave out
+    /// The choice, cut finer where walks of a control let expect that it pays, and predicting the noise of its patches and what their fits leave out
     /// as walks find them that have not chosen them. It is the same whatever the threads.
     ///
     /// # Errors
@@ -70,7 +70,7 @@ impl Chosen {
         Ok(self)
     }
 
-    /// Whether its groups of faces are told to err by less than the noise of fits to each face, by a control of its own; all its walks and rays; and a scene of
+    /// Whether its groups of faces are predicted to err by less than the noise of fits to each face, by a control of its own; all its walks and rays; and a scene of
     /// the surfaces.
     ///
     /// # Errors
@@ -107,10 +107,10 @@ fn shooting(scene: Scene) -> Result<Experiment, Error> {
 }
 
 /// The walks of a control of patches whose fits are expected to leave out this energy.
-fn walks_of(forecast: &Forecast, foretold: f64) -> u64 {
+fn walks_of(forecast: &Forecast, predicted: f64) -> u64 {
     let rays = forecast.rays as f64 / forecast.paths.max(1) as f64;
     let most = WALKS[1].min((ARRIVALS / rays.max(1.0)) as u64);
-    let (share, least) = match foretold > 0.0 {
+    let (share, least) = match predicted > 0.0 {
         true => (SHARES[0], WALKS[0].min(forecast.for_paths)),
         false => (SHARES[1], EVEN_WALKS.min(most)),
     };
@@ -122,33 +122,33 @@ struct Controls<'a> {
     job: &'a Job,
     auto: &'a Auto,
     threads: usize,
-    found: Found,
+    found: ControlState,
 }
 
-/// What the controls so far have found.
+/// The state of the controls so far: their walks, and the errors that they found.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-struct Found {
+struct ControlState {
     /// The seed of the latest.
     seed: u64,
     /// The walks of each.
     walks: u64,
     forecast: Forecast,
     /// The energy that the fits are expected to leave out, as a part of that of the light, before a control measures it.
-    foretold: f64,
+    predicted: f64,
     /// The energy of the noise, by the pilot, and by a control of the patches that the pilot has chosen.
     noise: [f64; 2],
 }
 
 /// The cut of each surface and the patch of each cell, as in [`job::Partition`].
-type Cells = (Vec<Cut>, Vec<u32>);
+type PatchLayout = (Vec<Cut>, Vec<u32>);
 
 impl<'a> Controls<'a> {
     fn new((job, auto): (&'a Job, &'a Auto), forecast: Forecast, threads: usize) -> Self {
-        let [noise, foretold] = [forecast.noise, forecast.discretisation].map(|part| part * part);
+        let [noise, predicted] = [forecast.noise, forecast.discretisation].map(|part| part * part);
         // Neither the walks of a pilot nor those of a first look.
         let seed = seed(seed(job.seed));
-        let walks = walks_of(&forecast, foretold);
-        let found = Found { seed, walks, forecast, foretold, noise: [noise, 0.0] };
+        let walks = walks_of(&forecast, predicted);
+        let found = ControlState { seed, walks, forecast, predicted, noise: [noise, 0.0] };
         Controls { job, auto, threads, found }
     }
 
@@ -159,10 +159,10 @@ impl<'a> Controls<'a> {
         cells: (&[Cut], &[u32]),
         round: u32,
         steps: &mut Steps<'_, E>,
-    ) -> Result<Option<Cells>, E> {
-        // A seed of its own, so that what few walks happen to find does not bend what is told.
+    ) -> Result<Option<PatchLayout>, E> {
+        // A seed of its own, so that what few walks happen to find does not bend the prediction.
         self.found.seed = seed(self.found.seed);
-        let control = Control::new(experiment, self.found.walks);
+        let control = PatchControl::new(experiment, self.found.walks);
         let groups = self.walked(&control, steps)?;
         Ok(self.judge((&control, &groups), cells, round))
     }
@@ -170,19 +170,19 @@ impl<'a> Controls<'a> {
     /// Takes down what the arrivals of a control say; finer patches, if these are expected to pay.
     fn judge(
         &mut self,
-        (control, groups): (&Control<'_>, &[Vec<Arrival>]),
+        (control, groups): (&PatchControl<'_>, &[Vec<Arrival>]),
         cells: (&[Cut], &[u32]),
         round: u32,
-    ) -> Option<Cells> {
+    ) -> Option<PatchLayout> {
         let missed = control.missed(groups, self.found.forecast.linear)?;
         if round == 0 && self.is_uneven(missed) {
             // More walks cut the surfaces.
             let Missed { part, noise, energy, .. } = control.missed(groups, true)?;
             let found = &mut self.found;
             found.forecast.linear = true;
-            found.foretold = part.max(0.0);
+            found.predicted = part.max(0.0);
             found.noise = [noise / energy / found.forecast.for_paths as f64; 2];
-            found.walks = found.walks.max(walks_of(&found.forecast, found.foretold));
+            found.walks = found.walks.max(walks_of(&found.forecast, found.predicted));
             return Some((cells.0.to_vec(), cells.1.to_vec()));
         }
         self.take_down(missed, round);
@@ -194,8 +194,8 @@ impl<'a> Controls<'a> {
 
     /// Whether light that was taken for even is not, and linear fits may be had.
     fn is_uneven(&self, missed: Missed) -> bool {
-        let Found { forecast, foretold, noise: [noise, _], .. } = self.found;
-        let is_taken_for_even = !forecast.linear && self.auto.linear && foretold == 0.0;
+        let ControlState { forecast, predicted, noise: [noise, _], .. } = self.found;
+        let is_taken_for_even = !forecast.linear && self.auto.linear && predicted == 0.0;
         is_taken_for_even && missed.part > SURE * missed.error && missed.part > WORTH * (noise + missed.part)
     }
 
@@ -205,11 +205,11 @@ impl<'a> Controls<'a> {
         experiment: &Experiment,
         steps: &mut Steps<'_, E>,
     ) -> Result<bool, E> {
-        let control = Control::new(experiment, self.found.walks);
+        let control = PatchControl::new(experiment, self.found.walks);
         let groups = self.walked(&control, steps)?;
         let Some(missed) = control.missed(&groups, self.found.forecast.linear) else { return Ok(true) };
         self.take_down(missed, 0);
-        let Found { forecast, .. } = self.found;
+        let ControlState { forecast, .. } = self.found;
         let of_faces = control.noise_of_surfaces(&groups) / missed.energy / forecast.for_paths as f64;
         Ok(forecast.total().powi(2) < of_faces)
     }
@@ -223,18 +223,18 @@ impl<'a> Controls<'a> {
         }
         let [of_pilot, of_chosen] = found.noise;
         found.forecast.noise = (of_pilot + noise - of_chosen).max(0.0).sqrt();
-        found.forecast.discretisation = missed.with(found.foretold).sqrt();
+        found.forecast.discretisation = missed.with(found.predicted).sqrt();
     }
 
     /// Finer patches, if they are expected to pay. What their fits leave out is then expected to be no more than their noise, since cuts go on until
     /// they pay no more.
     fn finer(
         &mut self,
-        (control, groups): (&Control<'_>, &[Vec<Arrival>]),
+        (control, groups): (&PatchControl<'_>, &[Vec<Arrival>]),
         cells: (&[Cut], &[u32]),
         energy: f64,
-    ) -> Option<Cells> {
-        let Found { forecast, .. } = self.found;
+    ) -> Option<PatchLayout> {
+        let ControlState { forecast, .. } = self.found;
         let [of_chosen, lost] = [forecast.noise, forecast.discretisation].map(|part| part * part);
         let worth = WORTH * (of_chosen + lost);
         if lost < worth {
@@ -247,19 +247,19 @@ impl<'a> Controls<'a> {
         if gained.min(lost) - noise < worth {
             return None;
         }
-        self.found.foretold = self.found.foretold.min(of_chosen + noise);
+        self.found.predicted = self.found.predicted.min(of_chosen + noise);
         Some((cuts, groups))
     }
 
     /// The arrivals of all groups of a control. Its walks and rays are added to those of the pilot.
     fn walked<E: From<Error>>(
         &mut self,
-        control: &Control<'_>,
+        control: &PatchControl<'_>,
         steps: &mut Steps<'_, E>,
     ) -> Result<Vec<Vec<Arrival>>, E> {
         let sequence = Sequence::new(self.found.seed);
         let group = |number| control.group(number, &sequence);
-        let groups = steps.groups(Control::GROUPS, self.threads, group)?;
+        let groups = steps.groups(PatchControl::GROUPS, self.threads, group)?;
         let (groups, counts): (Vec<Vec<Arrival>>, Vec<[u64; 2]>) = groups.into_iter().unzip();
         for [paths, rays] in counts {
             self.found.forecast.paths += paths;
@@ -288,10 +288,10 @@ mod tests {
     use super::*;
     use crate::PilotStage;
 
-    /// That a pilot foretells what its patches leave out is no reason to leave it out, nor that it takes the light for even: cuts that pay are
+    /// That a pilot predicts what its patches leave out is no reason to leave it out, nor that it takes the light for even: cuts that pay are
     /// taken, and less is left.
     #[test]
-    fn light_that_is_foretold_to_be_left_out_is_cut_too() {
+    fn light_that_is_predicted_to_be_left_out_is_cut_too() {
         const PATHS: u64 = 100_000;
         let folder = tempfile::tempdir().unwrap();
         let mut spec = scenes::cube_with_tile(0.1, 0.5);
@@ -321,12 +321,12 @@ mod tests {
             };
             let auto = job.auto.as_ref().unwrap();
             let chosen = Chosen { partition, scene: scene.clone() };
-            let mut crew = |_: &PilotStage| -> Result<_, Error> { unreachable!("the pilot is over") };
-            let mut steps = Steps::new((&job, auto), &mut crew);
+            let mut runner = |_: &PilotStage| -> Result<_, Error> { unreachable!("the pilot is over") };
+            let mut steps = Steps::new((&job, auto), &mut runner);
             let finer = chosen.controlled((&job, auto), 2, &mut steps).unwrap().partition;
             let patches: u64 = finer.cuts.iter().map(Cut::cells).sum();
-            let told = finer.forecast.unwrap();
-            assert!(finer.linear && patches > 20 && told.discretisation < 0.2, "{patches}, {told:?}");
+            let forecast = finer.forecast.unwrap();
+            assert!(finer.linear && patches > 20 && forecast.discretisation < 0.2, "{patches}, {forecast:?}");
         }
     }
 }

@@ -15,7 +15,7 @@ use stats::{normal_quantile, student_quantile};
 
 use crate::checkpoints::CURRENT;
 use crate::error::Error;
-use crate::kept::unusable;
+use crate::stored_run::unusable;
 pub use jobs::JobDifference;
 use jobs::{JobFacts, differences};
 
@@ -26,7 +26,7 @@ pub(crate) const FALSE_ALARM: f64 = 1e-3;
 pub(crate) const FEWEST_HITS: u64 = 30;
 
 /// The most differences that are printed one by one.
-pub(crate) const TOLD: usize = 10;
+pub(crate) const LISTED: usize = 10;
 
 /// The columns of radiosities and their errors, in grey and in colour.
 const COLUMNS: [[&str; 2]; 4] = [
@@ -75,7 +75,7 @@ pub struct Comparison {
     pub mean_squared: f64,
     /// Patches (times channels) whose |z| is beyond the limit.
     pub beyond: usize,
-    /// The largest |z|, those first, [`TOLD`] at most.
+    /// The largest |z|, those first, [`LISTED`] at most.
     pub largest: Vec<Difference>,
 }
 
@@ -280,7 +280,7 @@ fn compare_rows([first, second]: &[ComparedResult; 2], same_tally: bool) -> Comp
         limit,
         mean_squared: ranks.iter().map(|(z, _)| z * z).sum::<f64>() / compared.max(1) as f64,
         beyond: ranks.iter().filter(|(z, _)| z.abs() > limit).count(),
-        largest: ranks.iter().take(TOLD).filter_map(difference).collect(),
+        largest: ranks.iter().take(LISTED).filter_map(difference).collect(),
     }
 }
 

@@ -70,7 +70,7 @@ pub enum Error {
         "the job kept in {} cannot be used ({reason}); it was written by radwalk {build}, use that",
         path.display()
     )]
-    Kept {
+    StoredRun {
         /// The output folder of the job.
         path: PathBuf,
         /// Why it cannot be used.
@@ -106,7 +106,7 @@ pub enum Error {
         /// Why it cannot be merged.
         fault: MergeFault,
     },
-    /// A mixture of sources cannot be told of.
+    /// A mixture of sources cannot be computed.
     #[error("cannot combine the sources of {} ({problem}); {remedy}", run.display())]
     Mixture {
         /// The folder of the run.

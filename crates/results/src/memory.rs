@@ -18,7 +18,7 @@ const WORKER: u64 = 48;
 /// [`Error::NoRoom`], with the memory that it would take.
 pub fn check_memory(job: &Job, workers: usize) -> Result<(), Error> {
     let patches = job.scene.patch_count();
-    // Sources that are told apart, and materials whose influence is measured, have sums of their own.
+    // Sources that are distinguished, and materials whose influence is measured, have sums of their own.
     let tables = 1 + job.sources.len() + job.sensitivity.len();
     let needed = patches
         .saturating_mul(tables as u64)

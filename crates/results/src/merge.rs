@@ -6,16 +6,16 @@ use protocol::{Checkpoint, MergeFault, WalkRange};
 
 use crate::checkpoints::CURRENT;
 use crate::error::Error;
-use crate::kept::Kept;
 use crate::settings::Settings;
+use crate::stored_run::StoredRun;
 
 /// Merges the results of some runs into that of the first, in the order given. Settings are those of the first.
 ///
 /// # Errors
 /// Where a result cannot be read, is not of the scene and method of the first, or holds walks of one before it.
-pub fn merge(first: &Path, others: &[PathBuf]) -> Result<Kept, Error> {
-    let mut merged = Kept::open(first)?;
-    let Kept { checkpoint, settings, experiment } = &mut merged;
+pub fn merge(first: &Path, others: &[PathBuf]) -> Result<StoredRun, Error> {
+    let mut merged = StoredRun::open(first)?;
+    let StoredRun { checkpoint, settings, experiment } = &mut merged;
     for run in others {
         let other = Checkpoint::read(&run.join(CURRENT))?;
         add(checkpoint, other, settings).map_err(|fault| Error::Merge { path: run.clone(), fault })?;

@@ -19,8 +19,8 @@ const MOST_CELLS: f64 = (1 << 12) as f64;
 /// Faces are grouped where a job has fewer paths than the first of these for each, and fitted one by one where it has more than the last.
 const PATHS_OF_FACE: [u64; 2] = [16, 512];
 
-/// What a first look has found.
-pub(crate) struct Look {
+/// The result of the pilot's first look at the meshes of a scene.
+pub(crate) struct FirstLook {
     /// The grid of every surface.
     pub(crate) grids: Vec<Grid>,
     /// By cell of all surfaces, the scores that the pilot is expected to find there.
@@ -86,7 +86,7 @@ impl Meshes {
 
     /// The meshes of a job, of which a first look has found this, and the trees of their cells. The parts that are not halved are patches of the pilot:
     /// in each no more than [`SCORES`] are expected.
-    pub(crate) fn new(spec: &SceneSpec, auto: &Auto, look: &Look) -> (Self, Clusters) {
+    pub(crate) fn new(spec: &SceneSpec, auto: &Auto, look: &FirstLook) -> (Self, Clusters) {
         let grids = |spec: &SceneSpec| spec.surfaces.iter().map(|surface| Grid::of(&surface.shape)).collect();
         let mut fine = spec.clone();
         // By cell, the scores that the pilot is expected to find there.

@@ -5,8 +5,8 @@ use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 
-use job::{Beside, Forecast, Light, NamedView, OutputFile, WalkKind, Word};
-use judge::{Control, bounces, checks_of_result, is_discretised, target};
+use job::{Beside, Forecast, Keyword, Light, NamedView, OutputFile, WalkKind};
+use judge::{DiscretisedControl, bounces, checks_of_result, is_discretised, target};
 use parallel::{on_all_cores, run_on_all_cores};
 use protocol::{Book, Checkpoint, Contributor, Look, Session, WalkRange};
 use radiosity::{Estimates, Experiment, Precision, Quantity, Readings, Scene, sensitivity::Influences};
@@ -22,9 +22,9 @@ use crate::checkpoints::{
     SOURCES, derived,
 };
 use crate::error::Error;
-use crate::kept::Kept;
 use crate::pilot::{ARRIVALS, PILOT};
 use crate::settings::Settings;
+use crate::stored_run::StoredRun;
 use crate::views;
 
 /// Files by name, written but not in their places.
@@ -39,7 +39,7 @@ const LONG_TABLE: usize = 20_000;
 
 /// The digits of `patches.csv`, beside a table for data frames or alone.
 pub(crate) fn digits(scene: &Scene, has_parquet: bool) -> Digits {
-    if has_parquet && is_long(scene) { Digits::Told } else { Digits::All }
+    if has_parquet && is_long(scene) { Digits::Rounded } else { Digits::All }
 }
 
 fn is_long(scene: &Scene) -> bool {
@@ -105,7 +105,7 @@ impl RunOutput {
     ///
     /// # Errors
     /// Where a file cannot be written.
-    pub fn rebuild(&self, kept: &Kept, now: &dyn Fn(&'static str)) -> Result<(), Error> {
+    pub fn rebuild(&self, kept: &StoredRun, now: &dyn Fn(&'static str)) -> Result<(), Error> {
         let (_, drafts) = self.drafts(&kept.settings, &kept.experiment, &kept.checkpoint, now)?;
         self.place(drafts)
     }
@@ -230,8 +230,8 @@ impl RunOutput {
         let mut summary = summarise(settings, &estimates, &checkpoint.book, self.git, true);
         now("drawing the picture");
         let readings = readings(settings, &estimates);
-        let view = Seen::of(&estimates, settings, &files);
-        summary.picture = view.as_ref().map(Seen::shot);
+        let view = RenderState::of(&estimates, settings, &files);
+        summary.picture = view.as_ref().map(RenderState::shot);
         let named = view.as_ref().map_or_else(Vec::new, |view| view.named(&estimates, settings));
         summary.views = named.iter().map(|(shot, _)| shot.clone()).collect();
         self.folder.keep_hold()?;
@@ -246,8 +246,8 @@ impl RunOutput {
                 (OutputFile::Summary, _) => summary.write(writer),
                 (OutputFile::Vtu, _) => report::write_vtu(writer, &estimates),
                 (OutputFile::Parquet, _) => report::write_parquet(writer, &estimates),
-                (OutputFile::Picture, Some(Seen::Drawn(_, photo))) => photo.picture.write_png(writer),
-                (OutputFile::Exr, Some(Seen::Drawn(_, photo))) => photo
+                (OutputFile::Picture, Some(RenderState::Drawn(_, photo))) => photo.picture.write_png(writer),
+                (OutputFile::Exr, Some(RenderState::Drawn(_, photo))) => photo
                     .values
                     .as_ref()
                     .expect("the file asked for them")
@@ -273,28 +273,28 @@ impl RunOutput {
 }
 
 /// A result from where the picture is taken, as far as its files need it.
-enum Seen {
+enum RenderState {
     /// Aimed at, and not drawn.
     Aimed(Smooth, Shot),
     /// The picture is drawn.
     Drawn(Smooth, Box<Photo>),
 }
 
-impl Seen {
+impl RenderState {
     /// `None` where no file needs it.
     fn of(estimates: &Estimates, settings: &Settings, files: &[OutputFile]) -> Option<Self> {
         let needs = |some: &[OutputFile]| some.iter().any(|file| files.contains(file));
         if needs(&[OutputFile::Picture, OutputFile::Exr]) {
             let smooth = Smooth::new(estimates);
             let photo = Photo::shoot(estimates, &smooth, &settings.view, needs(&[OutputFile::Exr]));
-            return Some(Seen::Drawn(smooth, photo.into()));
+            return Some(RenderState::Drawn(smooth, photo.into()));
         }
-        needs(&[OutputFile::Report, OutputFile::Glb]).then(|| Seen::aimed(estimates, settings))
+        needs(&[OutputFile::Report, OutputFile::Glb]).then(|| RenderState::aimed(estimates, settings))
     }
 
     fn aimed(estimates: &Estimates, settings: &Settings) -> Self {
         let shot = Shot::aim(estimates, &settings.view);
-        Seen::Aimed(Smooth::new(estimates), shot)
+        RenderState::Aimed(Smooth::new(estimates), shot)
     }
 
     /// The views with names, drawn where the first one is.
@@ -302,10 +302,10 @@ impl Seen {
         let of = |named: &NamedView| {
             let view = settings.view.from_stand(named.stand);
             let photo = match self {
-                Seen::Drawn(smooth, first) => {
+                RenderState::Drawn(smooth, first) => {
                     Some(Photo::shoot(estimates, smooth, &view, first.values.is_some()))
                 }
-                Seen::Aimed(..) => None,
+                RenderState::Aimed(..) => None,
             };
             let shot = photo.as_ref().map_or_else(|| Shot::aim(estimates, &view), |photo| photo.shot);
             (NamedShot { name: named.name.clone(), shot }, photo)
@@ -315,14 +315,14 @@ impl Seen {
 
     fn smooth(&self) -> &Smooth {
         match self {
-            Seen::Aimed(smooth, _) | Seen::Drawn(smooth, _) => smooth,
+            RenderState::Aimed(smooth, _) | RenderState::Drawn(smooth, _) => smooth,
         }
     }
 
     fn shot(&self) -> Shot {
         match self {
-            Seen::Aimed(_, shot) => *shot,
-            Seen::Drawn(_, photo) => photo.shot,
+            RenderState::Aimed(_, shot) => *shot,
+            RenderState::Drawn(_, photo) => photo.shot,
         }
     }
 }
@@ -351,7 +351,7 @@ impl LivePage {
         let level = settings.level(experiment.scene());
         let estimates = Estimates::new(experiment, &checkpoint.tally, level);
         let mut summary = summarise(settings, &estimates, &checkpoint.book, git, false);
-        let view = Seen::aimed(&estimates, settings);
+        let view = RenderState::aimed(&estimates, settings);
         summary.picture = Some(view.shot());
         summary.views = view.named(&estimates, settings).into_iter().map(|(shot, _)| shot).collect();
         let readings = readings(settings, &estimates);
@@ -362,7 +362,7 @@ impl LivePage {
     }
 }
 
-impl Kept {
+impl StoredRun {
     /// The summary but for the view, by a program that was built from a commit.
     pub fn summary(&self, git: &str) -> Summary {
         summarise(&self.settings, &self.estimates(), &self.checkpoint.book, git, true)
@@ -383,8 +383,8 @@ fn summarise(settings: &Settings, estimates: &Estimates, book: &Book, git: &str,
 
 /// How far the discretised system's answer is from the integral equation's; `None` where too little was walked to tell.
 fn distance(settings: &Settings, estimates: &Estimates) -> Option<DiscretisedSummary> {
-    let control = Control::new(estimates, settings.seed)?;
-    let groups = on_all_cores(Control::GROUPS, |group| control.group(group));
+    let control = DiscretisedControl::new(estimates, settings.seed)?;
+    let groups = on_all_cores(DiscretisedControl::GROUPS, |group| control.group(group));
     control.distance(estimates, &groups, settings.confidence)
 }
 
@@ -395,7 +395,7 @@ fn page<'a>(
     estimates: &'a Estimates<'a>,
     readings: Option<&'a Readings<'a>>,
     book: &Book,
-    view: &'a Seen,
+    view: &'a RenderState,
 ) -> Page<'a> {
     Page {
         name: &settings.name,
@@ -451,10 +451,10 @@ fn facts(
             total: forecast.total(),
             asked: None,
         }),
-        accuracy: estimates.answer_error(settings.foretold()).map(|error| {
+        accuracy: estimates.answer_error(settings.predicted()).map(|error| {
             let asked = settings.total_target.map(|target| TotalSummary {
                 target: target.total_error,
-                reached: target::total_is_met(&target, settings.foretold(), estimates, paths),
+                reached: target::total_is_met(&target, settings.predicted(), estimates, paths),
             });
             AccuracySummary::new(error, asked)
         }),

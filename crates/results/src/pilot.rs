@@ -1,26 +1,26 @@
 //! The choice of a job's patches: a pilot walks the scene on a fine grid, with walks of its own, and a rule reads off what to cut.
 
 mod arrivals;
-mod kept;
+mod books;
 mod stage;
 mod steps;
 
 use job::{Auto, Cut, Forecast, Job, Partition};
 use judge::partition::{
-    Basis, Candidates, Choice, Grid, Grouped, MeshLight, SurfaceLight, doublings, fewest, shared_noise,
+    Basis, Choice, CutCandidates, Grid, Grouped, MeshLight, SurfaceLight, doublings, fewest, shared_noise,
 };
 use radiosity::{IndexChoice, Scene, Space};
 
 pub(crate) use self::arrivals::ARRIVALS;
-pub use self::kept::{PILOT, PilotBooks};
-use self::stage::Task;
-pub use self::stage::{Groups, Stage, Walked};
-pub use self::steps::PilotCrew;
+pub use self::books::{PILOT, PilotBooks};
+use self::stage::StageSpec;
+pub use self::stage::{EndedGroups, PilotStage, StageResult};
+pub use self::steps::PilotRunner;
 pub(crate) use self::steps::Steps;
 use crate::error::Error;
-use crate::meshes::{Look, Meshes, add_patches};
+use crate::meshes::{FirstLook, Meshes, add_patches};
 
-/// The pilot takes one of this many parts of the walks that it foretells, between [`LEAST`] and [`MOST`].
+/// The pilot takes one of this many parts of the walks that it predicts, between [`LEAST`] and [`MOST`].
 const SHARE: u64 = 10;
 
 /// The least number of walks of a pilot.
@@ -32,7 +32,7 @@ const MOST: u64 = 1 << 24;
 /// The pilot looks at the light first after one of this many parts of its walks: where the light is even, that is enough.
 const FIRST_PART: u64 = 8;
 
-/// A first look has one in this many of the cells that its walks allow: even light is told by coarse ones.
+/// A first look has one in this many of the cells that its walks allow: coarse cells resolve even light.
 const FIRST_CELLS: u64 = 8;
 
 /// A first look that has not this many times fewer walks and cells than the pilot saves nothing.
@@ -73,10 +73,10 @@ const GROWTH: u64 = 4;
 /// Groups of faces are tried as they would be chosen for one of this many parts of the walks.
 const TRIAL: u64 = 4;
 
-/// The part of a total error that the choice aims at: what is foretold is not exact.
+/// The part of a total error that the choice aims at: what is predicted is not exact.
 const AIM: f64 = 0.9;
 
-/// What was chosen for a job.
+/// The partition that a pilot chose for a job, and the scene of the pilot.
 #[derive(Debug)]
 pub struct Chosen {
     /// The patches.
@@ -86,9 +86,9 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// What is foretold of it.
+    /// What is predicted of it.
     pub(crate) fn forecast(&self) -> Forecast {
-        self.partition.forecast.expect("a pilot foretells")
+        self.partition.forecast.expect("a pilot predicts")
     }
 
     /// Builds the scene of the job that has been read again with the partition: rays find its surfaces by what the pilot's found them by.
@@ -106,21 +106,21 @@ impl Chosen {
 /// # Errors
 /// Where the scene or the method is refused, or a sum overflows.
 pub fn choose(job: &Job, threads: usize) -> Result<Option<Chosen>, Error> {
-    choose_by(job, threads, &mut |stage: &Stage| stage.walk_here(threads))
+    choose_by(job, threads, &mut |stage: &PilotStage| stage.walk_here(threads))
 }
 
 /// [`choose`] by a pilot whose walks are taken, and whose steps are kept, elsewhere.
 ///
 /// # Errors
-/// As [`choose`], and those of the crew.
+/// As [`choose`], and those of the runner.
 pub fn choose_by<E: From<Error>>(
     job: &Job,
     threads: usize,
-    crew: &mut dyn PilotCrew<E>,
+    runner: &mut dyn PilotRunner<E>,
 ) -> Result<Option<Chosen>, E> {
     let Some(auto) = &job.auto else { return Ok(None) };
     let most = job.budget.paths;
-    let steps = Steps::new((job, auto), crew);
+    let steps = Steps::new((job, auto), runner);
     let mut pilots = Pilots { job, threads, steps, scene: None, counted: [0, 0] };
     let Some(target) = &job.total_target else {
         let chosen = pilots.choose(auto, Plan { walks: most, most, aim: 0.0 })?;
@@ -138,14 +138,14 @@ pub fn choose_by<E: From<Error>>(
             continue;
         }
         let chosen = chosen.controlled((job, auto), threads, &mut pilots.steps)?;
-        let told = chosen.forecast();
-        if told.paths_to(target.total_error) <= (ENOUGH * needed) as f64 || needed >= most {
+        let forecast = chosen.forecast();
+        if forecast.paths_to(target.total_error) <= (ENOUGH * needed) as f64 || needed >= most {
             return Ok(Some(chosen));
         }
-        pilots.counted = [told.paths, told.rays];
+        pilots.counted = [forecast.paths, forecast.rays];
         pilots.scene = Some(chosen.scene);
         // Of k patches after n walks the noise is as k/n, what linear fits leave out as 1/k²: with the best k both together are as n^(−2/3).
-        let growth = (told.total() / target.total_error).powi(3) as u64;
+        let growth = (forecast.total() / target.total_error).powi(3) as u64;
         walks = most.min(needed.saturating_mul(growth.clamp(GROWTH, GROWTH * GROWTH)));
     }
 }
@@ -157,7 +157,7 @@ struct Plan {
     walks: u64,
     /// The walks of the job at the most.
     most: u64,
-    /// The total error that is aimed at: the choice is for the fewest walks, of `walks` and its doubles, that are foretold to reach it. 0: for `walks`.
+    /// The total error that is aimed at: the choice is for the fewest walks, of `walks` and its doubles, that are predicted to reach it. 0: for `walks`.
     aim: f64,
 }
 
@@ -175,11 +175,11 @@ struct Pilots<'a, 'c, E> {
 
 impl<'a, E: From<Error>> Pilots<'a, '_, E> {
     /// Walks a stage on grids, whose cells are those of the task.
-    fn look(&mut self, grids: Grids, task: Task) -> Result<Pilot<'a>, E> {
+    fn look(&mut self, grids: Grids, task: StageSpec) -> Result<Pilot<'a>, E> {
         let cells = (&task.cells.0[..], &task.cells.1[..]);
         let scene = self.build(cells)?;
         self.scene = Some(scene.clone());
-        let stage = Stage::new(self.job, scene, task)?;
+        let stage = PilotStage::new(self.job, scene, task)?;
         let walked = self.steps.walk(&stage)?;
         self.counted[0] += walked.all.counts.walks;
         self.counted[1] += walked.all.counts.rays;
@@ -190,7 +190,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
     fn look_linear(&mut self, auto: &Auto, walks: u64, fewer: u64) -> Result<Pilot<'a>, E> {
         let grids = grids(self.job, &auto.surfaces, walks / fewer);
         let cells = (cuts_of(&grids), Vec::new());
-        self.look(grids, Task { cells, linear: true, seed: seed(self.job.seed), groups: GROUPS, walks })
+        self.look(grids, StageSpec { cells, linear: true, seed: seed(self.job.seed), groups: GROUPS, walks })
     }
 
     /// The choice for the walks of a job. It has the scene of the pilot alone: one of a million surfaces has room for no second one.
@@ -245,7 +245,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
         let bases = open_bases(auto);
         let wanted = pilot_for(walks);
         let first = (wanted / FIRST_PART).max(LEAST.min(walks));
-        let choose = |candidates: &Candidates, energy: f64| match aim > 0.0 {
+        let choose = |candidates: &CutCandidates, energy: f64| match aim > 0.0 {
             true => candidates.choose_for(aim * aim * energy.max(0.0), walks as f64, most as f64),
             false => candidates.choose(walks as f64),
         };
@@ -254,14 +254,14 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
             // Where the light is even this is enough.
             let pilot = self.look_linear(auto, first, FIRST_CELLS)?;
             let (lights, energy) = pilot.see();
-            let candidates = Candidates::new(&lights, shared_noise(&lights), &bases);
+            let candidates = CutCandidates::new(&lights, shared_noise(&lights), &bases);
             if candidates.are_surely_even() {
                 return Ok(pilot.tell(&choose(&candidates, energy), energy, self.counted));
             }
         }
         let pilot = self.look_linear(auto, wanted, 1)?;
         let (lights, energy) = pilot.see();
-        let candidates = Candidates::new(&lights, shared_noise(&lights), &bases);
+        let candidates = CutCandidates::new(&lights, shared_noise(&lights), &bases);
         Ok(pilot.tell(&choose(&candidates, energy), energy, self.counted))
     }
 
@@ -274,7 +274,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
         }
         let looked = (pilot_for(plan.walks) / FIRST_PART).max(1);
         let walks = (pilot_for(plan.walks) - looked).max(1);
-        let look = self.first_look(auto, (looked, walks))?;
+        let look = self.first_look(auto, looked, walks)?;
         let (meshes, clusters) = Meshes::new(job.scene.spec(), auto, &look);
         let others: Vec<usize> =
             auto.surfaces.iter().copied().filter(|&surface| !meshes.has(surface)).collect();
@@ -285,7 +285,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
         let cells = meshes.cells(&part_of_cell, &cuts_of(&grids), &[]);
         let patch_of_part = cells.patch_of_part;
         let cells = (cells.cuts, cells.patch_of_cell);
-        let task = Task { cells, linear: auto.linear, seed: seed(job.seed), groups: GROUPS, walks };
+        let task = StageSpec { cells, linear: auto.linear, seed: seed(job.seed), groups: GROUPS, walks };
         let mut pilot = self.look(grids, task)?;
         let tallies = pilot.walked.tallies();
         let lights = pilot.lights(|surface| !meshes.has(surface));
@@ -295,7 +295,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
         drop(patch_of_part);
         let energy = on_meshes.energy() + lights.iter().map(SurfaceLight::energy).sum::<f64>();
         let shared = shared_noise(&lights) + on_meshes.shared();
-        let candidates = Candidates::new(&lights, shared, &open_bases(auto));
+        let candidates = CutCandidates::new(&lights, shared, &open_bases(auto));
         let (mut choice, grouped) =
             best_in_groups(&candidates, (&mut on_meshes, meshes.cell_count()), (plan, energy));
         let mut of_others =
@@ -315,7 +315,7 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
     }
 
     /// What a look of few walks tells of the light on meshes, for a pilot of more walks: on cells that are no smaller than need be, one patch each.
-    fn first_look(&mut self, auto: &Auto, (looked, walks): (u64, u64)) -> Result<Look, E> {
+    fn first_look(&mut self, auto: &Auto, looked: u64, walks: u64) -> Result<FirstLook, E> {
         let surfaces = &self.job.scene.spec().surfaces;
         let area: f64 = auto.surfaces.iter().map(|&surface| surfaces[surface].shape.area()).sum();
         let mut grids: Vec<Grid> = surfaces.iter().map(|surface| Grid::of(&surface.shape)).collect();
@@ -327,22 +327,22 @@ impl<'a, E: From<Error>> Pilots<'a, '_, E> {
         let cells = (grids.iter().map(|grid| grid.cut()).collect(), Vec::new());
         // Other walks than those of the pilot, which is thereby independent of the cells that are chosen for it.
         let seed = seed(seed(self.job.seed));
-        let task = Task { cells, linear: false, seed, groups: 1, walks: looked };
+        let task = StageSpec { cells, linear: false, seed, groups: 1, walks: looked };
         let pilot = self.look(grids.iter().map(|&grid| (grid, None)).collect(), task)?;
-        Ok(Look { grids, scores: pilot.scores(walks as f64 / looked as f64) })
+        Ok(FirstLook { grids, scores: pilot.scores(walks as f64 / looked as f64) })
     }
 }
 
 /// The best choice of a basis, of cuts of some surfaces and of groups of the cells of meshes, of which there are some.
 fn best_in_groups(
-    candidates: &Candidates,
+    candidates: &CutCandidates,
     (on_meshes, cells): (&mut MeshLight, usize),
     (plan, energy): (Plan, f64),
 ) -> (Choice, Grouped) {
     let error = plan.aim * plan.aim * energy.max(0.0);
     let choose = |walks: f64| {
         let of_basis = |basis| COARSENING.map(|coarser| (basis, coarser));
-        // Where light varies on large faces, constants lose more than their laws foretell.
+        // Where light varies on large faces, constants lose more than their laws predict.
         let choices = candidates.bases().flat_map(of_basis).map(|(basis, coarser)| {
             let mut choice = candidates.choose_basis(basis, walks);
             // As fine as pays among fewer walks; the noise is that of all.
@@ -407,9 +407,9 @@ fn pilot_for(walks: u64) -> u64 {
 
 /// A pilot that has walked.
 struct Pilot<'a> {
-    stage: Stage<'a>,
+    stage: PilotStage<'a>,
     grids: Grids,
-    walked: Walked,
+    walked: StageResult,
 }
 
 impl Pilot<'_> {
@@ -428,9 +428,9 @@ impl Pilot<'_> {
         let of_face = |face: u32| {
             let channels = 0..experiment.scene().channels();
             let fits = channels.filter_map(|channel| experiment.fit(all, face as usize, channel));
-            let told =
+            let ratios =
                 fits.filter(|fit| fit.mean_variance > 0.0).map(|fit| fit.mean * fit.mean / fit.mean_variance);
-            (told.fold(0.0, f64::max) - 1.0).max(0.0)
+            (ratios.fold(0.0, f64::max) - 1.0).max(0.0)
         };
         let of_patch = |patch: u32| times * faces.of_patch(patch).map(of_face).sum::<f64>();
         (0..faces.patch_count() as u32).map(of_patch).collect()
@@ -438,7 +438,7 @@ impl Pilot<'_> {
 
     /// What was seen of some surfaces.
     fn lights(&self, of: impl Fn(usize) -> bool) -> Vec<SurfaceLight> {
-        let Stage { job, experiment, .. } = &self.stage;
+        let PilotStage { job, experiment, .. } = &self.stage;
         let tallies = self.walked.tallies();
         let shapes = job.scene.spec().surfaces.iter().map(|surface| &surface.shape).enumerate();
         let wanted = shapes.zip(&self.grids).filter(|((surface, _), _)| of(*surface));

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use job::{Demand, NamedView, Partition, Vantage};
+use job::{NamedView, Partition, PlaneTarget, Vantage};
 use photometry::LuminousOpening;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
@@ -34,7 +34,7 @@ struct Packed<'a> {
     /// [`SceneSpec::panes`].
     panes: Vec<PaneSpec>,
     /// [`Settings::demands`].
-    demands: Vec<Demand>,
+    demands: Vec<PlaneTarget>,
     /// [`LampsSpec::openings`].
     openings: Vec<LuminousOpening>,
     /// [`Settings::views`].
@@ -47,7 +47,7 @@ struct Packed<'a> {
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
-/// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, the
+/// influence is measured, the factors of a mixture, the total error, what a pilot has predicted, groups of cells, the
 /// quantity that a target is about, whether the program chose the method, from where the picture looks, the two lists of lamps, panes, what is demanded
 /// of planes, the openings of luminaires, views with names, daylight coefficients, and
 /// transmittances.

@@ -6,7 +6,7 @@ use job::MethodTable;
 use protocol::{Book, Checkpoint, CheckpointError, CheckpointFault, Past};
 use radiosity::Experiment;
 
-use crate::checkpoints::{Found, Identity, Latest, find, session};
+use crate::checkpoints::{Identity, Latest, ResumePoint, find, session};
 use crate::error::Error;
 use crate::replica::{check_shape, unpack};
 use crate::settings::Settings;
@@ -41,7 +41,7 @@ pub fn resume(
         check_shape(&checkpoint.tally, experiment)
     };
     let found = find(folder, fits).map_err(|error| explain(error, settings, experiment))?;
-    let Some(Found { checkpoint, passed_over }) = found else { return Ok(None) };
+    let Some(ResumePoint { checkpoint, passed_over }) = found else { return Ok(None) };
     let paths = checkpoint.tally.counts.walks.saturating_mul(experiment.unit().paths());
     if paths > budget {
         return Err(Error::BeyondBudget { walks: paths, paths: budget });

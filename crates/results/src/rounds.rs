@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::checkpoints::Identity;
 use crate::error::Error;
-use crate::kept_tally::{KeptTally, sealed, unsealed};
+use crate::packed_tally::{PackedTally, sealed, unsealed};
 use crate::settings::Settings;
 
 /// The file of a round that is under way.
@@ -38,19 +38,20 @@ pub struct Round<'a> {
 
 /// A round as it is kept.
 #[derive(Serialize, Deserialize)]
-struct KeptRound {
+struct StoredRound {
     /// The digest of the walks, their number included.
     walks: [u8; 32],
     /// The first of them.
-    prefix: KeptTally,
+    prefix: PackedTally,
     /// What they have cost, but for the rays, which the tally counts.
     cost: Cost,
 }
 
-impl KeptRound {
+impl StoredRound {
     /// What is kept of a round in a folder; nothing where that is not readable.
     fn read(folder: &OutputFolder, walks: [u8; 32], experiment: &Experiment) -> Option<(Tally, Cost)> {
-        let kept: KeptRound = unsealed(&folder.file(ROUND)).filter(|kept: &KeptRound| kept.walks == walks)?;
+        let kept: StoredRound =
+            unsealed(&folder.file(ROUND)).filter(|kept: &StoredRound| kept.walks == walks)?;
         Some((kept.prefix.unpack(experiment.rows(), experiment.layout())?, kept.cost))
     }
 
@@ -69,8 +70,8 @@ fn digest(identity: &Identity, walks: u64) -> [u8; 32] {
     hasher.finalize().into()
 }
 
-/// What the walks of a round came to.
-pub struct Walked {
+/// The tally and the processor time of the walks of a round.
+pub struct RoundResult {
     /// The tally of all of them.
     pub tally: Arc<Tally>,
     /// The processor time of the walks [s].
@@ -133,7 +134,7 @@ pub(crate) fn walk_rounds<E: From<Error>>(
     counts: &mut impl RoundCounts,
     (job, build): (&Job, &str),
     folder: &OutputFolder,
-    walk: &mut dyn FnMut(Round<'_>) -> Result<Option<Walked>, E>,
+    walk: &mut dyn FnMut(Round<'_>) -> Result<Option<RoundResult>, E>,
     watch: &dyn Fn(f64),
 ) -> Result<bool, E> {
     while let Some(RoundPlan { experiment, settings, walks, parts: [before, behind] }) = counts.next()? {
@@ -141,7 +142,7 @@ pub(crate) fn walk_rounds<E: From<Error>>(
         let watch = |done| watch(before + (behind - before) * done as f64 / walks as f64);
         let began = Instant::now();
         let digest = digest(&identity, walks);
-        let (past, before) = match KeptRound::read(folder, digest, &experiment) {
+        let (past, before) = match StoredRound::read(folder, digest, &experiment) {
             Some((tally, cost)) => (tally, cost),
             None => (experiment.tally(), Cost::default()),
         };
@@ -151,12 +152,12 @@ pub(crate) fn walk_rounds<E: From<Error>>(
             cost
         };
         let keep = |prefix: &Tally| {
-            let prefix = KeptTally::of(prefix);
-            KeptRound { walks: digest, prefix, cost: cost(0, 0.0) }.write(folder)
+            let prefix = PackedTally::of(prefix);
+            StoredRound { walks: digest, prefix, cost: cost(0, 0.0) }.write(folder)
         };
         let budget = &job.budget;
         let round = Round { identity, experiment, budget, walks, past, keep: &keep, watch: &watch };
-        let Some(Walked { tally, cpu_seconds }) = walk(round)? else { return Ok(false) };
+        let Some(RoundResult { tally, cpu_seconds }) = walk(round)? else { return Ok(false) };
         counts.add(&tally, cost(tally.counts.rays, cpu_seconds));
         counts.keep(folder)?;
         folder.remove(&[ROUND]).map_err(Error::from)?;

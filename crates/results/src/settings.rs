@@ -2,7 +2,7 @@
 //! `tally.bin`.
 
 use job::{
-    Beside, Cut, Demand, Finishes, Forecast, Job, Light, MethodTable, NamedView, OutputFile, Partition,
+    Beside, Cut, Finishes, Forecast, Job, Light, MethodTable, NamedView, OutputFile, Partition, PlaneTarget,
     SensorTarget, Target, TotalTarget, View,
 };
 use judge::target::{Observer, SensorGoal, judge, total_is_met};
@@ -49,7 +49,7 @@ pub struct Settings {
     pub finishes: Finishes,
     /// Exchange factors that are counted in place of light.
     pub exchange: Option<ExchangeSpec>,
-    /// Groups of emitters that are told apart.
+    /// Groups of emitters that are distinguished.
     pub sources: Vec<PatchGroup>,
     /// Materials whose influence is measured.
     pub sensitivity: Vec<PatchGroup>,
@@ -57,14 +57,14 @@ pub struct Settings {
     pub mixture: Vec<f64>,
     /// What is asked of noise and discretisation together.
     pub total_target: Option<TotalTarget>,
-    /// What a pilot has foretold of the patches, where it has chosen them.
+    /// What a pilot has predicted of the patches, where it has chosen them.
     pub forecast: Option<Forecast>,
     /// Whether the program chose the method. It travels behind the groups of cells.
     #[serde(skip)]
     pub chooses_method: bool,
     /// What is demanded of planes. It travels behind panes.
     #[serde(skip)]
-    pub demands: Vec<Demand>,
+    pub demands: Vec<PlaneTarget>,
     /// Views beside [`Settings::view`]. They travel behind the openings of luminaires.
     #[serde(skip)]
     pub views: Vec<NamedView>,
@@ -111,8 +111,8 @@ impl Settings {
         job::job_hash(scene_hash, &self.method, &self.sensors, [&self.sources, &self.sensitivity], seed)
     }
 
-    /// The discretisation of the answer that a pilot foretold, if it chose the patches for the fits of this method.
-    pub fn foretold(&self) -> Option<f64> {
+    /// The discretisation of the answer that a pilot predicted, if it chose the patches for the fits of this method.
+    pub fn predicted(&self) -> Option<f64> {
         let linear = self.method.beside == Beside::Slopes;
         self.forecast.filter(|forecast| forecast.linear == linear).map(|forecast| forecast.discretisation)
     }
@@ -186,7 +186,7 @@ impl Settings {
     pub fn observer(&self, experiment: &Experiment) -> Observer {
         Observer::new(experiment.clone(), self.level(experiment.scene()), self.target.clone())
             .with_sensors(self.sensor_goal(experiment))
-            .with_total(self.total_target, self.foretold())
+            .with_total(self.total_target, self.predicted())
     }
 
     /// Whether there is a target that these walks do not meet.
@@ -203,7 +203,7 @@ impl Settings {
         let paths = walks * experiment.unit().paths();
         let estimates = Estimates::new(experiment, tally, self.level(experiment.scene()));
         let total_missed =
-            total_target.is_some_and(|total| !total_is_met(&total, self.foretold(), &estimates, paths));
+            total_target.is_some_and(|total| !total_is_met(&total, self.predicted(), &estimates, paths));
         walks == 0 || total_missed || target.as_ref().is_some_and(|t| !judge(t, &estimates, paths).reached)
     }
 

@@ -20,9 +20,9 @@ use rustix::time::{ClockId, clock_gettime};
 
 use crate::checkpoints::Identity;
 use crate::error::Error;
-use crate::kept::Kept;
 use crate::replica::Replica;
 use crate::settings::Settings;
+use crate::stored_run::StoredRun;
 
 /// Between two calls of the watcher.
 const WATCH: Duration = Duration::from_millis(100);
@@ -33,9 +33,9 @@ const TICK: Duration = Duration::from_millis(20);
 /// The number of the only worker.
 const WORKER: PeerId = 0;
 
-/// Where a job stands that this process walks.
+/// The progress of a job whose walks this process traces itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stage {
+pub struct SoloProgress {
     /// Paths that are in.
     pub paths: u64,
     /// Paths of the whole job.
@@ -56,8 +56,8 @@ pub fn walk_here(
     experiment: Experiment,
     threads: usize,
     build: &str,
-    watch: &mut dyn FnMut(Stage) -> bool,
-) -> Result<Option<(Kept, Ending)>, Error> {
+    watch: &mut dyn FnMut(SoloProgress) -> bool,
+) -> Result<Option<(StoredRun, Ending)>, Error> {
     let settings = Settings::of(job);
     let identity = Identity::new(job, &settings, &experiment, build)?;
     let mut observer = settings.observer(&experiment);
@@ -87,7 +87,8 @@ pub fn walk_here(
         Ok::<_, Error>((ending, led.coordinator.into_past()))
     })?;
     let checkpoint = identity.checkpoint(past);
-    Ok(ending.map(|ending| (Kept { checkpoint, settings, experiment: replica.into_experiment() }, ending)))
+    Ok(ending
+        .map(|ending| (StoredRun { checkpoint, settings, experiment: replica.into_experiment() }, ending)))
 }
 
 /// A range of walks under a number.
@@ -217,7 +218,7 @@ impl Led<'_> {
     fn lead(
         &mut self,
         results: &Receiver<Result<LeaseResult, Overflow>>,
-        watch: &mut dyn FnMut(Stage) -> bool,
+        watch: &mut dyn FnMut(SoloProgress) -> bool,
     ) -> Result<Option<Ending>, Error> {
         let began = Instant::now();
         let mut watched = WATCH;
@@ -284,9 +285,9 @@ impl Led<'_> {
         }
     }
 
-    fn stage(&self, now: Duration) -> Stage {
+    fn stage(&self, now: Duration) -> SoloProgress {
         let paths = self.shooters.replica.experiment().unit().paths();
-        Stage {
+        SoloProgress {
             paths: self.coordinator.progress().walks.saturating_mul(paths),
             paths_total: self.walks.saturating_mul(paths),
             seconds: now.as_secs_f64(),

@@ -9,11 +9,11 @@ use serde::Deserialize;
 #[derive(Default, Deserialize)]
 struct Named {
     #[serde(default)]
-    views: Vec<View>,
+    views: Vec<ViewName>,
 }
 
 #[derive(Deserialize)]
-struct View {
+struct ViewName {
     name: String,
 }
 

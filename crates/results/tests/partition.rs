@@ -56,7 +56,7 @@ fn threads_have_no_part_in_the_choice() {
 /// Even light needs no cells, and no gradients. A pilot does not know that; its first look, a quarter of it, is enough to tell in three of four:
 /// of eight, six or more need the whole pilot with a probability below 1 %.
 #[test]
-fn even_light_is_told_by_few_numbers() {
+fn even_light_is_described_by_few_numbers() {
     let folder = tempdir().unwrap();
     let path = write(&folder, &scenes::furnace(3, 0.5), "");
     let mut whole_pilots = 0;
@@ -70,18 +70,18 @@ fn even_light_is_told_by_few_numbers() {
     assert!(whole_pilots < 6, "{whole_pilots}");
 }
 
-/// Hits of one walk go together in evenly lit boxes of high reflectance: what is foretold is the true error nevertheless. Of 16 seeds with one mode of the
-/// noise that they all have in common the root mean square is off by 18 % (one standard error), what one pilot foretells by as much.
+/// Hits of one walk go together in evenly lit boxes of high reflectance: what is predicted is the true error nevertheless. Of 16 seeds with one mode of the
+/// noise that they all have in common the root mean square is off by 18 % (one standard error), what one pilot predicts by as much.
 #[test]
-fn what_is_foretold_of_even_light_is_true_at_high_reflectance() {
+fn what_is_predicted_of_even_light_is_true_at_high_reflectance() {
     const PATHS: u64 = 1 << 14;
     let folder = tempdir().unwrap();
     for (reflectance, seeds) in [(0.9, 16), (0.99, 16)] {
         let path = write(&folder, &scenes::furnace(3, reflectance), "");
-        let (mut true_energy, mut foretold) = (0.0, 0.0);
+        let (mut true_energy, mut predicted) = (0.0, 0.0);
         for seed in 0..seeds {
             let partition = chosen(&load(&path, seed, PATHS), 2);
-            foretold += partition.forecast.unwrap().total();
+            predicted += partition.forecast.unwrap().total();
             let overrides = [format!("seed={seed}"), format!("budget.paths={PATHS}")];
             let job = job::load(&path, &overrides).and_then(|job| job.cut(&overrides, &partition)).unwrap();
             let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
@@ -95,8 +95,8 @@ fn what_is_foretold_of_even_light_is_true_at_high_reflectance() {
             }
             true_energy += error / light;
         }
-        let ratio = (true_energy / seeds as f64).sqrt() / (foretold / seeds as f64);
-        assert!((1.0 / 1.5..1.5).contains(&ratio), "R {reflectance}: true over foretold {ratio}");
+        let ratio = (true_energy / seeds as f64).sqrt() / (predicted / seeds as f64);
+        assert!((1.0 / 1.5..1.5).contains(&ratio), "R {reflectance}: true over predicted {ratio}");
     }
 }
 

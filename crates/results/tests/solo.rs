@@ -4,7 +4,7 @@ use std::path::Path;
 
 use job::Job;
 use radiosity::Experiment;
-use results::{Ending, Kept, Replica, Stage, walk_here};
+use results::{Ending, Replica, SoloProgress, StoredRun, walk_here};
 
 /// The job of a cube in memory.
 fn job(overrides: &[&str]) -> Job {
@@ -16,14 +16,14 @@ fn job(overrides: &[&str]) -> Job {
 fn walked(
     overrides: &[&str],
     threads: usize,
-    watch: &mut dyn FnMut(Stage) -> bool,
-) -> Option<(Kept, Ending)> {
+    watch: &mut dyn FnMut(SoloProgress) -> bool,
+) -> Option<(StoredRun, Ending)> {
     let job = job(overrides);
     let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
     walk_here(&job, experiment, threads, "test", watch).unwrap()
 }
 
-fn all(overrides: &[&str], threads: usize) -> (Kept, Ending) {
+fn all(overrides: &[&str], threads: usize) -> (StoredRun, Ending) {
     walked(overrides, threads, &mut |_| true).unwrap()
 }
 
@@ -60,7 +60,8 @@ fn a_target_ends_the_walks_at_a_look() {
     assert_eq!(last.walks, one.checkpoint.tally.counts.walks);
     let (four, _) = all(&set, 4);
     assert_eq!(four.checkpoint.tally, one.checkpoint.tally);
-    let walks = |kept: &Kept| kept.checkpoint.book.looks.iter().map(|look| look.walks).collect::<Vec<_>>();
+    let walks =
+        |kept: &StoredRun| kept.checkpoint.book.looks.iter().map(|look| look.walks).collect::<Vec<_>>();
     assert_eq!(walks(&four), walks(&one));
 }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use crate::common::tally;
 use glam::DVec3;
 use job::{Forecast, Job, Partition};
-use judge::partition::{Control, Missed};
+use judge::partition::{Missed, PatchControl};
 use radiosity::{
     Estimates, EstimatorKind, Experiment, SceneSpec, Sequence, Shape, Space, SurfaceSpec, Walks,
 };
@@ -20,7 +20,7 @@ fn write(folder: &TempDir, spec: &SceneSpec) -> PathBuf {
     path
 }
 
-/// The choice for a job of some paths, the job on it, and what is foretold.
+/// The choice for a job of some paths, the job on it, and what is predicted.
 fn chosen(spec: &SceneSpec, seed: u64, paths: u64) -> (Partition, Job, Forecast) {
     let folder = tempdir().unwrap();
     let path = write(&folder, spec);
@@ -57,9 +57,9 @@ fn hall() -> SceneSpec {
 fn missed(job: &Job) -> Missed {
     let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Collision) };
     let experiment = Experiment::new(job.build_scene().unwrap(), walks).unwrap();
-    let control = Control::new(&experiment, 1 << 19);
+    let control = PatchControl::new(&experiment, 1 << 19);
     let sequence = Sequence::new(12_345);
-    let groups: Vec<_> = (0..Control::GROUPS).map(|group| control.group(group, &sequence).0).collect();
+    let groups: Vec<_> = (0..PatchControl::GROUPS).map(|group| control.group(group, &sequence).0).collect();
     control.missed(&groups, true).unwrap()
 }
 
@@ -70,17 +70,20 @@ fn steep_light_is_cut_until_it_is_seen() {
     let (_, job, forecast) = chosen(&hall(), 3, 1_000_000);
     let missed = missed(&job);
     assert!(missed.part < 0.04, "{missed:?}, {forecast:?}");
-    let told = forecast.discretisation * forecast.discretisation;
-    assert!((told - missed.part).abs() < 0.6 * missed.part + 4.0 * missed.error, "{told}: {missed:?}");
+    let predicted = forecast.discretisation * forecast.discretisation;
+    assert!(
+        (predicted - missed.part).abs() < 0.6 * missed.part + 4.0 * missed.error,
+        "{predicted}: {missed:?}"
+    );
 }
 
-/// Many reflections of a small lamp's light, R = 0.99: what is foretold is what a run errs by, within a factor of two.
+/// Many reflections of a small lamp's light, R = 0.99: what is predicted is what a run errs by, within a factor of two.
 #[test]
-fn light_that_hardly_fades_is_foretold() {
+fn light_that_hardly_fades_is_predicted() {
     const PATHS: u64 = 1 << 14;
     let mut spec = scenes::cube_with_tile(0.1, 0.99);
     spec.surfaces[0].emittance = 1.0.into();
-    let (mut square, mut foretold) = (0.0, 0.0);
+    let (mut square, mut predicted) = (0.0, 0.0);
     for seed in 0..2 {
         let (_, job, forecast) = chosen(&spec, seed, PATHS);
         let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
@@ -94,10 +97,10 @@ fn light_that_hardly_fades_is_foretold() {
             light += face.area * far * far;
         }
         square += error / light;
-        foretold += forecast.noise * forecast.noise;
+        predicted += forecast.noise * forecast.noise;
     }
-    let ratio = (square / foretold).sqrt();
-    assert!((0.4..1.6).contains(&ratio), "true noise over foretold: {ratio}");
+    let ratio = (square / predicted).sqrt();
+    assert!((0.4..1.6).contains(&ratio), "true noise over predicted: {ratio}");
 }
 
 /// No walk could begin: the choice says so, and does not walk.

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use crate::material::SceneMaterial;
 use crate::mesh::ObjMesh;
 
-/// The text of a mesh as an OBJ file that names a file of materials, and the text of that. Objects of one name are told apart by numbers.
+/// The text of a mesh as an OBJ file that names a file of materials, and the text of that. Objects of one name are distinguished by numbers.
 /// Numbers have the fewest digits from which the same number is read back.
 pub(crate) fn to_obj(mesh: &ObjMesh, materials: &str) -> [String; 2] {
     let (mut obj, mut mtl) = (format!("mtllib {materials}\n"), String::new());

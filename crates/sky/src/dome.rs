@@ -9,7 +9,7 @@ use crate::luminance::{Sky, gauss};
 /// The sun is shared out over this many patches, the nearest ones, as in Radiance's `gendaymtx`.
 pub const SUN_PATCHES: usize = 4;
 
-/// The sky in patches, with what integrals over patches need.
+/// The sky in patches, with directions and weights for integrals over each patch.
 #[derive(Clone, Debug)]
 pub struct Dome {
     patches: SkyPatches,

@@ -44,7 +44,7 @@ const LEAST_COSINE: f64 = 0.01;
 /// A sky: radiance by direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sky {
-    form: Form,
+    form: SkyForm,
     /// The unit vector to the sun.
     sun: [f64; 3],
     /// What a horizontal plane receives from the whole sky without the sun [W/m² or lx].
@@ -53,7 +53,7 @@ pub struct Sky {
 
 /// Radiance up to a factor.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Form {
+pub(crate) enum SkyForm {
     /// (1 + 2 sin γ)/3 at the altitude γ (P. Moon & D. E. Spencer 1942).
     Overcast,
     /// φ(Z)·f(χ) with φ = 1 + a·exp(b/cos Z) and f = 1 + c·(exp(d·χ) − k) + e·cos² χ.
@@ -68,25 +68,25 @@ pub(crate) enum Form {
 }
 
 impl Sky {
-    /// The standard sky 1 … 16 of CIE S 011, for a direction of the sun, which gives a horizontal plane so much; `None` of other numbers.
+    /// The standard sky 1 … 16 of CIE S 011, for a direction of the sun, by the illuminance that it gives a horizontal plane; `None` of other numbers.
     pub fn standard(number: u8, sun: [f64; 3], horizontal: f64) -> Option<Self> {
         if number == STANDARD_SKIES {
-            return Some(Sky { form: Form::Overcast, sun, horizontal });
+            return Some(Sky { form: SkyForm::Overcast, sun, horizontal });
         }
         let [gradation, indicatrix] = *TYPES.get(usize::from(number).checked_sub(1)?)?;
         let (gradation, indicatrix) = (GRADATIONS[gradation - 1], INDICATRICES[indicatrix - 1]);
         // CIE S 011 eq. (4): f(χ) = 1 + c·(exp(dχ) − exp(dπ/2)) + e·cos² χ.
         let offset = (indicatrix[1] * FRAC_PI_2).exp();
-        Some(Sky { form: Form::Graded { gradation, indicatrix, offset }, sun, horizontal })
+        Some(Sky { form: SkyForm::Graded { gradation, indicatrix, offset }, sun, horizontal })
     }
 
-    pub(crate) fn new(form: Form, sun: [f64; 3], horizontal: f64) -> Self {
+    pub(crate) fn new(form: SkyForm, sun: [f64; 3], horizontal: f64) -> Self {
         Sky { form, sun, horizontal }
     }
 
     /// The same radiance from every direction above the horizon.
     pub fn uniform(horizontal: f64) -> Self {
-        let form = Form::Graded { gradation: [0.0, -1.0], indicatrix: [0.0, -1.0, 0.0], offset: 0.0 };
+        let form = SkyForm::Graded { gradation: [0.0, -1.0], indicatrix: [0.0, -1.0, 0.0], offset: 0.0 };
         Sky { form, sun: [0.0, 0.0, 1.0], horizontal }
     }
 
@@ -94,8 +94,8 @@ impl Sky {
     /// negative: Perez's formula is at some places, and is cut there.
     pub fn relative(&self, direction: [f64; 3]) -> f64 {
         match &self.form {
-            Form::Overcast => (1.0 + 2.0 * direction[2]) / 3.0,
-            Form::Graded { gradation: [a, b], indicatrix: [c, d, e], offset } => {
+            SkyForm::Overcast => (1.0 + 2.0 * direction[2]) / 3.0,
+            SkyForm::Graded { gradation: [a, b], indicatrix: [c, d, e], offset } => {
                 let gradation = 1.0 + a * (b / direction[2].max(LEAST_COSINE)).exp();
                 let cosine: f64 =
                     direction.iter().zip(self.sun).map(|(x, y)| x * y).sum::<f64>().clamp(-1.0, 1.0);

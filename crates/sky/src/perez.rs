@@ -4,7 +4,7 @@
 //! 271–289. **P93**: *All-weather model for sky luminance distribution — preliminary configuration and validation*, Solar Energy 50
 //! (1993) 235–245, with the erratum in 51 (1993) 423. Numbers are held in the limits that Radiance's `gendaymtx` sets.
 
-use crate::luminance::{Form, Sky};
+use crate::luminance::{Sky, SkyForm};
 
 /// The solar constant that the models were fitted with [W/m²].
 const SOLAR_CONSTANT: f64 = 1367.0;
@@ -195,7 +195,7 @@ impl Conditions {
     }
 
     /// a … e of this sky (P93 eqs. 6–8).
-    fn form(&self) -> Form {
+    fn form(&self) -> SkyForm {
         let (zenith, clearness, class) = (self.zenith(), self.clearness(), self.class());
         let brightness = match clearness > 1.065 && clearness < 2.8 {
             true => self.brightness().max(0.2),
@@ -209,7 +209,7 @@ impl Conditions {
             c = (brightness * (c1 + c2 * zenith)).powf(c3).exp() - c4;
             d = -(brightness * (d1 + d2 * zenith)).exp() + d3 + brightness * d4;
         }
-        Form::Graded { gradation: [a, b], indicatrix: [c, d, e], offset: 0.0 }
+        SkyForm::Graded { gradation: [a, b], indicatrix: [c, d, e], offset: 0.0 }
     }
 }
 

@@ -17,7 +17,7 @@ pub fn foresight(relative_error: f64) -> f64 {
     std::f64::consts::SQRT_2 * relative_error / (1.0 + relative_error)
 }
 
-/// The end of a run, as its looks decide it.
+/// The stopping rule of a run: the first promising look fixes the end at twice its walks (double sampling).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DoubleSampling {
     end: Option<u64>,

@@ -106,9 +106,9 @@ impl Phase {
     pub fn begin(what: &'static str) -> Self {
         let doing = Doing { what, since: Instant::now(), part: None, over: false };
         let state = Arc::new((Mutex::new(doing), Condvar::new()));
-        let told = Arc::clone(&state);
+        let shared = Arc::clone(&state);
         // Without a thread there are no messages; the work itself goes on.
-        let teller = std::thread::Builder::new().spawn(move || tell_phases(&told)).ok();
+        let teller = std::thread::Builder::new().spawn(move || tell_phases(&shared)).ok();
         Phase { state, teller }
     }
 
@@ -138,15 +138,15 @@ impl Drop for Phase {
 fn tell_phases((state, changed): &(Mutex<Doing>, Condvar)) {
     let lasts = FORM.get() != Some(&LineForm::Plain) || !io::stderr().is_terminal();
     let steps = FORM.get() == Some(&LineForm::Json) || !lasts;
-    let (mut told, mut wait) = (None, PULSE);
+    let (mut announced, mut wait) = (None, PULSE);
     let spinner = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
     if !lasts {
         keep_below(Some(spinner.clone()));
     }
     let mut doing = held(state);
     while !doing.over {
-        if told != Some(doing.since) {
-            (told, wait) = (Some(doing.since), PULSE);
+        if announced != Some(doing.since) {
+            (announced, wait) = (Some(doing.since), PULSE);
         }
         let (next, waited) = changed.wait_timeout(doing, wait).unwrap_or_else(PoisonError::into_inner);
         doing = next;

@@ -36,9 +36,9 @@ pub(crate) fn examine(job: &Job, out: Option<&Path>) -> Result<Examined, Fault> 
         let default = || PathBuf::from("out").join(format!("{}-doctor", job.name));
         let folder = out.map_or_else(default, Path::to_path_buf);
         write_findings(job, &findings, &folder)?;
-        let told =
+        let remark =
             format!("{FINDINGS} and a picture of each of the worst findings are in {}", folder.display());
-        remarks.push(told);
+        remarks.push(remark);
     }
     Ok(Examined { faults, remarks })
 }
@@ -56,8 +56,8 @@ pub(crate) fn repair(job: &Job) -> Result<(), Fault> {
     }
     let copy = copy_of(job.scene.path());
     crate::commands::new::write_new(&copy, &job::to_toml(&spec))?;
-    let told = [("turned round", turned), ("left out, being there twice", removed)];
-    for (what, names) in told.iter().filter(|(_, names)| !names.is_empty()) {
+    let changes = [("turned round", turned), ("left out, being there twice", removed)];
+    for (what, names) in changes.iter().filter(|(_, names)| !names.is_empty()) {
         say(&format!("{what}: {}", names.join(", ")));
     }
     say(&format!("the repaired scene is {}; {} is unchanged", copy.display(), job.scene.path().display()));

@@ -4,7 +4,7 @@ use job::{MaterialRow, SceneFile};
 use radiosity::Spectrum;
 use serde_json::{Value, json};
 
-/// The most materials that are told; JSON has all.
+/// The most materials that are listed; JSON has all.
 const MOST: usize = 24;
 
 /// The extents of a scene [m].

@@ -12,7 +12,7 @@ use super::judge::{Advice, MethodCurve, advice, curves, front, is_pareto};
 use super::measure::ContenderResult;
 use crate::team::Team;
 
-/// The most curves in one chart: as many as can be told apart.
+/// The most curves in one chart: as many as can be distinguished.
 const DRAWN: usize = 8;
 
 /// The chapter of one job.

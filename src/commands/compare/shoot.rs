@@ -10,7 +10,7 @@ use results::{Identity, Settings};
 use super::contender::Trial;
 use crate::build::BUILD;
 use crate::fault::Fault;
-use crate::lead::{Executor, walk};
+use crate::lead::{Executor, WalkJob, walk};
 use crate::team::Team;
 
 /// The result of some runs of a trial.
@@ -39,7 +39,8 @@ pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<TrialRuns,
         let _ = out.send(prefix.clone());
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
-    let (job, past) = ((&identity, &job.budget, experiment), Past::none(experiment.tally()));
+    let past = Past::none(experiment.tally());
+    let job = WalkJob { identity: &identity, budget: &job.budget, experiment };
     let walked = walk(&Executor::Local(team), job, past, (ends, Box::new(judge)), &mut |_| ())?;
     let mut before = experiment.tally();
     let run = |prefix: Tally| {

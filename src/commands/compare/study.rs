@@ -42,10 +42,10 @@ pub(crate) struct Bench<'a> {
 ///
 /// # Errors
 /// If the cluster fails, a row cannot be kept, or a signal ends it.
-pub(crate) fn study(arena: Arena<'_>, course: StudySize, bench: &mut Bench<'_>) -> Result<JobChapter, Fault> {
+pub(crate) fn study(arena: Arena<'_>, of: StudySize, bench: &mut Bench<'_>) -> Result<JobChapter, Fault> {
     let Arena { path, job, scene, .. } = arena;
     let patches = scene.faces().len();
-    let most = course.rays.unwrap_or(LEAST_RAYS.max(RAYS_PER_PATCH * patches as u64));
+    let most = of.rays.unwrap_or(LEAST_RAYS.max(RAYS_PER_PATCH * patches as u64));
     let phase = Phase::begin("computing the reference solution");
     let truths = Truths::new(arena, most, |trial| shoot(bench.team, trial, 1))?;
     drop(phase);
@@ -56,12 +56,12 @@ pub(crate) fn study(arena: Arena<'_>, course: StudySize, bench: &mut Bench<'_>) 
         missing.extend(absent);
         for contender in &able {
             let key = key(&contender.trial, most);
-            if let Some(known) = bench.table.find(&key, contender.name, rays, course.runs) {
+            if let Some(known) = bench.table.find(&key, contender.name, rays, of.runs) {
                 points.push(known.clone());
                 continue;
             }
             let phase = Phase::begin(contender.name);
-            let shot = shoot(bench.team, &contender.trial, course.runs)?;
+            let shot = shoot(bench.team, &contender.trial, of.runs)?;
             drop(phase);
             let fresh = point(key, rays, contender, &shot, truths.of(contender));
             bench.table.add(fresh.clone())?;

@@ -87,17 +87,17 @@ pub fn judge_those(
     let (mut squares, mut coverages) = (Vec::new(), Vec::new());
     for seed in 0..seeds {
         let estimates = solve(experiment, 7000 + seed, CHAINS).estimates;
-        let (mut square, mut told, mut covered) = (0.0, 0_u64, 0_u64);
+        let (mut square, mut estimated, mut covered) = (0.0, 0_u64, 0_u64);
         for &i in &judged {
             let (estimate, (truth, error)) = (estimates[i].unwrap(), truth[i]);
             // Where nothing landed only the interval says anything.
             if let Some(own) = estimate.std_error {
                 square += (estimate.radiosity - truth).powi(2) / (own.powi(2) + error * error);
-                told += 1;
+                estimated += 1;
             }
             covered += u64::from((estimate.ci_low..=estimate.ci_high).contains(&truth));
         }
-        squares.push(square / told as f64);
+        squares.push(square / estimated as f64);
         coverages.push(covered as f64 / judged.len() as f64);
     }
     let verdict = Verdict { squared_z: Mean::of(&squares), coverage: Mean::of(&coverages) };
@@ -131,7 +131,7 @@ pub struct Class {
     pub patches: usize,
     /// Over runs of different seeds.
     pub coverage: Mean,
-    /// For each patch, by size: the median half-width that is told over the error that a twentieth of the runs exceed. It is 1 where widths are
+    /// For each patch, by size: the reported median half-width over the error that a twentieth of the runs exceed. It is 1 where widths are
     /// known, 1.17 in the middle for Student's intervals of eight chains.
     pub told_over_real: Vec<f64>,
 }
@@ -172,9 +172,9 @@ pub fn classes(experiment: &Experiment, truth: &Truth, (seeds, walks): (u64, u64
             values[(part * (values.len() - 1) as f64).round() as usize]
         };
         let ratio = |&i: &usize| {
-            let told = runs.iter().map(|run| 0.5 * (run[i].ci_high - run[i].ci_low)).collect();
+            let widths = runs.iter().map(|run| 0.5 * (run[i].ci_high - run[i].ci_low)).collect();
             let real = runs.iter().map(|run| (run[i].radiosity - truth[i].0).abs()).collect();
-            at(told, 0.5) / at(real, 0.95)
+            at(widths, 0.5) / at(real, 0.95)
         };
         let mut told_over_real: Vec<f64> = patches.iter().map(ratio).collect();
         told_over_real.sort_by(f64::total_cmp);

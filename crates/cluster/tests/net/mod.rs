@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use cluster::noise::{self, Greeting, HANDSHAKE_RECORD, Sealer};
-use cluster::{Access, Inbound, Wish, Work, WorkerIntroduction, serve, work};
+use cluster::{Access, Inbound, JobHashes, Wish, Work, WorkerIntroduction, serve, work};
 use protocol::codec::frame;
 use protocol::message::{ToCoordinator, ToWorker};
 use protocol::{Coordinator, Ending, JobPlan, Notice};
@@ -79,8 +79,8 @@ pub struct Toy;
 impl Work for Toy {
     type Board = Board;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: SCENE_HASH, job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         Tally::new(PATCHES, LAYOUT)
@@ -146,7 +146,7 @@ impl Raw {
     pub fn enter(access: &Access) -> Self {
         let mut raw = Raw::connect(access);
         raw.say(&ToCoordinator::Hello(toy::hello("raw", 1)));
-        assert!(matches!(raw.told(), ToWorker::Welcome { job, .. } if *job == *JOB));
+        assert!(matches!(raw.message(), ToWorker::Welcome { job, .. } if *job == *JOB));
         raw
     }
 
@@ -154,7 +154,7 @@ impl Raw {
     pub fn join(access: &Access) -> (Self, u64, Range<u64>) {
         let mut raw = Raw::enter(access);
         raw.say(&READY);
-        let ToWorker::Lease { id, first_walk, walks } = raw.told() else { panic!("no lease") };
+        let ToWorker::Lease { id, first_walk, walks } = raw.message() else { panic!("no lease") };
         (raw, id, first_walk..first_walk + walks)
     }
 
@@ -179,7 +179,7 @@ impl Raw {
     }
 
     /// The next message of a coordinator, heartbeats left out.
-    pub fn told(&mut self) -> ToWorker {
+    pub fn message(&mut self) -> ToWorker {
         loop {
             match self.hear() {
                 ToWorker::Alive => {}
@@ -240,8 +240,8 @@ pub fn bulky(walks: u64) -> Tally {
 impl Work for Bulky {
     type Board = u64;
 
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
+    fn hashes(&self) -> JobHashes {
+        JobHashes { scene: SCENE_HASH, job: JOB_HASH }
     }
     fn empty(&self) -> Tally {
         Tally::new(BULK, SINGLE)

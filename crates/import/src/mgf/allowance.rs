@@ -19,13 +19,13 @@ pub(super) struct Allowance {
     most_steps: u64,
     triangles: u64,
     steps: u64,
-    open: Vec<Open>,
+    open: Vec<OpenBlock>,
     /// The number of open arrays that are beyond their first copy.
     beyond: usize,
 }
 
 /// An open array or include.
-struct Open {
+struct OpenBlock {
     path: Rc<Path>,
     line: u32,
     copies: u64,
@@ -50,7 +50,7 @@ impl Allowance {
     /// Opens an array or include on a line.
     pub(super) fn open(&mut self, path: &Rc<Path>, line: u32, copies: u64) {
         let in_all = self.in_all().saturating_mul(copies);
-        self.open.push(Open { path: path.clone(), line, copies, in_all, is_beyond: false });
+        self.open.push(OpenBlock { path: path.clone(), line, copies, in_all, is_beyond: false });
     }
 
     /// Goes on to the next copy of the innermost array or include.

@@ -10,18 +10,18 @@ const MAX_COPIES: u64 = 1 << 24;
 
 /// The placements of an `xf` or an include, one for each element of its arrays, the last array running fastest.
 pub(super) struct Placements {
-    groups: Vec<Group>,
+    groups: Vec<TransformGroup>,
     counts: Vec<u64>,
     next: Option<Vec<u64>>,
 }
 
 /// The moves after an `-i` or `-a`, to be applied as often as it says.
-struct Group {
+struct TransformGroup {
     place: DAffine3,
-    repeat: Repeat,
+    repeat: RepeatCount,
 }
 
-enum Repeat {
+enum RepeatCount {
     Times(u64),
     /// Applied as many times as the number of the copy in this array.
     Array(usize),
@@ -30,16 +30,17 @@ enum Repeat {
 impl Placements {
     /// Reads the arguments of a transform.
     pub(super) fn parse(arguments: &[&[u8]]) -> Result<Self, UnplacedError> {
-        let mut groups = vec![Group { place: DAffine3::IDENTITY, repeat: Repeat::Times(1) }];
+        let mut groups = vec![TransformGroup { place: DAffine3::IDENTITY, repeat: RepeatCount::Times(1) }];
         let mut counts = Vec::new();
         let mut rest = arguments;
         while let Some((&flag, after)) = rest.split_first() {
             rest = after;
             if matches!(flag, b"-i" | b"-a") {
                 let count = read_count(&mut rest)?;
-                let repeat = if flag == b"-i" { Repeat::Times(count) } else { Repeat::Array(counts.len()) };
+                let repeat =
+                    if flag == b"-i" { RepeatCount::Times(count) } else { RepeatCount::Array(counts.len()) };
                 counts.extend((flag == b"-a").then_some(count));
-                groups.push(Group { place: DAffine3::IDENTITY, repeat });
+                groups.push(TransformGroup { place: DAffine3::IDENTITY, repeat });
                 continue;
             }
             let last = groups.last_mut().expect("the first one");
@@ -66,8 +67,8 @@ impl Placements {
     fn place(&self, copy: &[u64]) -> DAffine3 {
         self.groups.iter().fold(DAffine3::IDENTITY, |placed, group| {
             let times = match group.repeat {
-                Repeat::Times(times) => times,
-                Repeat::Array(array) => copy[array],
+                RepeatCount::Times(times) => times,
+                RepeatCount::Array(array) => copy[array],
             };
             power(group.place, times) * placed
         })

@@ -8,7 +8,7 @@ use crate::document::Value;
 use crate::error::Error;
 use crate::keys::SOLVE_KEYS;
 use crate::vocabulary::SolveWord;
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// What chains make of their rays; the sampler stands elsewhere.
 pub(super) fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Error> {

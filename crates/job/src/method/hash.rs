@@ -1,9 +1,9 @@
 //! The digest that names an answer.
 
-use radiosity::{Birth, Course, InfiniteEnd, Iterations, PatchGroup, SensorSpec, Sensors, Solve};
+use radiosity::{AbsorptionMode, Birth, InfiniteEnd, Iterations, PatchGroup, SensorSpec, Sensors, Solve};
 
 use super::table::{Beside, MethodTable, WalkKind};
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// Names an answer but for the number of walks: equal for equal scene, method, seed, sensors, sources and materials whose
 /// influence is measured (`groups`).
@@ -45,7 +45,7 @@ fn hash_method(method: &MethodTable, field: &mut impl FnMut(&[u8])) {
     field(method.estimator.word().as_bytes());
     field(method.space.word().as_bytes());
     field(method.sampler.word().as_bytes());
-    if method.estimator.course() == Course::Weighted {
+    if method.estimator.absorption() == AbsorptionMode::Implicit {
         let (end, number) = words_of_end(method.infinite);
         field(end.as_bytes());
         field(&number.to_bits().to_le_bytes());

@@ -6,7 +6,7 @@ use radiosity::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// Which way walks run, and from where.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,7 +23,7 @@ pub enum WalkKind {
     Auto,
 }
 
-impl Word for WalkKind {
+impl Keyword for WalkKind {
     const ALL: &'static [Self] = &[Self::Shooting, Self::Gathering, Self::Jacobi, Self::Auto];
 
     fn word(self) -> &'static str {
@@ -58,7 +58,7 @@ pub(crate) enum BasisKey {
     Linear,
 }
 
-impl Word for BasisKey {
+impl Keyword for BasisKey {
     const ALL: &'static [Self] = &[Self::Constant, Self::Linear];
 
     fn word(self) -> &'static str {

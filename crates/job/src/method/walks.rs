@@ -8,7 +8,7 @@ use crate::document::Value;
 use crate::error::Error;
 use crate::keys::{BIRTH_KEYS, INFINITE_KEYS};
 use crate::vocabulary::EndWord;
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// Reflections of an infinite walk of fixed length, unless the job says otherwise.
 const DEFAULT_LENGTH: u32 = 20;

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::key::Key;
-use crate::word::Word;
+use crate::word::Keyword;
 
 /// The dialect that the schemas are written in.
 const DIALECT: &str = "http://json-schema.org/draft-07/schema#";
@@ -19,7 +19,7 @@ pub(crate) fn titled(title: &str, mut schema: Value) -> Value {
 pub(crate) fn table(keys: &[Key]) -> Value {
     let described = |key: &Key| match key.words {
         "" => (key.values)(),
-        words => told((key.values)(), words),
+        words => with_description((key.values)(), words),
     };
     let properties: serde_json::Map<String, Value> =
         keys.iter().map(|key| (key.name.to_owned(), described(key))).collect();
@@ -33,12 +33,12 @@ pub(crate) fn table(keys: &[Key]) -> Value {
 }
 
 /// A schema with the sentence that editors show beside the key.
-pub(crate) fn told(mut schema: Value, description: &str) -> Value {
+pub(crate) fn with_description(mut schema: Value, description: &str) -> Value {
     schema["description"] = json!(description);
     schema
 }
 
-pub(crate) fn word<W: Word>() -> Value {
+pub(crate) fn word<W: Keyword>() -> Value {
     json!({"enum": W::ALL.iter().map(|choice| choice.word()).collect::<Vec<_>>()})
 }
 

@@ -11,7 +11,7 @@ const REACH: f64 = 1.0;
 
 /// A cell of a mesh.
 #[derive(Clone, Copy, Debug)]
-struct Cell {
+struct MeshCell {
     number: u32,
     area: f64,
     /// Centre and normal.
@@ -41,13 +41,13 @@ pub struct Cluster {
 #[derive(Clone, Debug, Default)]
 pub struct Clusters {
     /// The cells in the order of the trees: those of a part lie next to each other.
-    cells: Vec<Cell>,
+    cells: Vec<MeshCell>,
     /// The parts, every one before its halves.
     pub parts: Vec<Cluster>,
     /// The parts that are whole objects.
     pub roots: Vec<u32>,
     /// Room for halving.
-    scratch: Vec<Cell>,
+    scratch: Vec<MeshCell>,
 }
 
 impl Clusters {
@@ -112,7 +112,7 @@ impl Clusters {
 }
 
 /// The cells of every kind that has any.
-fn by_kind(spec: &SceneSpec, kinds: &[Option<u32>], scores: &[f64]) -> Vec<Vec<Cell>> {
+fn by_kind(spec: &SceneSpec, kinds: &[Option<u32>], scores: &[f64]) -> Vec<Vec<MeshCell>> {
     let count = kinds.iter().flatten().max().map_or(0, |last| *last as usize + 1);
     let mut cells = vec![Vec::new(); count];
     let mut number = 0;
@@ -129,27 +129,27 @@ fn by_kind(spec: &SceneSpec, kinds: &[Option<u32>], scores: &[f64]) -> Vec<Vec<C
         }
         number += of_surface;
     }
-    cells.retain(|cells: &Vec<Cell>| !cells.is_empty());
+    cells.retain(|cells: &Vec<MeshCell>| !cells.is_empty());
     cells
 }
 
 /// The reach of an object of some cells [m].
-fn reach(cells: &[Cell]) -> f64 {
-    let place = |cell: &Cell| DVec3::from_slice(&cell.at);
+fn reach(cells: &[MeshCell]) -> f64 {
+    let place = |cell: &MeshCell| DVec3::from_slice(&cell.at);
     let low = cells.iter().fold(DVec3::INFINITY, |low, cell| low.min(place(cell)));
     let high = cells.iter().fold(DVec3::NEG_INFINITY, |high, cell| high.max(place(cell)));
     (REACH * (high - low).length()).max(f64::MIN_POSITIVE)
 }
 
-fn cell_of((shape, normal): (&Shape, DVec3), cell: u32, number: u32, scores: f64) -> Cell {
+fn cell_of((shape, normal): (&Shape, DVec3), cell: u32, number: u32, scores: f64) -> MeshCell {
     let corners = shape.cell_corners(cell);
     let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
     let across = |a: DVec3, b: DVec3| (a - corners[0]).cross(b - corners[0]).length();
     let area = 0.5 * corners[1..].windows(2).map(|pair| across(pair[0], pair[1])).sum::<f64>();
-    Cell { number, area, at: [centre.x, centre.y, centre.z, normal.x, normal.y, normal.z], scores }
+    MeshCell { number, area, at: [centre.x, centre.y, centre.z, normal.x, normal.y, normal.z], scores }
 }
 
-fn cluster(cells: &[Cell], first: usize, reach: f64) -> Cluster {
+fn cluster(cells: &[MeshCell], first: usize, reach: f64) -> Cluster {
     let (area, mean) = mean(cells);
     Cluster {
         cells: [first as u32, (first + cells.len()) as u32],
@@ -162,7 +162,7 @@ fn cluster(cells: &[Cell], first: usize, reach: f64) -> Cluster {
 }
 
 /// The area of cells, and the mean of their coordinates over it.
-fn mean(cells: &[Cell]) -> (f64, [f64; 6]) {
+fn mean(cells: &[MeshCell]) -> (f64, [f64; 6]) {
     let (mut area, mut sums) = (0.0, [0.0; 6]);
     for cell in cells {
         area += cell.area;
@@ -173,7 +173,7 @@ fn mean(cells: &[Cell]) -> (f64, [f64; 6]) {
 
 /// Puts the cells of one half before those of the other, each in their order, and returns where the second begins. `middle` is that of
 /// the part.
-fn halve(cells: &mut [Cell], middle: [DVec3; 2], reach: f64, scratch: &mut Vec<Cell>) -> usize {
+fn halve(cells: &mut [MeshCell], middle: [DVec3; 2], reach: f64, scratch: &mut Vec<MeshCell>) -> usize {
     let [at, normal] = middle;
     let mean = [at.x, at.y, at.z, normal.x, normal.y, normal.z];
     let mut variances = [0.0; 6];

@@ -17,7 +17,7 @@ pub(crate) fn code(surfaces: &[SurfaceLight], basis: Basis) -> Code {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GridStep {
     pub(crate) cut: Grid,
-    /// The energy of what a fit on this grid leaves out of the light, as far as can be told [W²/m²].
+    /// The energy of what a fit on this grid leaves out of the light, as far as is known [W²/m²].
     pub(crate) lost: f64,
 }
 
@@ -43,6 +43,7 @@ pub(crate) fn curve(light: &SurfaceLight, (basis, code): (Basis, &Code)) -> Curv
         let lost = if light.free { 0.0 } else { (light.energy() - mean).max(0.0) };
         return Curve { steps: vec![GridStep { cut: light.base, lost }], odds: Vec::new() };
     }
+    let seen = SeenLight { light, basis, noise };
     let axes = match light.base {
         Grid::Quad(_) => 2,
         Grid::Triangle(_) => 1,
@@ -51,13 +52,13 @@ pub(crate) fn curve(light: &SurfaceLight, (basis, code): (Basis, &Code)) -> Curv
     let (mut levels, mut cuts, mut taken) = ([0, 0], vec![light.base], Vec::new());
     loop {
         let open = (0..axes).filter(|&axis| levels[axis] < light.top[axis] + BEYOND);
-        let promises = open.map(|axis| (axis, promise((light, basis, noise), levels, axis, &laws[axis])));
+        let promises = open.map(|axis| (axis, promise(seen, levels, axis, &laws[axis])));
         let next = promises.max_by(|(a, one), (b, other)| {
             let length = |axis: usize| light.edges[axis] / f64::from(1_u32 << levels[axis]);
             one.total_cmp(other).then(length(*a).total_cmp(&length(*b)))
         });
         let Some((axis, _)) = next else { break };
-        let measured = measured((light, basis, noise), levels, axis, 1);
+        let measured = measured(seen, levels, axis, 1);
         if let Some(measured) = &measured {
             laws[axis].learn(levels[axis] as usize, measured);
         }
@@ -81,12 +82,21 @@ fn steps(cuts: &[Grid], gains: &[f64]) -> Vec<GridStep> {
     steps
 }
 
+/// The light on a surface as a pilot saw it, in one basis.
+#[derive(Clone, Copy)]
+struct SeenLight<'a> {
+    light: &'a SurfaceLight,
+    basis: Basis,
+    /// The noise of one unknown [W²/m²].
+    noise: f64,
+}
+
 /// What a doubling along an axis gains, or it and the next one in the mean, where that is more: by it axes are compared.
-fn promise(seen: (&SurfaceLight, Basis, f64), levels: [u32; 2], axis: usize, laws: &Laws) -> f64 {
+fn promise(seen: SeenLight<'_>, levels: [u32; 2], axis: usize, laws: &Laws) -> f64 {
     let level = levels[axis] as usize;
     let of = |doublings: u32| {
         let measured = measured(seen, levels, axis, doublings)?;
-        Some(laws.told(level, doublings as usize, &measured) / f64::from(doublings))
+        Some(laws.measured_gain(level, doublings as usize, &measured) / f64::from(doublings))
     };
     match (of(1), of(2)) {
         (Some(one), Some(two)) => one.max(two),
@@ -97,7 +107,7 @@ fn promise(seen: (&SurfaceLight, Basis, f64), levels: [u32; 2], axis: usize, law
 
 /// What some doublings along an axis were seen to gain; `None` beyond the pilot's grid.
 fn measured(
-    (light, basis, noise): (&SurfaceLight, Basis, f64),
+    SeenLight { light, basis, noise }: SeenLight<'_>,
     levels: [u32; 2],
     axis: usize,
     doublings: u32,

@@ -11,15 +11,15 @@ use radiosity::{Arrival, CutCell, Leaves};
 
 use super::grid::Grid;
 use super::merged::around;
-use super::missed::{Control, Landed};
+use super::missed::{FaceArrival, PatchControl};
 use super::quarters::{MOST_CUTS, Triangles};
-use super::seen::{Basis, Cells, Landing, SurfaceLight};
-use super::tree::{Rectangles, Start, rectangles};
+use super::seen::{Basis, GridCells, PartShape, SideArrival, SurfaceLight};
+use super::tree::{JobWalks, Rectangles, Start, rectangles};
 
 /// A patch of fewer arrivals proves nothing.
 const LEAST_ARRIVALS: usize = 6;
 
-/// The groups of a control are taken together into so many: products of what they find have the errors of a pilot's, in less time.
+/// The groups of a control are joined to this number of groups: products of what they find have the errors of a pilot's, in less time.
 const TREE_GROUPS: usize = 4;
 
 /// Patches of which some are cut finer.
@@ -56,7 +56,7 @@ impl SurfacePart {
 
     /// A cell of a triangle that is cut in four some times.
     fn of_triangle(level: u32, cell: usize) -> Self {
-        let (origin, sign) = Cells::new(Grid::Triangle(1 << level)).centre(cell);
+        let (origin, sign) = GridCells::new(Grid::Triangle(1 << level)).centre(cell);
         let scale = [sign * f64::from(1_u32 << level); 2];
         SurfacePart { base: Grid::Triangle(1), levels: [level, 0], origin, scale, offset: 1.0 / 3.0 }
     }
@@ -148,7 +148,7 @@ enum PartCuts {
     Triangles(u32, Vec<u32>),
 }
 
-impl Control<'_> {
+impl PatchControl<'_> {
     /// The surfaces of a partition cut finer for a number of walks, where the arrivals of all groups prove that it pays. Only patches of the
     /// surfaces that are open are cut, which lie on one surface each. `None` where nothing is proven.
     pub fn finer(
@@ -168,7 +168,7 @@ impl Control<'_> {
             })
             .collect();
         let seen = self.seen(groups, &parts);
-        let rates = Rates::new(&seen);
+        let rates = LightClassRates::new(&seen);
         let mut finer = Finer { cuts: cuts.to_vec(), groups: Vec::new(), noise: 0.0, gained: 0.0 };
         let mut found: BTreeMap<usize, BTreeMap<usize, PartCuts>> = BTreeMap::new();
         for SeenPart { surface, number, part, light } in &seen {
@@ -196,7 +196,7 @@ impl Control<'_> {
     fn seen(&self, groups: &[Vec<Arrival>], parts: &[Option<SurfaceParts>]) -> Vec<SeenPart> {
         let (scene, on_faces) = (self.scene(), self.on_faces(groups));
         // Each part is a patch, and a patch that is a part lies on one surface.
-        let mut placed: Vec<([usize; 2], &[Landed<'_>])> = Vec::new();
+        let mut placed: Vec<([usize; 2], &[FaceArrival<'_>])> = Vec::new();
         for landed in on_faces.chunk_by(|a, b| a.face == b.face) {
             let arrival = landed[0].arrival;
             let surface = scene.faces().piece(arrival.piece).surface as usize;
@@ -213,24 +213,24 @@ impl Control<'_> {
             }
             let [surface, number] = sides[0].0;
             let part = parts[surface].as_ref().expect("arrivals are on parts").parts[number];
-            let landings: Vec<Vec<Landing>> =
+            let landings: Vec<Vec<SideArrival>> =
                 sides.iter().map(|(_, landed)| self.landings(&part, landed)).collect();
             let whole = &scene.surfaces()[surface];
             let edges = [0, 1].map(|k| whole.edges()[k].length() / part.scale[k].abs());
-            let form = (part.base, part.area(whole.area()), edges);
-            let light = SurfaceLight::of_landings(form, &landings, (TREE_GROUPS, self.walks()));
+            let shape = PartShape { base: part.base, area: part.area(whole.area()), edges };
+            let light = SurfaceLight::of_landings(shape, &landings, TREE_GROUPS, self.walks());
             seen.push(SeenPart { surface, number, part, light });
         }
         seen
     }
 
     /// The arrivals on one side of a part.
-    fn landings(&self, part: &SurfacePart, landed: &[Landed<'_>]) -> Vec<Landing> {
+    fn landings(&self, part: &SurfacePart, landed: &[FaceArrival<'_>]) -> Vec<SideArrival> {
         let face = self.scene().faces().get(landed[0].face as usize);
-        let together = TREE_GROUPS as f64 / Control::GROUPS as f64;
+        let together = TREE_GROUPS as f64 / PatchControl::GROUPS as f64;
         let values = self.values(face.reflectance).map(|value| together * value);
-        let landing = |&Landed { group, arrival, .. }: &Landed<'_>| Landing {
-            group: group * TREE_GROUPS / Control::GROUPS,
+        let landing = |&FaceArrival { group, arrival, .. }: &FaceArrival<'_>| SideArrival {
+            group: group * TREE_GROUPS / PatchControl::GROUPS,
             at: part.place(arrival.uv),
             light: std::array::from_fn(|c| values[c] * arrival.weights[c]),
         };
@@ -247,11 +247,11 @@ struct SeenPart {
 }
 
 /// Parts are alike whose light is within a factor of two: what they gain in proportion to their energy, all of a class together.
-struct Rates {
+struct LightClassRates {
     by_class: BTreeMap<i64, f64>,
 }
 
-impl Rates {
+impl LightClassRates {
     fn new(seen: &[SeenPart]) -> Self {
         // By class the gains of first cuts, the variance of their sum, and the energies.
         let mut sums: BTreeMap<i64, [f64; 3]> = BTreeMap::new();
@@ -271,7 +271,7 @@ impl Rates {
                 0.0
             }
         };
-        Rates { by_class: sums.into_iter().map(|(class, sums)| (class, rate(sums))).collect() }
+        LightClassRates { by_class: sums.into_iter().map(|(class, sums)| (class, rate(sums))).collect() }
     }
 
     /// What the first cut of a part is expected to gain.
@@ -296,24 +296,25 @@ struct CutPart {
     gained: f64,
 }
 
-/// The cuts of a part whose first one is expected to gain so much, for a job of some walks; `None` where none pays.
+/// The cuts of a part whose first one is expected to gain `gain`, for a job of some walks; `None` where none pays.
 fn cut_part(part: &SurfacePart, light: &SurfaceLight, gain: f64, walks: f64) -> Option<CutPart> {
     let (most, expected) = match part.base {
         // Cuts along both edges gain it together.
         Grid::Quad(_) => (part.levels.map(|level| Leaves::MOST_CUTS - level), 0.5 * gain),
         Grid::Triangle(_) => ([MOST_CUTS.saturating_sub(part.levels[0]), 0], gain),
     };
-    let (walks, start) = ((light.walks, walks), Start { expected: Some(expected), most });
+    let walks = JobWalks { pilot: light.walks, job: walks };
+    let start = Start { expected: Some(expected), most };
     if let Some(images) = &light.images {
         let Rectangles { leaves, noise, caught, .. } = rectangles(images, walks, start);
-        let noise = (noise - 3.0 * images.noise([0, 0], [0, 0])) / walks.1;
+        let noise = (noise - 3.0 * images.noise([0, 0], [0, 0])) / walks.job;
         let gained = caught - images.caught([0, 0])[0];
         return (leaves.len() > 1).then_some(CutPart { cuts: PartCuts::Leaves(leaves), noise, gained });
     }
     let quarters = light.quarters.as_ref()?;
     let Triangles { rows, patch_of_cell, noise, caught, .. } = quarters.triangles(walks, start);
     let [of_whole, caught_by_whole] = quarters.whole();
-    let (noise, gained) = ((noise - of_whole) / walks.1, caught - caught_by_whole);
+    let (noise, gained) = ((noise - of_whole) / walks.job, caught - caught_by_whole);
     (rows > 1).then_some(CutPart { cuts: PartCuts::Triangles(rows, patch_of_cell), noise, gained })
 }
 
@@ -343,14 +344,14 @@ impl SurfaceParts {
                 };
                 let finest = cuts.iter().map(finest).fold(*rows, u32::max);
                 let (coarse, fine) = (Grid::Triangle(*rows), Grid::Triangle(finest));
-                let cells = Cells::new(fine);
+                let cells = GridCells::new(fine);
                 // Parts of parts, by the part and the number in it.
                 let of_cell = |cell: u64| {
                     let part = own[around(coarse, fine, cell)] as usize;
                     let within = match cuts.get(&part) {
                         Some(PartCuts::Triangles(rows, patches)) => {
                             let place = self.parts[part].place(cells.centre(cell as usize).0);
-                            patches[Cells::new(Grid::Triangle(*rows)).cell_at(place)]
+                            patches[GridCells::new(Grid::Triangle(*rows)).cell_at(place)]
                         }
                         _ => 0,
                     };

@@ -8,7 +8,7 @@
 //! Parts that the pilot did not see halved have the factor that the part around it makes likely, and rates that fall.
 
 use super::clusters::{Cluster, Clusters};
-use super::part::Seen;
+use super::part::PartEstimate;
 use super::seen::Basis;
 
 /// What the gain of a part may be of the rate's.
@@ -46,7 +46,7 @@ type Weights = [f64; FACTORS.len()];
 pub(crate) struct Gains {
     /// What halving it gains; of a part that has no halves, what all its cuts would [W²/m²].
     pub(crate) expected: Vec<f64>,
-    rates: Rates,
+    rates: ClusterRates,
     /// By part that the pilot did not see halved, the mean of the factors that it may have.
     factors: Vec<f64>,
     /// All gains that follow over the first, of a part that has no halves.
@@ -57,15 +57,16 @@ pub(crate) struct Gains {
 
 impl Gains {
     /// The gains under a basis of the parts that a pilot of some walks has seen halved.
-    pub(crate) fn new(clusters: &Clusters, seen: &[Seen], (basis, pilot): (Basis, f64)) -> Self {
+    pub(crate) fn new(clusters: &Clusters, seen: &[PartEstimate], (basis, pilot): (Basis, f64)) -> Self {
         let measured = seen.len();
-        let rates = Rates::new(clusters, seen, (basis, pilot));
+        let rates = ClusterRates::new(clusters, seen, (basis, pilot));
         let tail = 1.0 / (1.0 - FALL[basis as usize]);
         let (expected, factors) = (vec![0.0; measured], vec![CAUTION; measured]);
         let mut gains = Gains { expected, rates, factors, tail, measured };
         let parts = || clusters.parts[..measured].iter().zip(seen);
         let is_halved: Vec<bool> = parts().map(|(part, _)| gains.has_measured(part)).collect();
-        let base = |(part, seen): (&Cluster, &Seen)| gains.rates.of(clusters, part) * seen.energy.max(0.0);
+        let base =
+            |(part, seen): (&Cluster, &PartEstimate)| gains.rates.of(clusters, part) * seen.energy.max(0.0);
         let bases: Vec<f64> = parts().map(base).collect();
         let of = |part: usize| MeasuredGain::of(&seen[part], basis, pilot);
         let likelihoods = upwards(clusters, &is_halved, |part| {
@@ -99,7 +100,7 @@ impl Gains {
     }
 
     /// The most that cutting a part may gain whose halves are not known.
-    pub(crate) fn promise(&self, number: usize, part: &Cluster, seen: &Seen) -> f64 {
+    pub(crate) fn promise(&self, number: usize, part: &Cluster, seen: &PartEstimate) -> f64 {
         self.tail * self.factors[number] * self.rates.largest(part) * seen.energy.max(0.0)
     }
 
@@ -168,12 +169,12 @@ fn octave(square: f64) -> usize {
 }
 
 /// What parts of each class gain in proportion to their energy.
-struct Rates {
+struct ClusterRates {
     by_class: Vec<[f64; OCTAVES]>,
 }
 
-impl Rates {
-    fn new(clusters: &Clusters, seen: &[Seen], (basis, pilot): (Basis, f64)) -> Self {
+impl ClusterRates {
+    fn new(clusters: &Clusters, seen: &[PartEstimate], (basis, pilot): (Basis, f64)) -> Self {
         // By class, sums of gains, of their variances, and of energies.
         let mut sums = vec![[[0.0; 3]; OCTAVES]; TURNS.len() + 1];
         let count = seen.len();
@@ -188,7 +189,7 @@ impl Rates {
             [measured.gain, variance, seen.energy].iter().zip(sum).for_each(|(x, sum)| *sum += x);
         }
         let by_class = sums.iter().map(|sums| Self::of_octaves(sums, basis)).collect();
-        Rates { by_class }
+        ClusterRates { by_class }
     }
 
     /// The rates from the largest distance down: what is measured, and what the rate at twice the distance makes likely, weighed by their
@@ -235,7 +236,7 @@ struct MeasuredGain {
 
 impl MeasuredGain {
     /// What a pilot of some walks has seen halving a part gain.
-    fn of(seen: &Seen, basis: Basis, pilot: f64) -> Self {
+    fn of(seen: &PartEstimate, basis: Basis, pilot: f64) -> Self {
         MeasuredGain {
             gain: seen.gain[basis as usize],
             noise: seen.noise / pilot,
@@ -243,12 +244,12 @@ impl MeasuredGain {
         }
     }
 
-    /// The variance of the measurement where so much is gained.
+    /// The variance of the measurement where `gain` is gained.
     fn variance(&self, gain: f64) -> f64 {
         (4.0 * gain + 2.0 * self.unknowns * self.noise) * self.noise
     }
 
-    /// The likelihood of the measurement where so much is gained, give or take a part of it, but for a factor: Student's with 15 degrees of
+    /// The likelihood of the measurement where `gain` is gained, give or take a part of it, but for a factor: Student's with 15 degrees of
     /// freedom, as the pilot has 16 groups.
     fn likelihood(&self, gain: f64) -> f64 {
         let variance = self.variance(gain) + (MISFIT * gain) * (MISFIT * gain);

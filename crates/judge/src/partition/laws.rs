@@ -47,12 +47,12 @@ pub(super) struct MeasuredDoublings {
 }
 
 impl MeasuredDoublings {
-    /// The variance of the measurement where so much is gained.
+    /// The variance of the measurement where `gain` is gained.
     fn variance(&self, gain: f64) -> f64 {
         (4.0 * gain + 2.0 * self.unknowns * self.noise) * self.noise
     }
 
-    /// The likelihood of the measurement where so much is gained, give or take a part of it, but for a factor: Student's with 15
+    /// The likelihood of the measurement where `gain` is gained, give or take a part of it, but for a factor: Student's with 15
     /// degrees of freedom, whose tails allow for hits that go together.
     fn likelihood(&self, gain: f64, misfit: f64) -> f64 {
         let variance = self.variance(gain) + (misfit * gain) * (misfit * gain);
@@ -129,7 +129,7 @@ impl<'a> Laws<'a> {
     }
 
     /// What some doublings gain together by their measurement and by what it makes of the laws.
-    pub(super) fn told(&self, level: usize, doublings: usize, measured: &MeasuredDoublings) -> f64 {
+    pub(super) fn measured_gain(&self, level: usize, doublings: usize, measured: &MeasuredDoublings) -> f64 {
         let (mut sum, mut weights) = (0.0, self.none * measured.likelihood(0.0, MISFIT));
         for (gain, weight) in self.gains(level, doublings).zip(&self.weights) {
             let weight = weight * measured.likelihood(gain, MISFIT);

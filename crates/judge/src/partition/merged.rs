@@ -1,7 +1,7 @@
 //! Cells of a surface that are of one patch, merged into cells of a coarser grid where no group tells them apart.
 
 use super::grid::Grid;
-use super::seen::Cells;
+use super::seen::GridCells;
 
 /// The coarsest grid between `base` and a grid whose cells have labels, on which no cell has parts of different labels, with the labels of
 /// its cells. Only grids that halve the cells of the finer one are tried.
@@ -25,12 +25,12 @@ pub fn merged(base: Grid, grid: Grid, labels: Vec<u32>) -> (Grid, Vec<u32>) {
 
 /// The cell of a coarse grid that is around a cell of a grid that halves its cells again and again.
 pub fn around(coarse: Grid, fine: Grid, cell: u64) -> usize {
-    Cells::new(coarse).cell_at(Cells::new(fine).centre(cell as usize).0)
+    GridCells::new(coarse).cell_at(GridCells::new(fine).centre(cell as usize).0)
 }
 
 /// The labels of the cells of a coarser grid; `None` where parts of a cell differ.
 fn gathered(grid: Grid, coarse: Grid, labels: &[u32]) -> Option<Vec<u32>> {
-    let (fine, wide) = (Cells::new(grid), Cells::new(coarse));
+    let (fine, wide) = (GridCells::new(grid), GridCells::new(coarse));
     let mut found = vec![None; coarse.cells() as usize];
     for (cell, &label) in labels.iter().enumerate() {
         let around = &mut found[wide.cell_at(fine.centre(cell).0)];

@@ -6,24 +6,24 @@ use radiosity::Experiment;
 use super::clusters::Clusters;
 use super::gains::{CAUTION, Gains};
 use super::moments::{PartFrames, PartMoments, Pool};
-use super::part::Seen;
+use super::part::PartEstimate;
 use super::seen::{Basis, PilotTallies};
 
 /// A part that this many walks have hit is believed as much as the part around it.
 const FEW: f64 = 8.0;
 
-/// What is foretold of the noise of a part that fewer walks have hit is that of the part around it: a part that chance made bright is cut
+/// What is predicted of the noise of a part that fewer walks have hit is that of the part around it: a part that chance made bright is cut
 /// more often than others.
 const MANY: f64 = 50.0;
 
 /// A part that the pilot did not see halved has halves where they may gain this part of their cost.
 const WORTH: f64 = 0.25;
 
-/// The light on meshes.
+/// The light on the parts of meshes, as the tallies of a pilot give it.
 pub struct MeshLight {
     clusters: Clusters,
     /// What the pilot saw of the parts that are no parts of its patches, and what follows of the others.
-    seen: Vec<Seen>,
+    seen: Vec<PartEstimate>,
     /// The number of the former, which come first.
     measured: usize,
     /// All energy, without bias [W²/m²].
@@ -39,9 +39,9 @@ pub struct MeshLight {
 pub struct Grouped {
     /// By cell, the number of the part that it is in.
     pub part_of_cell: Vec<u32>,
-    /// The foretold noise [W²/m²].
+    /// The predicted noise [W²/m²].
     pub noise: f64,
-    /// The foretold energy that the fits leave out [W²/m²].
+    /// The predicted energy that the fits leave out [W²/m²].
     pub lost: f64,
 }
 
@@ -57,7 +57,7 @@ impl MeshLight {
         let is_linear = experiment.method().is_linear();
         let frames = is_linear.then(|| PartFrames::new(scene, &clusters, patch_of_part));
         let measured = clusters.parts.len();
-        let (seen, walks) = (vec![Seen::default(); measured], tallies.all.counts.walks as f64);
+        let (seen, walks) = (vec![PartEstimate::default(); measured], tallies.all.counts.walks as f64);
         let mut light = MeshLight { clusters, seen, measured, energy: 0.0, shared: 0.0, walks };
         for is_back in [false, true] {
             if is_back && !scene.faces().two_sided() {
@@ -68,7 +68,7 @@ impl MeshLight {
                 if is_back { scene.faces().back_of(patch) } else { Some(patch) }
             };
             for channel in 0..scene.channels() {
-                light.add((experiment, tallies, channel), frames.as_ref(), face);
+                light.add(experiment, tallies, channel, frames.as_ref(), face);
             }
         }
         light.compare_halves();
@@ -82,14 +82,20 @@ impl MeshLight {
     /// Light of which a pilot of some walks has seen this down to single cells, for tests: b of each cell, and ν of an unknown where b is 1.
     #[cfg(test)]
     pub(super) fn known(clusters: Clusters, (b, noise): (&[f64], f64), walks: f64) -> Self {
-        let mut seen = vec![Seen::default(); clusters.parts.len()];
+        let mut seen = vec![PartEstimate::default(); clusters.parts.len()];
         for (number, part) in clusters.parts.iter().enumerate().rev() {
             let cells = || clusters.cells_of(part);
             let mean = cells().map(|cell| b[cell as usize]).sum::<f64>() / cells().count() as f64;
             let energy = part.area * mean * mean;
             let noise = noise * mean;
-            seen[number] =
-                Seen { energy, noise, hits: 1e3, caught: [energy; 2], foretold: noise, gain: [0.0; 2] };
+            seen[number] = PartEstimate {
+                energy,
+                noise,
+                hits: 1e3,
+                caught: [energy; 2],
+                predicted: noise,
+                gain: [0.0; 2],
+            };
         }
         let cells = clusters.roots.iter().flat_map(|&root| clusters.cells_of(&clusters.parts[root as usize]));
         let energy = cells.map(|cell| b[cell as usize] * b[cell as usize]).sum();
@@ -102,7 +108,9 @@ impl MeshLight {
     /// Adds the light of one side in one channel; `face` is that side of a part which is a patch of the pilot.
     fn add(
         &mut self,
-        (experiment, tallies, channel): (&Experiment, &PilotTallies<'_>, usize),
+        experiment: &Experiment,
+        tallies: &PilotTallies<'_>,
+        channel: usize,
         frames: Option<&PartFrames>,
         face: impl Fn(usize) -> Option<u32>,
     ) {
@@ -145,7 +153,7 @@ impl MeshLight {
             seen.caught[1] += energies.iter().sum::<f64>();
             let [integral, variance] = sums[number];
             seen.noise += self.walks * variance / part.area;
-            seen.foretold = seen.noise;
+            seen.predicted = seen.noise;
             if is_root[number] {
                 let of_groups = spread(pool.of(number)) / part.area;
                 self.shared += self.walks * (of_groups - variance / part.area);
@@ -176,9 +184,10 @@ impl MeshLight {
             for half in part.halves.into_iter().flatten().map(|half| half as usize) {
                 let share = self.clusters.parts[half].area / part.area;
                 let seen = &mut self.seen[half];
-                seen.foretold = if seen.hits >= MANY { seen.noise } else { around.foretold };
+                seen.predicted = if seen.hits >= MANY { seen.noise } else { around.predicted };
                 let ratio = (seen.hits + 1.0) / (share * around.hits + 1.0);
-                let mixed = |own: f64, told: f64| (seen.hits * own.max(0.0) + FEW * told) / (seen.hits + FEW);
+                let mixed =
+                    |own: f64, prior: f64| (seen.hits * own.max(0.0) + FEW * prior) / (seen.hits + FEW);
                 seen.noise = mixed(seen.noise, ratio * around.noise);
                 seen.energy = mixed(seen.energy, ratio * ratio * share * around.energy);
             }
@@ -206,7 +215,7 @@ impl MeshLight {
                 Some(halves) if !whole.of_part[part] => open.extend(halves),
                 _ => {
                     chosen.push(number);
-                    grouped.noise += basis.unknowns() * seen.foretold / walks;
+                    grouped.noise += basis.unknowns() * seen.predicted / walks;
                     caught += if is_beyond || is_finest { 0.0 } else { seen.caught[basis as usize] };
                     grouped.lost += whole.unseen[part] / caution;
                 }
@@ -229,8 +238,8 @@ impl MeshLight {
                 for half in self.clusters.halve(number).into_iter().flatten() {
                     let share = self.clusters.parts[half].area / part.area;
                     let energy = share * around.energy;
-                    let Seen { noise, foretold, .. } = around;
-                    self.seen.push(Seen { energy, noise, foretold, ..Seen::default() });
+                    let PartEstimate { noise, predicted, .. } = around;
+                    self.seen.push(PartEstimate { energy, noise, predicted, ..PartEstimate::default() });
                 }
             }
             if !is_measured {

@@ -1,6 +1,6 @@
 //! What fits on chosen patches leave out, measured by walks that have not chosen them.
 //!
-//! A pilot foretells it by laws: of light that is steeper than its cells, such as beside lamps close to a ceiling, it sees nothing. A
+//! A pilot predicts it by laws: of light that is steeper than its cells, such as beside lamps close to a ceiling, it sees nothing. A
 //! control of continuous walks in G groups arrives at places, not at cells. With s_gβ the light that group g finds in a bin β of a
 //! patch [W], A_β its area, and f_gβ the mean over the bin of the fit that the group makes on the patch, the energy
 //!
@@ -25,8 +25,8 @@ const SHARP: f64 = 0.1;
 /// whose energy bins of a quarter, an eighth and a sixteenth of an edge show 0.70, 0.92 and 0.98.
 const BLUR: [f64; 3] = [1.4, 1.09, 1.02];
 
-/// What fits leave out is expected to be this many times what is foretold, in energy, if nothing is known but the laws: calibrated. Laws of smooth light
-/// foretell a sixth of what groups of an office's faces leave out, and all of it in empty rooms (docs/theory/patches.md).
+/// What fits leave out is expected to be this many times what is predicted, in energy, if nothing is known but the laws: calibrated. Laws of smooth light
+/// predict a sixth of what groups of an office's faces leave out, and all of it in empty rooms (docs/theory/patches.md).
 const LAWS: f64 = 3.0;
 
 /// The energy that fits leave out, as a part of that of the light.
@@ -43,11 +43,11 @@ pub struct Missed {
 }
 
 impl Missed {
-    /// What is expected where `foretold` was by other walks: the mean of all energies by their likelihood, which is normal about the measurement, and by an
+    /// What is expected where `predicted` was by other walks: the mean of all energies by their likelihood, which is normal about the measurement, and by an
     /// exponential distribution about what the laws let expect, or about what the measurement proves. So the measurement decides where it is
-    /// sharp, and where it tells nothing there are [`LAWS`] times what is foretold.
-    pub fn with(self, foretold: f64) -> f64 {
-        let expected = (LAWS * foretold).max(self.part - self.error);
+    /// sharp, and where it tells nothing there are [`LAWS`] times what is predicted.
+    pub fn with(self, predicted: f64) -> f64 {
+        let expected = (LAWS * predicted).max(self.part - self.error);
         match expected > 0.0 && self.error > 0.0 {
             true => mean_above_zero(self.part - self.error * (self.error / expected), self.error),
             false => self.part.max(0.0).min(expected.max(0.0)),
@@ -68,18 +68,18 @@ fn mean_above_zero(mean: f64, deviation: f64) -> f64 {
 }
 
 /// A control of continuous walks on chosen patches.
-pub struct Control<'a> {
+pub struct PatchControl<'a> {
     experiment: &'a Experiment,
     walks_per_group: u64,
 }
 
-impl<'a> Control<'a> {
-    /// The number of parts that [`Control::group`] makes.
+impl<'a> PatchControl<'a> {
+    /// The number of parts that [`PatchControl::group`] makes.
     pub const GROUPS: usize = GROUPS;
 
     /// A control of this many walks. The experiment scores arrivals of continuous walks from the emitters.
     pub fn new(experiment: &'a Experiment, walks: u64) -> Self {
-        Control { experiment, walks_per_group: walks.div_ceil(GROUPS as u64) }
+        PatchControl { experiment, walks_per_group: walks.div_ceil(GROUPS as u64) }
     }
 
     /// The arrivals of one group, and its walks and rays.
@@ -110,10 +110,10 @@ impl<'a> Control<'a> {
     /// adds 1/A to the square of each of its three coefficients in the mean.
     pub fn noise_of_surfaces(&self, groups: &[Vec<Arrival>]) -> f64 {
         let scene = self.scene();
-        let of_face = |landed: &[Landed<'_>]| {
+        let of_face = |landed: &[FaceArrival<'_>]| {
             let face = scene.faces().get(landed[0].face as usize);
             let values = self.values(face.reflectance);
-            let squares = landed.iter().map(|Landed { arrival, .. }| {
+            let squares = landed.iter().map(|FaceArrival { arrival, .. }| {
                 let surface = scene.faces().piece(arrival.piece).surface as usize;
                 let area = scene.surfaces()[surface].area().min(face.area);
                 (0..3).map(|c| (values[c] * arrival.weights[c]).powi(2)).sum::<f64>() * 3.0 / area
@@ -144,11 +144,11 @@ impl<'a> Control<'a> {
     }
 
     /// The arrivals of all groups by the face that they are on, in the order of groups on each.
-    pub(super) fn on_faces<'g>(&self, groups: &'g [Vec<Arrival>]) -> Vec<Landed<'g>> {
+    pub(super) fn on_faces<'g>(&self, groups: &'g [Vec<Arrival>]) -> Vec<FaceArrival<'g>> {
         let faces = self.experiment.scene().faces();
         let landed = |group: usize, arrival: &'g Arrival| {
             let face = faces.face_of(arrival.piece);
-            Landed { face, group, arrival }
+            FaceArrival { face, group, arrival }
         };
         let all = || groups.iter().enumerate().flat_map(|(g, own)| own.iter().map(move |one| landed(g, one)));
         let mut next = vec![0; faces.len() + 1];
@@ -167,9 +167,9 @@ impl<'a> Control<'a> {
         on_faces
     }
 
-    fn between_bins(&self, on_faces: &[Landed<'_>], linear: bool, level: u32) -> Option<Missed> {
+    fn between_bins(&self, on_faces: &[FaceArrival<'_>], linear: bool, level: u32) -> Option<Missed> {
         let scene = self.experiment.scene();
-        let mut energies = Energies::default();
+        let mut energies = GroupEnergies::default();
         for landed in on_faces.chunk_by(|a, b| a.face == b.face) {
             let face = landed[0].face;
             let values = self.values(scene.faces().get(face as usize).reflectance);
@@ -186,7 +186,7 @@ impl<'a> Control<'a> {
 
 /// An arrival of a group on a face.
 #[derive(Clone, Copy)]
-pub(super) struct Landed<'g> {
+pub(super) struct FaceArrival<'g> {
     pub(super) face: u32,
     pub(super) group: usize,
     pub(super) arrival: &'g Arrival,
@@ -194,14 +194,14 @@ pub(super) struct Landed<'g> {
 
 /// Sums over patches and channels, by group: of its products with all other groups.
 #[derive(Default)]
-struct Energies {
+struct GroupEnergies {
     lost: [f64; GROUPS],
     light: [f64; GROUPS],
     /// The squares of what arrivals add to the coefficients of the fits, of all groups.
     noise: f64,
 }
 
-impl Energies {
+impl GroupEnergies {
     fn missed(&self) -> Option<Missed> {
         let n = GROUPS as f64;
         let ratio = |but: Option<usize>| {
@@ -220,7 +220,7 @@ impl Energies {
 }
 
 /// A bin of a patch: part of a piece (piece, 1 + number), or the pieces of a surface in a block of its cells (surface, 0, block).
-type Key = [u32; 4];
+type BinKey = [u32; 4];
 
 /// A bin: its area, and what the fit's functions come to there in the mean.
 #[derive(Clone, Copy)]
@@ -230,7 +230,7 @@ struct Bin {
 }
 
 /// The light that groups find in a bin or on a face [W], by channel.
-type Found = [[f64; GROUPS]; 3];
+type GroupLight = [[f64; GROUPS]; 3];
 
 /// A piece of a patch.
 struct Piece {
@@ -271,7 +271,7 @@ impl Piece {
     }
 
     /// The block of cells that it lies in, where it is smaller than a bin.
-    fn block(&self) -> Option<Key> {
+    fn block(&self) -> Option<BinKey> {
         let shift = u32::try_from(-self.depth).ok().filter(|shift| *shift > 0)?;
         Some([self.surface, 0, self.cell[0] >> shift, self.cell[1] >> shift])
     }
@@ -321,7 +321,7 @@ struct OnFace<'a> {
     pieces: Vec<(u32, Piece)>,
     area: f64,
     /// Bins of several pieces.
-    blocks: BTreeMap<Key, Bin>,
+    blocks: BTreeMap<BinKey, Bin>,
     /// The integrals of products of the functions of the fit, and of products of their means over bins.
     squares: [f64; 2],
     between: [[f64; 2]; 2],
@@ -357,12 +357,12 @@ impl<'a> OnFace<'a> {
     }
 
     /// Adds what the arrivals on the face tell.
-    fn add(&self, landed: &[Landed<'_>], values: [f64; 3], linear: bool, energies: &mut Energies) {
+    fn add(&self, landed: &[FaceArrival<'_>], values: [f64; 3], linear: bool, energies: &mut GroupEnergies) {
         let fitted = [0, 1].map(|k| linear && self.squares[k] > 0.0);
         // Of each group the light on the face and what it comes to times each function: by their values at arrivals, and by those of bins.
-        let (mut moments, mut blurred): ([Found; 3], [Found; 2]) = Default::default();
+        let (mut moments, mut blurred): ([GroupLight; 3], [GroupLight; 2]) = Default::default();
         let (mut bins, mut in_bins) = (Vec::with_capacity(landed.len()), Vec::with_capacity(landed.len()));
-        for (number, &Landed { group, arrival, .. }) in landed.iter().enumerate() {
+        for (number, &FaceArrival { group, arrival, .. }) in landed.iter().enumerate() {
             let (key, bin, here) = self.locate(arrival);
             let mut square = 0.0;
             for c in 0..3 {
@@ -379,9 +379,9 @@ impl<'a> OnFace<'a> {
         in_bins.sort_unstable();
         for in_bin in in_bins.chunk_by(|a, b| a.0 == b.0) {
             let Bin { area, functions } = bins[in_bin[0].1 as usize];
-            let mut found = Found::default();
+            let mut found = GroupLight::default();
             for &(_, number) in in_bin {
-                let Landed { group, arrival, .. } = landed[number as usize];
+                let FaceArrival { group, arrival, .. } = landed[number as usize];
                 (0..3).for_each(|c| found[c][group] += values[c] * arrival.weights[c]);
             }
             for (c, found) in found.iter().enumerate() {
@@ -400,7 +400,7 @@ impl<'a> OnFace<'a> {
     }
 
     /// The bin of an arrival with its key, and the functions of the fit at the place.
-    fn locate(&self, arrival: &Arrival) -> (Key, Bin, [f64; 2]) {
+    fn locate(&self, arrival: &Arrival) -> (BinKey, Bin, [f64; 2]) {
         let number = match &self.pieces[..] {
             [_] => 0,
             many => many.binary_search_by_key(&arrival.piece, |(n, _)| *n).expect("arrivals are on pieces"),
@@ -423,7 +423,7 @@ impl<'a> OnFace<'a> {
         &self,
         ([mean, slopes @ ..], blurred): ([&[f64; GROUPS]; 3], [&[f64; GROUPS]; 2]),
         fitted: [bool; 2],
-        energies: &mut Energies,
+        energies: &mut GroupEnergies,
     ) {
         let lost = &mut energies.lost;
         add(lost, &products(mean, mean, -1.0 / self.area));
@@ -473,7 +473,7 @@ mod tests {
     }
 
     fn missed(experiment: &Experiment, walks: u64, linear: bool) -> Missed {
-        let control = Control::new(experiment, walks);
+        let control = PatchControl::new(experiment, walks);
         let sequence = Sequence::new(7);
         let groups: Vec<Vec<Arrival>> = (0..GROUPS).map(|group| control.group(group, &sequence).0).collect();
         control.missed(&groups, linear).unwrap()
@@ -546,8 +546,8 @@ mod tests {
     }
 
     /// What is expected of a measurement.
-    fn with(part: f64, error: f64, foretold: f64) -> f64 {
-        Missed { part, error, energy: 1.0, noise: 0.0 }.with(foretold)
+    fn with(part: f64, error: f64, predicted: f64) -> f64 {
+        Missed { part, error, energy: 1.0, noise: 0.0 }.with(predicted)
     }
 
     /// What the laws let expect holds where walks tell nothing, and what is measured where they tell all.
@@ -569,14 +569,14 @@ mod tests {
         assert!((mean_above_zero(0.0, 1.0) - (2.0 / std::f64::consts::PI).sqrt()).abs() < 1e-9);
     }
 
-    /// Laws foretold a sixth of the energy that groups of an office's faces leave out, 0.043, and controls measured it with an error of 0.016
-    /// at the most: of the whole error, with a noise of 0.0087, at least 0.7 is told where the measurement is one standard error low, and 0.9 where it is right.
+    /// Laws predicted a sixth of the energy that groups of an office's faces leave out, 0.043, and controls measured it with an error of 0.016
+    /// at the most: of the whole error, with a noise of 0.0087, at least 0.7 is reported where the measurement is one standard error low, and 0.9 where it is right.
     #[test]
     fn little_is_told_by_no_run() {
         let (lost, noise, error) = (0.043, 0.0087, 0.016);
         for (low, least) in [(-1.0, 0.7), (0.0, 0.9), (1.0, 0.9)] {
-            let told = with(lost + low * error, error, lost / 6.0);
-            let ratio = ((told + noise) / (lost + noise)).sqrt();
+            let reported = with(lost + low * error, error, lost / 6.0);
+            let ratio = ((reported + noise) / (lost + noise)).sqrt();
             assert!((least..1.5).contains(&ratio), "{low}: {ratio}");
         }
     }

@@ -29,10 +29,10 @@ pub use self::finer::Finer;
 pub use self::grid::Grid;
 pub use self::merged::{around, merged};
 pub use self::mesh::{Grouped, MeshLight};
-pub use self::missed::{Control, Missed};
+pub use self::missed::{Missed, PatchControl};
 use self::quarters::Triangles;
 pub use self::seen::{Basis, PilotTallies, SurfaceLight, doublings};
-use self::tree::{Start, rectangles};
+use self::tree::{JobWalks, Start, rectangles};
 
 /// The light counts as even where the likelihood that it varies along some of the axes of all surfaces, over that of light that varies along none, is
 /// below this. Even light passes it once in 20 pilots at most, since the mean of such ratios is 1 there.
@@ -47,7 +47,7 @@ const VARIED: f64 = 0.1;
 /// Twice the walks pay where they leave less than this part of an error's square.
 const PAYS: f64 = 0.98;
 
-/// Cuts of some surfaces, a basis for all, and the errors that are foretold.
+/// The chosen cut of each surface, the basis for all of them, and the predicted errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// The cut of each surface.
@@ -58,9 +58,9 @@ pub struct Choice {
     pub basis: Basis,
     /// The walks that it is for.
     pub walks: f64,
-    /// The foretold noise [W²/m²].
+    /// The predicted noise [W²/m²].
     pub noise: f64,
-    /// The foretold energy that the fits leave out [W²/m²].
+    /// The predicted energy that the fits leave out [W²/m²].
     pub lost: f64,
 }
 
@@ -77,8 +77,8 @@ struct Ladder<'a> {
     steps: Vec<GridStep>,
 }
 
-/// A cut of a surface with the foretold noise and the energy that its fits leave out [W²/m²].
-struct Foretold {
+/// A cut of a surface with the predicted noise and the energy that its fits leave out [W²/m²].
+struct PredictedCut {
     cut: Cut,
     /// As in [`Choice::patches`].
     patches: Option<Vec<u32>>,
@@ -87,20 +87,20 @@ struct Foretold {
 }
 
 impl Ladder<'_> {
-    /// What is foretold of a grid.
-    fn of_grid(&self, step: &GridStep, basis: Basis, walks: f64) -> Foretold {
+    /// What is predicted of a grid.
+    fn of_grid(&self, step: &GridStep, basis: Basis, walks: f64) -> PredictedCut {
         let noise = self.light.noise[basis as usize] * step.cut.cells() as f64 / walks;
-        Foretold { cut: step.cut.cut(), patches: None, noise, lost: step.lost }
+        PredictedCut { cut: step.cut.cut(), patches: None, noise, lost: step.lost }
     }
 
     /// The surface as a whole, where nothing tells that its light varies.
-    fn whole(&self, basis: Basis, walks: f64) -> Foretold {
+    fn whole(&self, basis: Basis, walks: f64) -> PredictedCut {
         let lost = if self.steps.len() > 1 { 0.0 } else { self.steps[0].lost };
         self.of_grid(&GridStep { lost, ..self.steps[0] }, basis, walks)
     }
 
     /// The cut of the least error: parts of different sizes, of which a grid is one case, or a grid where only grids may be had.
-    fn best(&self, basis: Basis, walks: f64) -> Foretold {
+    fn best(&self, basis: Basis, walks: f64) -> PredictedCut {
         self.of_tree(basis, walks).unwrap_or_else(|| {
             let grids = self.steps.iter().map(|step| self.of_grid(step, basis, walks));
             let best = grids.min_by(|a, b| (a.noise + a.lost).total_cmp(&(b.noise + b.lost)));
@@ -108,16 +108,17 @@ impl Ladder<'_> {
         })
     }
 
-    /// What is foretold of the best parts of different sizes: all that the laws of grids say there is beyond what they catch.
-    fn of_tree(&self, basis: Basis, walks: f64) -> Option<Foretold> {
+    /// What is predicted of the best parts of different sizes: all that the laws of grids say there is beyond what they catch.
+    fn of_tree(&self, basis: Basis, walks: f64) -> Option<PredictedCut> {
         if basis != Basis::Linear || self.steps.len() == 1 {
             return None;
         }
         let whole = self.light.caught(basis, [0, 0]) + self.steps[0].lost;
+        let job_walks = JobWalks { pilot: self.light.walks, job: walks };
         if let Some(images) = &self.light.images {
-            let tree = rectangles(images, (self.light.walks, walks), Start::SURFACE);
+            let tree = rectangles(images, job_walks, Start::SURFACE);
             let lost = (whole - tree.caught).max(tree.left);
-            return Some(Foretold {
+            return Some(PredictedCut {
                 cut: Cut::Leaves(tree.leaves),
                 patches: None,
                 noise: tree.noise / walks,
@@ -125,11 +126,11 @@ impl Ladder<'_> {
             });
         }
         let Triangles { rows, patch_of_cell, noise, caught, left } =
-            self.light.quarters.as_ref()?.triangles((self.light.walks, walks), Start::SURFACE);
+            self.light.quarters.as_ref()?.triangles(job_walks, Start::SURFACE);
         let lost = (whole - caught).max(left);
         let is_grid = patch_of_cell.iter().zip(0..).all(|(&patch, cell)| patch == cell);
         let patches = Some(patch_of_cell).filter(|_| !is_grid);
-        Some(Foretold { cut: Cut::Rows(rows), patches, noise: noise / walks, lost })
+        Some(PredictedCut { cut: Cut::Rows(rows), patches, noise: noise / walks, lost })
     }
 }
 
@@ -140,7 +141,7 @@ pub fn shared_noise(surfaces: &[SurfaceLight]) -> f64 {
 }
 
 /// The cuts that some surfaces may get, under each basis that may be chosen.
-pub struct Candidates<'a> {
+pub struct CutCandidates<'a> {
     /// What every surface may get, by basis.
     by_basis: Vec<(Basis, Vec<Ladder<'a>>)>,
     /// How much likelier light is that varies along some axes than light that varies along none.
@@ -149,7 +150,7 @@ pub struct Candidates<'a> {
     shared: f64,
 }
 
-impl<'a> Candidates<'a> {
+impl<'a> CutCandidates<'a> {
     /// The candidates of a pilot, whose cells have some noise in common after one walk [W²/m²].
     pub fn new(surfaces: &'a [SurfaceLight], shared: f64, bases: &[Basis]) -> Self {
         let curves = |basis: Basis| {
@@ -170,7 +171,7 @@ impl<'a> Candidates<'a> {
         if bases.contains(&Basis::Linear) {
             by_basis.push(of(Basis::Linear, curves(Basis::Linear)));
         }
-        Candidates { by_basis, unevenness, shared: shared.max(0.0) }
+        CutCandidates { by_basis, unevenness, shared: shared.max(0.0) }
     }
 
     /// Whether nothing tells that the light varies: then every surface stays whole.
@@ -184,7 +185,7 @@ impl<'a> Candidates<'a> {
     }
 
     /// The bases that may be chosen: where light is known to vary, linear fits alone, if they are among the candidates. Constants lose more in hot
-    /// spots than their laws foretell, by factors of up to ten where lamps hang below ceilings.
+    /// spots than their laws predict, by factors of up to ten where lamps hang below ceilings.
     pub fn bases(&self) -> impl Iterator<Item = Basis> {
         let only_linear = !self.are_even() && self.by_basis.iter().any(|(basis, _)| *basis == Basis::Linear);
         let bases = self.by_basis.iter().map(|(basis, _)| *basis);
@@ -207,7 +208,7 @@ impl<'a> Candidates<'a> {
         let noise = self.shared / walks;
         let mut choice = Choice { cuts: Vec::new(), patches: Vec::new(), basis, walks, noise, lost: 0.0 };
         for ladder in surfaces {
-            let Foretold { cut, patches, noise, lost } = match self.are_even() {
+            let PredictedCut { cut, patches, noise, lost } = match self.are_even() {
                 true => ladder.whole(basis, walks),
                 false => ladder.best(basis, walks),
             };
@@ -219,7 +220,7 @@ impl<'a> Candidates<'a> {
         choice
     }
 
-    /// The choice for the fewest walks, of `least` and its doubles up to `most`, whose error is foretold to be below an energy, or to
+    /// The choice for the fewest walks, of `least` and its doubles up to `most`, whose error is predicted to be below an energy, or to
     /// be [hardly less](fewest) after twice as many; that for `most` where there is none.
     pub fn choose_for(&self, error: f64, least: f64, most: f64) -> Choice {
         fewest([least, most], error, |choice| choice, |walks| self.choose(walks))

@@ -5,8 +5,8 @@
 
 use super::grid::Grid;
 use super::images::AROUND;
-use super::seen::{Basis, Cells};
-use super::tree::{MISFIT, PROOF, Start, TAIL};
+use super::seen::{Basis, GridCells};
+use super::tree::{JobWalks, MISFIT, PROOF, Start, TAIL};
 
 /// Unknowns that a cut adds: four linear fits in place of one.
 const UNKNOWNS: f64 = 9.0;
@@ -28,7 +28,7 @@ pub(crate) struct Quarters {
     noise: Vec<Vec<f64>>,
 }
 
-/// A tree of cuts, and what is foretold of it.
+/// A tree of cuts, and what is predicted of it.
 pub(crate) struct Triangles {
     /// The rows of the triangle's cells.
     pub(crate) rows: u32,
@@ -43,8 +43,8 @@ pub(crate) struct Triangles {
 }
 
 /// The cells of a level.
-fn cells(level: u32) -> Cells {
-    Cells::new(Grid::Triangle(1 << level))
+fn cells(level: u32) -> GridCells {
+    GridCells::new(Grid::Triangle(1 << level))
 }
 
 impl Quarters {
@@ -117,7 +117,8 @@ impl Quarters {
     }
 
     /// The triangles for a job of some walks, by what a pilot of fewer walks has seen. `start` is what is known of the whole.
-    pub(crate) fn triangles(&self, (pilot, walks): (f64, f64), start: Start) -> Triangles {
+    pub(crate) fn triangles(&self, walks: JobWalks, start: Start) -> Triangles {
+        let JobWalks { pilot, job: walks } = walks;
         let proven = self.proven(pilot);
         let most = (self.top() + BEYOND).min(MOST_CUTS).min(start.most[0]);
         let (expected, caught) = (start.expected, self.caught[0][0]);
@@ -156,7 +157,7 @@ impl Quarters {
         if seen > PROOF * UNKNOWNS * noise { both.max(seen) } else { both.max(0.0) }
     }
 
-    /// A quarter of a part that gains so much by being cut.
+    /// A quarter of a part that gains `gain` by being cut.
     fn quarter(&self, part: &TrianglePart, gain: f64, cell: usize) -> TrianglePart {
         let level = part.level + 1;
         let seen = self.caught.get(level as usize).map(|caught| caught[cell]);
@@ -212,7 +213,7 @@ mod tests {
 
     #[test]
     fn cuts_are_where_the_light_varies() {
-        let tree = corner(4).triangles((1e2, 1e2), Start::SURFACE);
+        let tree = corner(4).triangles(JobWalks { pilot: 1e2, job: 1e2 }, Start::SURFACE);
         assert_eq!(tree.rows, 16);
         // Three quarters of each level, and the last four.
         assert_eq!(tree.patch_of_cell.iter().max(), Some(&12));
@@ -228,7 +229,7 @@ mod tests {
         });
         quarters.add_noise((0..64).map(|_| 1.0));
         quarters.spread_noise();
-        let tree = quarters.triangles((1e3, 1e4), Start::SURFACE);
+        let tree = quarters.triangles(JobWalks { pilot: 1e3, job: 1e4 }, Start::SURFACE);
         assert_eq!((tree.rows, tree.patch_of_cell), (1, vec![0]));
     }
 

@@ -41,9 +41,20 @@ pub struct PilotTallies<'a> {
     pub all: &'a Tally,
 }
 
+/// The shape of a part of a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PartShape {
+    /// The coarsest grid, [`Grid::Quad`] or [`Grid::Triangle`], of one cell.
+    pub(super) base: Grid,
+    /// The area [m²].
+    pub(super) area: f64,
+    /// The lengths of the edges [m].
+    pub(super) edges: [f64; 2],
+}
+
 /// The arrival of a walk on one side of a part of a surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Landing {
+pub(super) struct SideArrival {
     /// The group of the walk.
     pub(super) group: usize,
     /// The place, in coordinates of 0 … 1 along the edges of the part.
@@ -93,7 +104,7 @@ impl SurfaceLight {
         let scene = experiment.scene();
         let (free, top) = (top.is_some(), top.unwrap_or([0; 2]));
         let (_, e_u, e_v) = shape.edges();
-        let fine = Cells::new(base.doubled(top));
+        let fine = GridCells::new(base.doubled(top));
         let [levels_u, levels_v] = top.map(|top| top as usize + 1);
         let mut light = SurfaceLight {
             base,
@@ -134,12 +145,12 @@ impl SurfaceLight {
         light
     }
 
-    /// What walks of some groups tell of a part of a surface by where they arrive on each side: an area, the lengths of its edges, and the coarsest grid,
-    /// [`Grid::Quad`] or [`Grid::Triangle`], of one cell.
+    /// The light on a part of a surface, from the places where the walks of some groups arrive on each of its sides.
     pub(super) fn of_landings(
-        (base, area, edges): (Grid, f64, [f64; 2]),
-        sides: &[Vec<Landing>],
-        (groups, walks): (usize, f64),
+        PartShape { base, area, edges }: PartShape,
+        sides: &[Vec<SideArrival>],
+        groups: usize,
+        walks: f64,
     ) -> Self {
         let landings: usize = sides.iter().map(Vec::len).sum();
         let top = levels_for(base, edges, (landings as f64 / LANDINGS_PER_CELL).max(4.0));
@@ -158,7 +169,7 @@ impl SurfaceLight {
             edges,
             area,
         };
-        let fine = Cells::new(base.doubled(top));
+        let fine = GridCells::new(base.doubled(top));
         for landings in sides {
             let cells: Vec<usize> = landings.iter().map(|one| fine.cell_at(one.at)).collect();
             for channel in 0..3 {
@@ -167,7 +178,7 @@ impl SurfaceLight {
                 }
                 let mut integrals = Integrals::none(groups, fine.count());
                 let mut squares = vec![0.0; fine.count()];
-                for (&cell, &Landing { group, at: [u, v], light }) in cells.iter().zip(landings) {
+                for (&cell, &SideArrival { group, at: [u, v], light }) in cells.iter().zip(landings) {
                     let found = light[channel];
                     squares[cell] += found * found;
                     for (k, part) in [found, found * u, found * v].into_iter().enumerate() {
@@ -192,7 +203,7 @@ impl SurfaceLight {
     }
 
     /// Adds the light of one side in one channel: by cell, the fit to it, and the integrals that groups of walks say.
-    fn add(&mut self, fine: &Cells, area: f64, all: &[Fit], mut of_v: Integrals) {
+    fn add(&mut self, fine: &GridCells, area: f64, all: &[Fit], mut of_v: Integrals) {
         let per_cell = self.walks * area / (fine.count() as f64 * fine.count() as f64);
         let of_means: f64 = all.iter().map(|fit| fit.mean_variance).sum();
         let of_slopes: f64 = all.iter().map(|fit| fit.slope_variance).sum();
@@ -203,7 +214,7 @@ impl SurfaceLight {
         let noise = || all.iter().map(|fit| per_unknown * (fit.mean_variance + fit.slope_variance));
         self.images.iter_mut().for_each(|images| images.add_noise(noise()));
         self.quarters.iter_mut().for_each(|quarters| quarters.add_noise(noise()));
-        let cells = |levels: [u32; 2]| Cells::new(self.base.doubled(levels));
+        let cells = |levels: [u32; 2]| GridCells::new(self.base.doubled(levels));
         for i in (0..=self.top[0]).rev() {
             if i < self.top[0] {
                 of_v = cells([i + 1, self.top[1]]).gather(&cells([i, self.top[1]]), &of_v);
@@ -334,13 +345,13 @@ impl Integrals {
 }
 
 /// The cells of a grid, in coordinates of 0 … 1 along the edges of the surface.
-pub(super) struct Cells {
+pub(super) struct GridCells {
     cut: Grid,
 }
 
-impl Cells {
+impl GridCells {
     pub(super) fn new(cut: Grid) -> Self {
-        Cells { cut }
+        GridCells { cut }
     }
 
     fn count(&self) -> usize {
@@ -371,7 +382,7 @@ impl Cells {
     pub(super) fn quarters(&self, cell: usize) -> [usize; 4] {
         let Grid::Triangle(rows) = self.cut else { unreachable!("quarters are of triangles") };
         let ([u, v], sign) = self.centre(cell);
-        let finer = Cells::new(Grid::Triangle(2 * rows));
+        let finer = GridCells::new(Grid::Triangle(2 * rows));
         // From the centroid to half of the way to each corner.
         let step = sign / (6.0 * f64::from(rows));
         let off = [[0.0, 0.0], [-step, -step], [2.0 * step, -step], [-step, 2.0 * step]];
@@ -412,7 +423,7 @@ impl Cells {
         }
     }
 
-    /// The means over a cell of b·(u − u_c) and b·(v − v_c), (u_c, v_c) its centroid. `sign` is that of [`Cells::centre`].
+    /// The means over a cell of b·(u − u_c) and b·(v − v_c), (u_c, v_c) its centroid. `sign` is that of [`GridCells::centre`].
     fn tilt(&self, sign: f64, [g, h]: [f64; 2]) -> [f64; 2] {
         match self.cut {
             Grid::Quad([nu, nv]) => [g / (12.0 * f64::from(nu)), h / (12.0 * f64::from(nv))],
@@ -425,7 +436,7 @@ impl Cells {
     }
 
     /// Adds up the integrals of the cells that each cell of a coarser grid is made of.
-    fn gather(&self, coarse: &Cells, integrals: &Integrals) -> Integrals {
+    fn gather(&self, coarse: &GridCells, integrals: &Integrals) -> Integrals {
         let mut sums = Integrals::none(integrals.groups, coarse.count());
         for (cell, parts) in integrals.cells().enumerate() {
             let around = sums.cell_mut(coarse.cell_at(self.centre(cell).0));
@@ -521,7 +532,7 @@ mod tests {
     use super::*;
 
     /// The energies that constants and linear fits catch on all cells together.
-    fn caught(cells: &Cells, groups: &Integrals, area: f64) -> [f64; 2] {
+    fn caught(cells: &GridCells, groups: &Integrals, area: f64) -> [f64; 2] {
         let each = cells.caught(groups, area);
         [0, 1].map(|basis| each.iter().map(|cell| cell[basis]).sum())
     }
@@ -539,7 +550,7 @@ mod tests {
     }
 
     /// The integrals of a function over cells of a surface, by the middles of many points.
-    fn integrals(cells: &Cells, area: f64, f: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 3]> {
+    fn integrals(cells: &GridCells, area: f64, f: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 3]> {
         const N: usize = 1200;
         let (mut sums, mut points) = (vec![[0.0; 3]; cells.count()], vec![0.0; cells.count()]);
         let triangle = matches!(cells.cut, Grid::Triangle(_));
@@ -567,12 +578,12 @@ mod tests {
             (Grid::Quad([1, 1]), Grid::Quad([8, 4]), Grid::Quad([2, 4])),
             (Grid::Triangle(1), Grid::Triangle(8), Grid::Triangle(2)),
         ] {
-            let fine = Cells::new(fine);
+            let fine = GridCells::new(fine);
             let area = 5.0;
-            let coarse = Cells::new(coarse);
+            let coarse = GridCells::new(coarse);
             let groups = fine.gather(&coarse, &of_groups(&vec![integrals(&fine, area, f); 2]));
             let [constant, linear] = caught(&coarse, &groups, area);
-            let whole = Cells::new(base);
+            let whole = GridCells::new(base);
             let [whole_constant, whole] = caught(&whole, &coarse.gather(&whole, &groups), area);
             // Variances of u and v and their covariance, over the surface and over a cell of the coarse grid.
             let (mean, variance, within) = match base {
@@ -592,7 +603,7 @@ mod tests {
     /// (false-alarm rate 10⁻⁵).
     #[test]
     fn noise_catches_no_energy() {
-        let cells = Cells::new(Grid::Quad([20, 20]));
+        let cells = GridCells::new(Grid::Quad([20, 20]));
         let mut state = 1_u64;
         let mut sign = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -607,7 +618,7 @@ mod tests {
     #[test]
     fn every_cell_holds_its_centre() {
         for cut in [Grid::Quad([3, 5]), Grid::Triangle(1), Grid::Triangle(7)] {
-            let cells = Cells::new(cut);
+            let cells = GridCells::new(cut);
             assert!((0..cells.count()).all(|cell| cells.cell_at(cells.centre(cell).0) == cell), "{cut:?}");
         }
     }

@@ -27,7 +27,7 @@ fn grids_follow_the_light() {
     for walks in [1e5, 1e6, 1e7, 1e8] {
         let light = smooth(walks / 8.0);
         for (basis, more) in [(Basis::Constant, 0), (Basis::Linear, 1)] {
-            let choice = Candidates::new(std::slice::from_ref(&light), 0.0, &[basis]).choose(walks);
+            let choice = CutCandidates::new(std::slice::from_ref(&light), 0.0, &[basis]).choose(walks);
             let Cut::Grid([nu, nv]) = choice.cuts[0] else { panic!("a quad") };
             assert_eq!(nv, 1, "{walks} {basis:?}");
             let error =
@@ -42,7 +42,7 @@ fn grids_follow_the_light() {
 #[test]
 fn the_basis_follows_the_light() {
     let choose = |light: SurfaceLight| {
-        Candidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant, Basis::Linear]).choose(1e6)
+        CutCandidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant, Basis::Linear]).choose(1e6)
     };
     assert_eq!(choose(smooth(1e5)).basis, Basis::Linear);
     let even = SurfaceLight::known([5, 5], |_, _| 1.0, [1.0, 3.0], 1e5);
@@ -71,7 +71,7 @@ fn chance_is_not_taken_for_light() {
         };
         lights.push(SurfaceLight::known([5, 5], caught, noise, 1e5));
     }
-    let candidates = Candidates::new(&lights, 0.0, &[Basis::Constant, Basis::Linear]);
+    let candidates = CutCandidates::new(&lights, 0.0, &[Basis::Constant, Basis::Linear]);
     let choice = candidates.choose(1e6);
     assert!(candidates.are_even() && choice.basis == Basis::Constant);
     assert!(choice.cuts.iter().all(|cut| *cut == Cut::Grid([1, 1])), "{:?}", choice.cuts);
@@ -86,16 +86,16 @@ fn symmetric_light_is_found_behind_the_first_doubling() {
     };
     let caught = |_, [i, j]: [u32; 2]| 1.0 + part(i) + part(j);
     let light = SurfaceLight::known([5, 5], caught, [1.0, 3.0], 1e6);
-    let choice = Candidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant]).choose(1e7);
+    let choice = CutCandidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant]).choose(1e7);
     let Cut::Grid(cells) = choice.cuts[0] else { panic!("a quad") };
     assert!(cells.iter().all(|&n| n >= 16), "{cells:?}");
 }
 
-/// A target takes the fewest walks that a choice is foretold to reach it with, and the whole budget where none does.
+/// A target takes the fewest walks that a choice is predicted to reach it with, and the whole budget where none does.
 #[test]
 fn a_target_takes_the_fewest_walks() {
     let light = smooth(1e6);
-    let candidates = Candidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant]);
+    let candidates = CutCandidates::new(std::slice::from_ref(&light), 0.0, &[Basis::Constant]);
     let choice = candidates.choose_for(1e-3, 1024.0, 1e9);
     assert!(choice.error() <= 1e-3 && candidates.choose(0.5 * choice.walks).error() > 1e-3);
     assert_eq!(candidates.choose_for(1e-9, 1024.0, 1e6).walks, 1e6);
@@ -157,7 +157,7 @@ fn images(light: impl Fn([f64; 2]) -> f64, noise: f64) -> Images {
 fn rectangles_follow_the_edge_of_a_shadow() {
     let images = images(|[u, v]| if u + 0.7 * v < 0.8 { 1.0 } else { 0.1 }, 0.5);
     let walks = 1e6;
-    let tree = rectangles(&images, (0.25 * walks, walks), Start::SURFACE);
+    let tree = rectangles(&images, JobWalks { pilot: 0.25 * walks, job: walks }, Start::SURFACE);
     let whole: f64 = images.caught(images.top).iter().sum();
     let error = whole - tree.caught + tree.noise / walks;
     let of_grid = |[a, b]: [u32; 2]| {
@@ -183,7 +183,7 @@ fn rectangles_follow_the_edge_of_a_shadow() {
 #[test]
 fn rectangles_are_as_long_as_the_light_allows() {
     let images = images(|[u, _]| 1.0 + (6.0 * u).sin(), 1.0);
-    let tree = rectangles(&images, (1e5, 4e5), Start::SURFACE);
+    let tree = rectangles(&images, JobWalks { pilot: 1e5, job: 4e5 }, Start::SURFACE);
     assert!((4..40).contains(&tree.leaves.len()), "{}", tree.leaves.text());
     assert!(tree.leaves.iter().all(|leaf| leaf.levels[1] == 0), "{}", tree.leaves.text());
 }
@@ -227,7 +227,7 @@ fn chance_cuts_few_rectangles() {
     }
     images.add_noise(std::iter::repeat_n(1.0, cells));
     images.spread_noise();
-    let tree = rectangles(&images, (walks, 8.0 * walks), Start::SURFACE);
+    let tree = rectangles(&images, JobWalks { pilot: walks, job: 8.0 * walks }, Start::SURFACE);
     assert!(tree.leaves.len() < 200, "{}", tree.leaves.len());
 }
 

@@ -46,7 +46,7 @@ impl Start {
     pub(crate) const SURFACE: Start = Start { expected: None, most: [Leaves::MOST_CUTS; 2] };
 }
 
-/// A tree of cuts, and what is foretold of it.
+/// A tree of cuts, and what is predicted of it.
 #[derive(Clone, Debug)]
 pub(crate) struct Rectangles {
     pub(crate) leaves: Leaves,
@@ -58,8 +58,16 @@ pub(crate) struct Rectangles {
     pub(crate) left: f64,
 }
 
+/// The walks of a pilot, and those of the job that it chooses patches for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JobWalks {
+    pub(crate) pilot: f64,
+    pub(crate) job: f64,
+}
+
 /// The rectangles of a surface for a job of some walks, by what a pilot of fewer walks has seen. `start` is what is known of the whole.
-pub(crate) fn rectangles(images: &Images, (pilot, walks): (f64, f64), start: Start) -> Rectangles {
+pub(crate) fn rectangles(images: &Images, walks: JobWalks, start: Start) -> Rectangles {
+    let JobWalks { pilot, job: walks } = walks;
     let proven = Proven::new(images, pilot, start.most);
     let expected = start.expected.map(|gain| [gain; 2]);
     let mut open = vec![RectanglePart { expected, caught: images.caught([0, 0])[0] }];

@@ -7,7 +7,7 @@ use stats::{foresight, normal_quantile};
 
 use crate::target::{about, looks};
 
-/// The number of walks with which every variance is below a threshold, whatever the scene does with its light.
+/// An upper bound on the number of walks that bring every variance below a threshold, in any scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
     /// b of the darkest patch that the target is about, as the pilot estimates it [W/m²].

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::bound::Bound;
 use super::cut::{ChainSplit, cuts};
 use super::pilot::PlanPilot;
-use super::resources::{Costs, Demand};
+use super::resources::{Costs, ResourceDemand};
 use crate::target::{SensorGoal, asked_of_sensors, judge};
 
 /// Workers that a forecast is made for, unless it is asked for a number of them.
@@ -35,7 +35,7 @@ pub struct RunForecast<'a> {
     walks: u64,
     /// The chains of the job, and those that suit the workers best.
     cuts: Option<[ChainSplit; 2]>,
-    demands: Vec<Demand>,
+    demands: Vec<ResourceDemand>,
 }
 
 impl<'a> RunForecast<'a> {

@@ -9,5 +9,5 @@ mod resources;
 pub use bound::Bound;
 pub use cut::{ChainSplit, cuts, idle_workers};
 pub use forecast::RunForecast;
-pub use pilot::{PlanPilot, StopCounts, foretell};
-pub use resources::{Costs, Demand};
+pub use pilot::{PlanPilot, StopCounts, predict_stop};
+pub use resources::{Costs, ResourceDemand};

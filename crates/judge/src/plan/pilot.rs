@@ -1,4 +1,4 @@
-//! The pilot: the first walks of a job, and what they foretell of the rest.
+//! The pilot: the first walks of a job, and what they predict of the rest.
 
 use job::Target;
 use protocol::Look;
@@ -6,7 +6,7 @@ use radiosity::{Estimates, Experiment, Sequence, Tally};
 
 use crate::target::{Observer, Prospect, SensorGoal, looks};
 
-/// A pilot of more than [`FREE_RAYS`] rays takes at most one of this many parts of the run that it foretells.
+/// A pilot of more than [`FREE_RAYS`] rays takes at most one of this many parts of the run that it predicts.
 const SHARE: u64 = 8;
 
 /// The rays that any pilot may take: a fraction of a second.
@@ -15,7 +15,7 @@ const FREE_RAYS: u64 = 1 << 20;
 /// The most rays of a pilot (for chains: at least one chain).
 const MOST_RAYS: u64 = 1 << 26;
 
-/// The number of standard errors above and below the pilot's errors for which ends are foretold.
+/// The number of standard errors above and below the pilot's errors for which ends are predicted.
 const MARGIN: f64 = 2.0;
 
 /// Walks that were shot to see what all of them will take.
@@ -79,7 +79,7 @@ impl PlanPilot {
             seen.push(observer.look(&tally, &seen));
             let estimates = Estimates::new(experiment, &tally, level);
             let prospects = Prospect::all(target, sensors, &estimates, (level, usize::MAX));
-            ending = foretell(experiment, &prospects, &seen);
+            ending = predict_stop(experiment, &prospects, &seen);
             let dear = tally.counts.rays > FREE_RAYS;
             let enough = |e: &StopCounts| e.least == e.most || dear && SHARE * look >= e.least;
             if ending.as_ref().is_some_and(enough) || seen.last().is_some_and(|look| look.promising) {
@@ -107,9 +107,9 @@ fn affordable(experiment: &Experiment, walks: u64) -> Vec<u64> {
     std::iter::once(first).chain(ladder.into_iter().filter(|&look| look > first && look <= most)).collect()
 }
 
-/// The end of the run, by the looks that were taken and those that the last of them foretells: all prospects must meet their
+/// The end of the run, by the looks that were taken and those that the last of them predicts: all prospects must meet their
 /// targets there.
-pub fn foretell(experiment: &Experiment, prospects: &[Prospect], seen: &[Look]) -> Option<StopCounts> {
+pub fn predict_stop(experiment: &Experiment, prospects: &[Prospect], seen: &[Look]) -> Option<StopCounts> {
     let last = seen.last().map_or(0, |look| look.walks);
     let ladder = looks(experiment, u64::MAX);
     // Errors are off by some of their own standard errors.

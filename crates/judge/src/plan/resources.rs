@@ -15,7 +15,7 @@ const MESSAGE: usize = 150;
 
 /// The time and traffic of a run with a number of workers of one thread each.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Demand {
+pub struct ResourceDemand {
     /// The number of workers.
     pub workers: u64,
     /// The wall-clock time [s].
@@ -56,7 +56,7 @@ impl Costs {
     }
 
     /// The demand of `walks` walks, leased by at least `stream` walks, with a number of workers.
-    pub fn demand(&self, walks: f64, stream: f64, workers: u64) -> Demand {
+    pub fn demand(&self, walks: f64, stream: f64, workers: u64) -> ResourceDemand {
         let streams = (walks / stream).max(1.0).ceil();
         let work = walks * self.walk_seconds;
         // Workers beyond the number of streams have nothing to do.
@@ -69,7 +69,7 @@ impl Costs {
         let leases = by_time.max(2.0 * workers as f64).min(streams);
         let seconds = OVERHEAD + tracing + taking_seconds(self.sums, busy as usize);
         let traffic_bytes = leases * self.lease_bytes;
-        Demand { workers, seconds, leases, traffic_bytes, bytes_per_second: traffic_bytes / seconds }
+        ResourceDemand { workers, seconds, leases, traffic_bytes, bytes_per_second: traffic_bytes / seconds }
     }
 }
 

@@ -1,15 +1,15 @@
-//! Prospects: what the first walks of a job foretell of its errors later.
+//! Prospects: what the first walks of a job predict of its errors later.
 
 use job::{SensorTarget, Target, Unhit};
 use radiosity::{Estimates, Quantity, Readings};
 use stats::foresight;
 
+use super::face_accuracy::{Bar, FaceAccuracy, face_accuracies, parts_within};
 use super::sensors::{FEWEST_SAMPLES, SensorGoal};
-use super::standing::{Bar, Standing, parts_within, standings};
 
-/// The errors that a pilot foretells for its run: they fall as 1/√walks (for chains, with Student's t besides).
+/// The errors that a pilot predicts for its run: they fall as 1/√walks (for chains, with Student's t besides).
 pub struct Prospect {
-    standings: Vec<Standing>,
+    face_accuracies: Vec<FaceAccuracy>,
     spread: ErrorSpread,
     /// Independent samples of the pilot: walks, chains, or samples of sensors.
     samples: u64,
@@ -50,7 +50,10 @@ impl Prospect {
     fn new(target: &Target, estimates: &Estimates, level: f64) -> Self {
         let (experiment, walks) = (estimates.experiment(), estimates.tally().counts.walks);
         let prospect = Prospect {
-            standings: standings(estimates, target).into_iter().map(|(_, standing)| standing).collect(),
+            face_accuracies: face_accuracies(estimates, target)
+                .into_iter()
+                .map(|(_, accuracy)| accuracy)
+                .collect(),
             spread: ErrorSpread { mean: 0.0, variance: 0.0 },
             samples: walks,
             walks_per_sample: 1,
@@ -71,9 +74,9 @@ impl Prospect {
         let unit = experiment.unit();
         let prospect = |&(sensor, relative_error): &(u32, f64)| {
             let errors = readings.errors(sensor as usize, *unhit == Unhit::Ignore);
-            let standing = |error| Standing { area: 1.0, error, scores: f64::INFINITY, hits: 0 };
+            let accuracy = |error| FaceAccuracy { area: 1.0, error, scores: f64::INFINITY, hits: 0 };
             let prospect = Prospect {
-                standings: errors.map(standing).collect(),
+                face_accuracies: errors.map(accuracy).collect(),
                 spread: ErrorSpread { mean: 0.0, variance: 0.0 },
                 samples: readings.samples(),
                 walks_per_sample: if unit.is_walk() { readings.sensors().sample_walks() } else { 1 },
@@ -97,7 +100,7 @@ impl Prospect {
     }
 
     fn with_spread(mut self) -> Self {
-        let known = self.standings.iter().filter(|s| s.error.is_finite() && s.error > 0.0);
+        let known = self.face_accuracies.iter().filter(|s| s.error.is_finite() && s.error > 0.0);
         let logs: Vec<[f64; 2]> = known.map(|s| [s.error.ln(), self.noise_of(s)]).collect();
         let count = logs.len().max(1) as f64;
         let mean = logs.iter().map(|[log, _]| log).sum::<f64>() / count;
@@ -109,8 +112,8 @@ impl Prospect {
     /// Keeps every k-th face, so that at most `most` are left: a running job is examined often.
     #[must_use]
     fn thinned(mut self, most: usize) -> Self {
-        let step = self.standings.len().div_ceil(most).max(1);
-        self.standings = self.standings.into_iter().step_by(step).collect();
+        let step = self.face_accuracies.len().div_ceil(most).max(1);
+        self.face_accuracies = self.face_accuracies.into_iter().step_by(step).collect();
         self
     }
 
@@ -136,57 +139,57 @@ impl Prospect {
         if samples < self.fewest {
             return false;
         }
-        let later = self.standings.iter().map(|standing| self.later(standing, samples, noise));
+        let later = self.face_accuracies.iter().map(|accuracy| self.later(accuracy, samples, noise));
         let [part] = parts_within(later, [Bar { error, scores }]);
         part >= self.target.fraction
     }
 
     /// The accuracy of a face after some samples. The largest of many errors is partly large by chance, and this part
     /// fades: the observed spread is √(true variance + noise²), and the noise falls as the samples grow.
-    fn later(&self, standing: &Standing, samples: u64, noise: f64) -> Standing {
+    fn later(&self, accuracy: &FaceAccuracy, samples: u64, noise: f64) -> FaceAccuracy {
         let growth = samples as f64 / self.samples as f64;
         let ErrorSpread { mean, variance } = self.spread;
-        let own = self.noise_of(standing).powi(2);
+        let own = self.noise_of(accuracy).powi(2);
         let faded = if own > 0.0 { ((variance + own / growth) / (variance + own)).sqrt() } else { 1.0 };
         let student = match self.student {
             true => student(self.level, samples) / student(self.level, self.samples),
             false => 1.0,
         };
-        let error = (mean + (standing.error.ln() - mean) * faded).exp();
-        Standing {
+        let error = (mean + (accuracy.error.ln() - mean) * faded).exp();
+        FaceAccuracy {
             error: error * student * (1.0 + noise) / growth.sqrt(),
-            scores: standing.scores * growth,
-            ..*standing
+            scores: accuracy.scores * growth,
+            ..*accuracy
         }
     }
 
     /// The standard error of a face's error, as a part of it: about 1/(2√h) with h scores, and 1/√(2(n − 1)) for n
     /// chains.
-    fn noise_of(&self, standing: &Standing) -> f64 {
+    fn noise_of(&self, accuracy: &FaceAccuracy) -> f64 {
         match self.student {
             true => (0.5 / (self.samples.max(2) - 1) as f64).sqrt(),
-            false => 0.5 / standing.scores.sqrt(),
+            false => 0.5 / accuracy.scores.sqrt(),
         }
     }
 
     /// The noise of the error that decides.
     pub fn noise(&self) -> f64 {
-        self.decisive().map_or(0.0, |standing| self.noise_of(standing))
+        self.decisive().map_or(0.0, |accuracy| self.noise_of(accuracy))
     }
 
     /// The error that decides; infinite if there is nothing to judge.
     pub fn error(&self) -> f64 {
-        self.decisive().map_or(f64::INFINITY, |standing| standing.error)
+        self.decisive().map_or(f64::INFINITY, |accuracy| accuracy.error)
     }
 
     /// The face whose error decides: the largest error outside the part of the area that may miss the target.
-    fn decisive(&self) -> Option<&Standing> {
-        let mut worst_first: Vec<&Standing> = self.standings.iter().collect();
+    fn decisive(&self) -> Option<&FaceAccuracy> {
+        let mut worst_first: Vec<&FaceAccuracy> = self.face_accuracies.iter().collect();
         worst_first.sort_by(|a, b| b.error.total_cmp(&a.error));
         let spared = (1.0 - self.target.fraction) * worst_first.iter().map(|s| s.area).sum::<f64>();
         let mut passed = 0.0;
-        worst_first.into_iter().find(|standing| {
-            passed += standing.area;
+        worst_first.into_iter().find(|accuracy| {
+            passed += accuracy.area;
             passed > spared * (1.0 + 1e-9)
         })
     }
@@ -213,9 +216,9 @@ mod tests {
             patches: None,
             quantity: Quantity::Irradiance,
         };
-        let standing = |i: u32| Standing { area: 1.0, error: f64::from(i), scores: 100.0, hits: 100 };
+        let accuracy = |i: u32| FaceAccuracy { area: 1.0, error: f64::from(i), scores: 100.0, hits: 100 };
         let whole = || Prospect {
-            standings: (0..10_000).map(|i| standing(i * 7 % 10_000)).collect(),
+            face_accuracies: (0..10_000).map(|i| accuracy(i * 7 % 10_000)).collect(),
             spread: ErrorSpread { mean: 0.0, variance: 1.0 },
             samples: 1000,
             walks_per_sample: 1,
@@ -228,7 +231,7 @@ mod tests {
         assert_eq!(whole().error(), 8999.0);
         assert_eq!(whole().thinned(10_000).error(), 8999.0);
         let glance = whole().thinned(1000);
-        assert_eq!(glance.standings.len(), 1000);
+        assert_eq!(glance.face_accuracies.len(), 1000);
         assert!((glance.error() - 8999.0).abs() <= 10.0, "{}", glance.error());
     }
 }

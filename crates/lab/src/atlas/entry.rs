@@ -23,7 +23,7 @@ pub struct StudyFinding {
     /// The measurement, with standard errors.
     pub seen: String,
     /// The program's words to its user, verbatim.
-    pub told: Vec<String>,
+    pub messages: Vec<String>,
     /// The remedy, and what it gave.
     pub instead: String,
     /// The claims that must hold.

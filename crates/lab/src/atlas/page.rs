@@ -30,13 +30,13 @@ pub fn write(command: &str, date: &str, findings: &[(&Entry, StudyFinding)]) -> 
 }
 
 fn chapter(page: &mut Markdown, entry: &Entry, finding: &StudyFinding) {
-    let StudyFinding { predicted, seen, told, instead, claims, chart } = finding;
+    let StudyFinding { predicted, seen, messages, instead, claims, chart } = finding;
     page.line("");
     page.line(format!("<a id=\"{}\"></a>", entry.name));
     page.heading(2, entry.title);
     page.paragraph(format!("**Theory.** {predicted} **Seen.** {seen} **Instead.** {instead}"));
     page.paragraph("The program says:");
-    told.iter().for_each(|line| page.paragraph(format!("> {line}")));
+    messages.iter().for_each(|line| page.paragraph(format!("> {line}")));
     page.drawing(&chart.title, &format!("{CHARTS}/{}.svg", entry.name));
     for claim in claims {
         let verdict = if ClaimJudge::EACH.passes(claim) { "holds" } else { "**FAILS**" };
@@ -66,7 +66,7 @@ pub fn table(findings: &[(&Entry, StudyFinding)]) -> Value {
             "holds": finding.holds(),
             "predicted": finding.predicted,
             "seen": finding.seen,
-            "told": finding.told,
+            "told": finding.messages,
             "instead": finding.instead,
             "claims": claims.collect::<Vec<_>>(),
         })

@@ -11,7 +11,7 @@ mod truth;
 
 use std::path::Path;
 
-use self::runs::{ChoiceRoom, Effort, chosen, given};
+use self::runs::{ChoiceRoom, TrialPlan, chosen, given};
 use self::truth::RoomReference;
 use crate::walking::Failure;
 
@@ -27,8 +27,8 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     let mut studied = Vec::new();
     for file in &files {
         let room = ChoiceRoom::new(Path::new(file))?;
-        let truth = RoomReference::kept(&room, millions * 1_000_000, kept)?;
-        let effort = Effort::ROOM;
+        let truth = RoomReference::cached(&room, millions * 1_000_000, kept)?;
+        let effort = TrialPlan::ROOM;
         let (chosen, given) = (chosen(&room, &truth, effort)?, given(&room, &truth, effort)?);
         studied.push((room, chosen, given));
         page::write(Path::new(folder), (millions, &names.join(" ")), &studied)?;

@@ -75,7 +75,7 @@ fn table(text: &mut String, studied: &[StudiedRoom]) -> Result<(), Failure> {
         for found in chosen {
             write!(text, "| {} | {} | {} |", room.name, found.what, found.patches)?;
             let [time, errors @ ..] = found.runs[0];
-            let [pilot, noise, lost] = found.foretold.unwrap_or_default();
+            let [pilot, noise, lost] = found.predicted.unwrap_or_default();
             let whole = room.whole_command(&found.keys)?;
             write!(
                 text,

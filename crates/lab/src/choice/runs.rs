@@ -22,9 +22,9 @@ const BY_HAND: [u64; 4] = [93_750, 375_000, 1_500_000, 6_000_000];
 /// Chains take longer, and win nowhere: they have fewer.
 const BY_CHAINS: u64 = 375_000;
 
-/// What is tried in a room.
+/// The runs that are made in one room: chosen jobs and jobs by hand.
 #[derive(Clone, Copy)]
-pub struct Effort {
+pub struct TrialPlan {
     /// Choices and runs of each chosen job.
     pub seeds: u64,
     /// Longest edges of patches by hand [m].
@@ -35,12 +35,14 @@ pub struct Effort {
     pub by_hand: u64,
 }
 
-impl Effort {
+impl TrialPlan {
     /// In a room of some thousand faces.
-    pub const ROOM: Effort = Effort { seeds: 5, sizes: &SIZES, of_chains: &OF_CHAINS, by_hand: BY_HAND[3] };
+    pub const ROOM: TrialPlan =
+        TrialPlan { seeds: 5, sizes: &SIZES, of_chains: &OF_CHAINS, by_hand: BY_HAND[3] };
 
     /// In a mesh of a million, whose faces are small without being cut, and where walks are a hundred rays long.
-    pub const LONG: Effort = Effort { seeds: 1, sizes: &[1.0, 0.25], of_chains: &[], by_hand: BY_HAND[2] };
+    pub const LONG: TrialPlan =
+        TrialPlan { seeds: 1, sizes: &[1.0, 0.25], of_chains: &[], by_hand: BY_HAND[2] };
 }
 
 /// Longest edges of patches by hand [m].
@@ -70,8 +72,8 @@ pub struct JobOutcome {
     /// Processor time [s], pilot and building of the scene included, and both errors; of chosen jobs the mean and the root mean squares over
     /// the seeds.
     pub runs: Vec<[f64; 3]>,
-    /// The processor time of the pilot [s], and the noise and discretisation that it foretells.
-    pub foretold: Option<[f64; 3]>,
+    /// The processor time of the pilot [s], and the noise and discretisation that it predicts.
+    pub predicted: Option<[f64; 3]>,
 }
 
 /// The chains of a command: the fewest that an interval comes from.
@@ -131,12 +133,12 @@ impl ChoiceRoom {
         ]);
         command.args(["--quiet", "--workers", "1"]).args(keys.iter().flat_map(|key| ["--set", key]));
         let before = children_seconds();
-        let told = command.stdout(Stdio::null()).stderr(Stdio::piped()).output();
-        let told =
-            told.map_err(|error| format!("{} is run beside this program: {error}", program.display()))?;
+        let output = command.stdout(Stdio::null()).stderr(Stdio::piped()).output();
+        let output =
+            output.map_err(|error| format!("{} is run beside this program: {error}", program.display()))?;
         // 1: the target is not reached.
-        if !matches!(told.status.code(), Some(0 | 1)) {
-            return Err(String::from_utf8_lossy(&told.stderr).into_owned().into());
+        if !matches!(output.status.code(), Some(0 | 1)) {
+            return Err(String::from_utf8_lossy(&output.stderr).into_owned().into());
         }
         let took = before.zip(children_seconds()).map(|(before, after)| after - before);
         self.commands.borrow_mut().insert(keys.to_vec(), took);
@@ -172,7 +174,11 @@ pub fn experiment(
 }
 
 /// What jobs by hand come to.
-pub fn given(room: &ChoiceRoom, truth: &RoomReference, effort: Effort) -> Result<Vec<JobOutcome>, Failure> {
+pub fn given(
+    room: &ChoiceRoom,
+    truth: &RoomReference,
+    effort: TrialPlan,
+) -> Result<Vec<JobOutcome>, Failure> {
     let mut found = Vec::new();
     for (linear, basis) in [(true, "linear"), (false, "constant")] {
         for &size in effort.sizes {
@@ -223,7 +229,7 @@ fn run(
         keys: keys.iter().map(|&key| key.into()).chain(by_hand).collect(),
         walks: Vec::new(),
         runs: Vec::new(),
-        foretold: None,
+        predicted: None,
     };
     for walks in BY_HAND.into_iter().filter(|&walks| walks <= most) {
         let walks = (walks / unit).max(2);
@@ -242,7 +248,11 @@ fn run(
 }
 
 /// What the program's choice comes to, for each number of walks, and without words.
-pub fn chosen(room: &ChoiceRoom, truth: &RoomReference, effort: Effort) -> Result<Vec<JobOutcome>, Failure> {
+pub fn chosen(
+    room: &ChoiceRoom,
+    truth: &RoomReference,
+    effort: TrialPlan,
+) -> Result<Vec<JobOutcome>, Failure> {
     let budgets = CHOSEN.map(|walks| Some(format!("budget.paths={walks}")));
     budgets.into_iter().chain([None]).map(|budget| chosen_for((room, truth), budget, effort.seeds)).collect()
 }
@@ -273,15 +283,15 @@ fn chosen_for(
         keys: budget.iter().cloned().chain(["seed=1".into()]).collect(),
         walks: vec![mean(&|run| run.forecast.for_paths as f64) as u64],
         runs: vec![[mean(&|run| run.time), root(&|run| run.errors[0]), root(&|run| run.errors[1])]],
-        foretold: Some([
+        predicted: Some([
             mean(&|run| run.choosing),
             root(&|run| run.forecast.noise),
             root(&|run| run.forecast.discretisation),
         ]),
     };
     let each: Vec<[f64; 2]> = runs.iter().map(|run| run.errors).collect();
-    let JobOutcome { what, patches, runs, foretold, .. } = &found;
-    eprintln!("{}: chosen {what}, {patches} patches: {runs:.3?} {foretold:.4?} {each:.3?}", room.name);
+    let JobOutcome { what, patches, runs, predicted, .. } = &found;
+    eprintln!("{}: chosen {what}, {patches} patches: {runs:.3?} {predicted:.4?} {each:.3?}", room.name);
     Ok(found)
 }
 
@@ -301,10 +311,10 @@ fn chosen_run(room: &ChoiceRoom, truth: &RoomReference, keys: &[String]) -> Resu
     let (experiment, forecast, job) = choose(open, room, keys)?;
     let choosing = seconds() - start;
     let tally = walk(&experiment, job.seed, forecast.for_paths.min(job.budget.paths));
-    let told = Estimates::new(&experiment, &tally, 0.95);
+    let estimates = Estimates::new(&experiment, &tally, 0.95);
     let time = seconds() - start;
     let patches = experiment.scene().faces().patch_count();
-    Ok(ChosenRun { time, choosing, errors: truth.errors(&told), patches, forecast })
+    Ok(ChosenRun { time, choosing, errors: truth.errors(&estimates), patches, forecast })
 }
 
 /// A job without words.

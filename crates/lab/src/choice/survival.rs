@@ -10,7 +10,7 @@ use radiosity::SceneSpec;
 use report::words::{counted, percent};
 
 use super::page;
-use super::runs::{ChoiceRoom, Effort, chosen, given, on_chosen};
+use super::runs::{ChoiceRoom, TrialPlan, chosen, given, on_chosen};
 use super::truth::RoomReference;
 use crate::walking::Failure;
 
@@ -27,10 +27,10 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     for (name, spec) in made() {
         let path = work.path().join(format!("{name}.toml"));
         fs::write(&path, job::to_toml(&spec))?;
-        files.push((name, path, if name == "bright" { Effort::LONG } else { Effort::ROOM }));
+        files.push((name, path, if name == "bright" { TrialPlan::LONG } else { TrialPlan::ROOM }));
     }
     if rest.is_empty() {
-        files.push(("million", write_million(work.path())?, Effort::LONG));
+        files.push(("million", write_million(work.path())?, TrialPlan::LONG));
     }
     let (mut cases, mut studied) = (Vec::new(), Vec::new());
     for (name, path, effort) in files {
@@ -45,7 +45,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
         };
         let patches = experiment.scene().faces().patch_count();
         cases.push((name, in_words(&forecast, patches)));
-        let truth = RoomReference::kept(&room, WALKS, work.path())?;
+        let truth = RoomReference::cached(&room, WALKS, work.path())?;
         let (chosen, given) = (chosen(&room, &truth, effort)?, given(&room, &truth, effort)?);
         studied.push((room, chosen, given));
         page::write_survival(to, &cases, &studied)?;

@@ -14,7 +14,7 @@ const POINTS: f64 = 100_000.0;
 /// The patches of a reference are chosen for this many times its walks: cells of one size are too large beside lamps.
 const FINER: u64 = 8;
 
-/// Light below this part of the mean counts as so much, where errors are relative to the light of a place.
+/// Light below this part of the mean counts as this part, where errors are relative to the light of a place.
 const DIM: f64 = 0.1;
 
 /// A place on one side of a surface.
@@ -36,7 +36,7 @@ pub struct RoomReference {
 
 impl RoomReference {
     /// The references of a room, as they are kept in a folder, or walked and kept there.
-    pub fn kept(room: &ChoiceRoom, walks: u64, folder: &Path) -> Result<Self, Failure> {
+    pub fn cached(room: &ChoiceRoom, walks: u64, folder: &Path) -> Result<Self, Failure> {
         // Points do not depend on how surfaces are cut.
         let (coarse, _) = experiment(room, room.even(f64::INFINITY, true), &[])?;
         let (points, channels) = (points(coarse.scene()), coarse.scene().channels());
@@ -61,16 +61,16 @@ impl RoomReference {
         Ok(RoomReference { points, light, channels })
     }
 
-    /// Errors of what is told of the light: root mean squares over the area, relative to the light, and relative to the light of each place or
+    /// Errors of the reported light: root mean squares over the area, relative to the light, and relative to the light of each place or
     /// [`DIM`] of the mean light, where that is more; there no place counts for more than all of its light.
-    pub fn errors(&self, told: &Estimates<'_>) -> [f64; 2] {
-        let told = light_at(&self.points, told);
+    pub fn errors(&self, reported: &Estimates<'_>) -> [f64; 2] {
+        let reported = light_at(&self.points, reported);
         let dim = DIM * self.mean();
         let (mut off, mut all) = ([0.0; 2], [0.0; 2]);
-        for (k, told) in told.iter().enumerate() {
+        for (k, reported) in reported.iter().enumerate() {
             let [one, other] = [self.light[0][k], self.light[1][k]];
             let area = self.points[k / self.channels].area;
-            let square = area * (told - one) * (told - other);
+            let square = area * (reported - one) * (reported - other);
             let light = (0.5 * (one + other)).max(dim);
             for (k, [part, whole]) in [
                 [square, area * one * other],
@@ -128,14 +128,14 @@ fn points(scene: &Scene) -> Vec<RoomPoint> {
 }
 
 /// The reflected light at points, as pictures show it.
-fn light_at(points: &[RoomPoint], told: &Estimates<'_>) -> Vec<f64> {
-    let scene = told.scene();
+fn light_at(points: &[RoomPoint], reported: &Estimates<'_>) -> Vec<f64> {
+    let scene = reported.scene();
     let mut light = Vec::with_capacity(points.len() * scene.channels());
     for &RoomPoint { surface: number, side, uv, .. } in points {
         let surface = &scene.surfaces()[number as usize];
         let piece = surface.piece(surface.cell_at(uv), side);
         let face = scene.faces().face_of(piece) as usize;
-        let (known, slopes) = (told.told(face), told.slopes(face));
+        let (known, slopes) = (reported.face_estimate(face), reported.slopes(face));
         let place =
             slopes.as_ref().map(|_| on_fit(scene, surface.piece(surface.cell_at(uv), Side::Front), uv));
         light.extend((0..scene.channels()).map(|channel| {

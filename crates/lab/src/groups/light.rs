@@ -10,7 +10,7 @@ use super::runs::{Failure, experiment, uniform, walk};
 /// The largest cells of a reference [m²].
 const FINE: f64 = 5e-4;
 
-/// Faces above this area are told apart [m²].
+/// Faces above this area are distinguished [m²].
 const LARGE: f64 = 1e-3;
 
 /// One side of a face in a reference.

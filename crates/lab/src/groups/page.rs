@@ -33,10 +33,10 @@ pub fn write(folder: &Path, millions: u64, studied: &Studied) -> Result<(), Fail
         uniform[0].patches,
     );
     for (k, title) in [(0, "All light"), (1, "Means of faces above 10 cm²")] {
-        errors(&mut text, title, k, (uniform, chosen))?;
+        errors(&mut text, title, k, uniform, chosen)?;
     }
     bases(&mut text, studied)?;
-    foretold(&mut text, chosen)?;
+    predicted(&mut text, chosen)?;
     fs::write(folder.join("groups.md"), text)?;
     Ok(())
 }
@@ -45,7 +45,8 @@ fn errors(
     text: &mut String,
     title: &str,
     k: usize,
-    (uniform, chosen): (&[GroupOutcome], &[GroupOutcome]),
+    uniform: &[GroupOutcome],
+    chosen: &[GroupOutcome],
 ) -> std::fmt::Result {
     write!(text, "\n## {title}\n\n| walks |")?;
     for (found, area) in uniform.iter().zip(UNIFORM) {
@@ -99,12 +100,12 @@ fn bases(text: &mut String, studied: &Studied) -> std::fmt::Result {
     Ok(())
 }
 
-fn foretold(text: &mut String, chosen: &[GroupOutcome]) -> std::fmt::Result {
+fn predicted(text: &mut String, chosen: &[GroupOutcome]) -> std::fmt::Result {
     text.push_str(
         "\n## What is foretold\n\n| walks | noise: foretold, measured | discretisation: foretold, measured | total: foretold over measured |\n|---|---|---|---|\n",
     );
     for (paths, found) in PATHS.iter().zip(chosen) {
-        let [noise, lost] = found.foretold;
+        let [noise, lost] = found.predicted;
         let total = (noise * noise + lost * lost).sqrt();
         let own = [found.errors.total[0] - found.errors.lost[0], found.errors.lost[0]];
         writeln!(

@@ -26,9 +26,9 @@ pub struct GroupOutcome {
     pub choosing: f64,
     /// Processor time of building the scene [s].
     pub building: f64,
-    /// The foretold noise and discretisation, relative to the light.
-    pub foretold: [f64; 2],
-    /// Whether light is told by linear fits.
+    /// The predicted noise and discretisation, relative to the light.
+    pub predicted: [f64; 2],
+    /// Whether light is described by linear fits.
     pub is_linear: bool,
 }
 
@@ -95,10 +95,10 @@ pub fn chosen(job: &Path, paths: u64, more: &[&str], reference: &Reference) -> R
     let chosen = results::choose(&open, 1)?.ok_or("nothing is open")?;
     let choosing = thread_seconds() - start;
     let forecast = chosen.partition.forecast.ok_or("no forecast")?;
-    let foretold = [forecast.noise, forecast.discretisation];
+    let predicted = [forecast.noise, forecast.discretisation];
     let partition = chosen.partition.clone();
     let experiment = experiment(job, &partition, |job| chosen.build_scene(job))?;
-    Ok(GroupOutcome { choosing, foretold, ..found(experiment, paths, reference)? })
+    Ok(GroupOutcome { choosing, predicted, ..found(experiment, paths, reference)? })
 }
 
 fn found(
@@ -120,7 +120,7 @@ fn found(
         walking,
         choosing: 0.0,
         building,
-        foretold: [0.0; 2],
+        predicted: [0.0; 2],
         is_linear,
     })
 }

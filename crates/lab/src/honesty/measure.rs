@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use radiosity::Scene;
 use report::ColumnCells;
-use results::Kept;
+use results::StoredRun;
 use serde_json::Value;
 use stats::Measured;
 
@@ -44,9 +44,9 @@ pub const TOTAL_SEEDS: usize = 16;
 pub const TARGET_SEEDS: usize = 20;
 const TARGETS: [&str; 4] = ["collision", "gathering", "sobol", "chains"];
 
-/// What is told of a radiosity.
+/// What a run reports of a radiosity.
 #[derive(Clone, Copy, Default)]
-struct ToldRadiosity {
+struct ReportedRadiosity {
     mean: Option<f64>,
     std_error: Option<f64>,
     low: f64,
@@ -59,7 +59,7 @@ struct ToldRadiosity {
 
 /// A run: what it tells, number by number, and its summary.
 struct HonestyRun {
-    told: Vec<ToldRadiosity>,
+    reported: Vec<ReportedRadiosity>,
     summary: Value,
 }
 
@@ -70,7 +70,7 @@ pub struct PatchClass {
     pub coverage: Option<Measured>,
     /// Half-width that the median run tells over the error that 95 % of the runs keep within, both added up relative to B.
     pub width: f64,
-    /// Standard error told over the root mean squared error.
+    /// The reported standard error over the root mean squared error.
     pub std_error: f64,
     /// The relative standard error of that ratio, by leaving out each run in turn (jackknife).
     pub chance: f64,
@@ -80,14 +80,14 @@ pub struct PatchClass {
 /// intervals that hold it.
 #[derive(Clone, Copy)]
 pub struct Distance {
-    pub pair: ToldAndTrue,
+    pub pair: ReportedAndTrue,
     pub coverage: Measured,
 }
 
-/// A told figure and the truth.
+/// A reported figure and the truth.
 #[derive(Clone, Copy)]
-pub struct ToldAndTrue {
-    pub told: f64,
+pub struct ReportedAndTrue {
+    pub reported: f64,
     pub truth: f64,
 }
 
@@ -110,24 +110,24 @@ pub struct TotalReached {
     pub most: f64,
 }
 
-/// A method in a scene.
+/// The results of one method in one scene.
 pub struct MethodRow {
     pub site: String,
     pub method: &'static str,
     pub seeds: usize,
     pub paths: u64,
-    /// Why it cannot be studied; nothing else is told then.
+    /// Why it cannot be studied; nothing else is reported then.
     pub refused: Option<String>,
     pub classes: [PatchClass; 5],
     /// The part of the intervals of irradiance that hold the truth.
     pub irradiance: Option<Measured>,
     /// Median, ninth decile and worst relative half-width over the area.
-    pub headline: Option<[ToldAndTrue; 3]>,
+    pub headline: Option<[ReportedAndTrue; 3]>,
     /// Checks that failed, with the part of the runs.
     pub alarms: BTreeMap<String, f64>,
-    /// The total error of the answer: as told, and as predicted before, with the relative standard errors of told over true by the jackknife.
-    pub total: Option<(ToldAndTrue, f64)>,
-    pub predicted: Option<(ToldAndTrue, f64)>,
+    /// The total error of the answer: as reported, and as predicted before, with the relative standard errors of reported over true by the jackknife.
+    pub total: Option<(ReportedAndTrue, f64)>,
+    pub predicted: Option<(ReportedAndTrue, f64)>,
     pub reached: Option<Reached>,
     pub total_reached: Option<TotalReached>,
     pub distance: Option<Distance>,
@@ -248,8 +248,8 @@ fn of_given(
         row.reached = reached(site, method, paths, &patches, &runs)?;
     }
     row.distance = match site.made && DISTANCES.contains(&method.name) {
-        true => distance_told(&longer(site, method, paths)?, distance),
-        false => distance_told(runs.iter().map(|run| &run.summary), distance),
+        true => reported_distance(&longer(site, method, paths)?, distance),
+        false => reported_distance(runs.iter().map(|run| &run.summary), distance),
     };
     let mut rows = vec![row];
     if site.name == CONTROL && method.name == METHODS[0].name {
@@ -265,17 +265,20 @@ impl HonestyRun {
     /// The run with all intervals about their estimates narrowed to [`NARROWED`] of their width, standard errors and headlines with them.
     fn narrowed(&self) -> HonestyRun {
         let toward = |end: f64, middle: f64| middle + NARROWED * (end - middle);
-        let of_told = |told: &ToldRadiosity| {
-            let (b, h) = (told.mean.unwrap_or(told.low), told.h.unwrap_or(0.0));
-            ToldRadiosity {
-                std_error: told.std_error.map(|error| NARROWED * error),
-                low: toward(told.low, b),
-                high: toward(told.high, b),
-                h_interval: told.h_interval.map(|ends| ends.map(|end| toward(end, h))),
-                ..*told
+        let of_reported = |reported: &ReportedRadiosity| {
+            let (b, h) = (reported.mean.unwrap_or(reported.low), reported.h.unwrap_or(0.0));
+            ReportedRadiosity {
+                std_error: reported.std_error.map(|error| NARROWED * error),
+                low: toward(reported.low, b),
+                high: toward(reported.high, b),
+                h_interval: reported.h_interval.map(|ends| ends.map(|end| toward(end, h))),
+                ..*reported
             }
         };
-        HonestyRun { told: self.told.iter().map(of_told).collect(), summary: self.summary.clone() }
+        HonestyRun {
+            reported: self.reported.iter().map(of_reported).collect(),
+            summary: self.summary.clone(),
+        }
     }
 }
 
@@ -288,18 +291,18 @@ fn longer(site: &HonestyScene, method: &HonestyMethod, paths: u64) -> Result<Vec
 }
 
 /// What runs tell of the distance of the discretised system; `None` where they examine none.
-fn distance_told<'a>(runs: impl IntoIterator<Item = &'a Value>, truth: f64) -> Option<Distance> {
+fn reported_distance<'a>(runs: impl IntoIterator<Item = &'a Value>, truth: f64) -> Option<Distance> {
     let of = |summary: &'a Value| {
         let ends = ["distance", "low", "high"].map(|name| summary["discretised"][name].as_f64());
         Some([ends[0]?, ends[1]?, ends[2]?])
     };
-    let told: Vec<[f64; 3]> = runs.into_iter().filter_map(of).collect();
+    let reported: Vec<[f64; 3]> = runs.into_iter().filter_map(of).collect();
     let holds: Vec<f64> =
-        told.iter().map(|[_, low, high]| f64::from(u8::from(*low <= truth && truth <= *high))).collect();
-    let mut distances: Vec<f64> = told.iter().map(|[distance, ..]| *distance).collect();
+        reported.iter().map(|[_, low, high]| f64::from(u8::from(*low <= truth && truth <= *high))).collect();
+    let mut distances: Vec<f64> = reported.iter().map(|[distance, ..]| *distance).collect();
     distances.sort_by(f64::total_cmp);
-    (told.len() > 1).then(|| Distance {
-        pair: ToldAndTrue { told: distances[distances.len() / 2], truth },
+    (reported.len() > 1).then(|| Distance {
+        pair: ReportedAndTrue { reported: distances[distances.len() / 2], truth },
         coverage: Measured::of(&holds),
     })
 }
@@ -316,7 +319,7 @@ fn of_chosen(
         let kept = method.run(site, paths, seed, &[])?;
         let summary = serde_json::to_value(kept.summary("study"))?;
         let error = total(&kept, &summary, fine);
-        Ok((HonestyRun { told: Vec::new(), summary }, error))
+        Ok((HonestyRun { reported: Vec::new(), summary }, error))
     })?;
     let mut row = MethodRow::new(site, method, seeds, paths);
     row.alarms = alarms(&done.iter().map(|(run, _)| run).collect::<Vec<_>>());
@@ -327,28 +330,28 @@ fn of_chosen(
     Ok(vec![row])
 }
 
-/// The total error of a run: told, predicted, true.
-fn total(kept: &Kept, summary: &Value, fine: &Fine) -> [f64; 3] {
+/// The total error of a run: reported, predicted, true.
+fn total(kept: &StoredRun, summary: &Value, fine: &Fine) -> [f64; 3] {
     let number = |place: &str| summary.pointer(place).and_then(Value::as_f64).unwrap_or(f64::NAN);
     let linear = summary.pointer("/accuracy/answer").is_some_and(|answer| answer == "linear");
     [number("/accuracy/total"), number("/predicted/total"), fine.error(kept, linear)]
 }
 
-/// Root mean squares over runs of what is told and of what is true, where both are known, with the relative standard error of their ratio.
-fn totals(found: &[[f64; 3]]) -> [Option<(ToldAndTrue, f64)>; 2] {
+/// Root mean squares over runs of what is reported and of what is true, where both are known, with the relative standard error of their ratio.
+fn totals(found: &[[f64; 3]]) -> [Option<(ReportedAndTrue, f64)>; 2] {
     let root = |of: &dyn Fn(&[f64; 3]) -> f64| {
         (found.iter().map(|run| of(run).powi(2)).sum::<f64>() / found.len() as f64).sqrt()
     };
     let pair = |k: usize| {
         let squares: Vec<[f64; 2]> = found.iter().map(|run| [run[k] * run[k], run[2] * run[2]]).collect();
-        let pair = ToldAndTrue { told: root(&|run| run[k]), truth: root(&|run| run[2]) };
-        Some((pair, ratio_of_roots(&squares).1)).filter(|(pair, _)| pair.told.is_finite())
+        let pair = ReportedAndTrue { reported: root(&|run| run[k]), truth: root(&|run| run[2]) };
+        Some((pair, ratio_of_roots(&squares).1)).filter(|(pair, _)| pair.reported.is_finite())
     };
     if found.is_empty() { [None, None] } else { [pair(0), pair(1)] }
 }
 
 /// Reads what a run tells.
-fn read(kept: &Kept) -> Result<HonestyRun, Failure> {
+fn read(kept: &StoredRun) -> Result<HonestyRun, Failure> {
     let estimates = kept.estimates();
     let columns = report::columns(&estimates)?;
     let cells = |name: String| {
@@ -366,7 +369,7 @@ fn read(kept: &Kept) -> Result<HonestyRun, Failure> {
         let (error, low, high) = (column("std_error")?, column("ci_low")?, column("ci_high")?);
         let (h, h_low, h_high) =
             (column("irradiance")?, column("irradiance_low")?, column("irradiance_high")?);
-        let told = (0..mean.len()).map(|i| ToldRadiosity {
+        let reported = (0..mean.len()).map(|i| ReportedRadiosity {
             mean: mean[i],
             std_error: error[i],
             low: low[i].unwrap_or(0.0),
@@ -375,11 +378,11 @@ fn read(kept: &Kept) -> Result<HonestyRun, Failure> {
             h: h[i],
             h_interval: h_low[i].zip(h_high[i]).map(|(low, high)| [low, high]),
         });
-        channels.push(told.collect::<Vec<_>>());
+        channels.push(reported.collect::<Vec<_>>());
     }
     let rows = hits.len();
-    let told = (0..rows).flat_map(|i| channels.iter().map(move |channel| channel[i])).collect();
-    Ok(HonestyRun { told, summary: serde_json::to_value(kept.summary("study"))? })
+    let reported = (0..rows).flat_map(|i| channels.iter().map(move |channel| channel[i])).collect();
+    Ok(HonestyRun { reported, summary: serde_json::to_value(kept.summary("study"))? })
 }
 
 /// The faces of a scene in the order of tables, channel by channel.
@@ -408,9 +411,9 @@ impl TableFaces {
             |of: &dyn Fn(&HonestyRun) -> f64| runs.iter().map(|run| of(run)).sum::<f64>() / runs.len() as f64;
         let scores = |k: usize| {
             let [_, _, emittance, b, _] = self.of[k];
-            let square = mean(&|run| (run.told[k].mean.unwrap_or(emittance) - b).powi(2));
+            let square = mean(&|run| (run.reported[k].mean.unwrap_or(emittance) - b).powi(2));
             let worth = if b > emittance { (b - emittance).powi(2) / square } else { 0.0 };
-            worth.min(mean(&|run| run.told[k].hits))
+            worth.min(mean(&|run| run.reported[k].hits))
         };
         // A patch that no run has hit is worth 1, but for rounding.
         let class = |k: usize| CLASSES.iter().position(|&most| scores(k) <= most * (1.0 + 1e-9));
@@ -433,7 +436,7 @@ impl TableFaces {
             }
             let holds = |run: &&HonestyRun| {
                 let inside = members.iter().filter(|&&k| {
-                    let (b, ToldRadiosity { low, high, .. }) = (self.of[k][3], run.told[k]);
+                    let (b, ReportedRadiosity { low, high, .. }) = (self.of[k][3], run.reported[k]);
                     let slack = ROUNDING * b;
                     low - slack <= b && b <= high + slack
                 });
@@ -441,17 +444,18 @@ impl TableFaces {
             };
             let each: Vec<f64> = runs.iter().map(holds).collect();
             let (mut widths, mut truths) = (0.0, 0.0);
-            // Of each run the sums of what is told of squared errors, and of squared errors.
+            // Of each run the sums of the reported squared errors, and of squared errors.
             let mut squares = vec![[0.0; 2]; runs.len()];
             for &k in &members {
                 let scale = self.of[k][3].max(f64::MIN_POSITIVE);
-                let told = || runs.iter().map(|run| run.told[k]);
-                let mut told_widths: Vec<f64> = told().map(|told| 0.5 * (told.high - told.low)).collect();
-                told_widths.sort_by(f64::total_cmp);
-                widths += told_widths[told_widths.len() / 2] / scale;
+                let reported = || runs.iter().map(|run| run.reported[k]);
+                let mut reported_widths: Vec<f64> =
+                    reported().map(|reported| 0.5 * (reported.high - reported.low)).collect();
+                reported_widths.sort_by(f64::total_cmp);
+                widths += reported_widths[reported_widths.len() / 2] / scale;
                 truths += self.error_within(k, runs, 0.95) / scale;
-                for (told, sums) in told().zip(&mut squares) {
-                    if let Some((std_error, mean)) = told.std_error.zip(told.mean) {
+                for (reported, sums) in reported().zip(&mut squares) {
+                    if let Some((std_error, mean)) = reported.std_error.zip(reported.mean) {
                         sums[0] += (std_error / scale).powi(2);
                         sums[1] += ((mean - self.of[k][3]) / scale).powi(2);
                     }
@@ -468,20 +472,20 @@ impl TableFaces {
     /// The error of B that a part of the runs do not exceed. What is unknown is taken for its own emittance.
     fn error_within(&self, k: usize, runs: &[&HonestyRun], part: f64) -> f64 {
         let [_, _, emittance, b, _] = self.of[k];
-        not_exceeded(runs.iter().map(|run| run.told[k].mean.unwrap_or(emittance) - b), part)
+        not_exceeded(runs.iter().map(|run| run.reported[k].mean.unwrap_or(emittance) - b), part)
     }
 
     /// The error of H that a part of the runs do not exceed. What is unknown is taken for dark.
     fn irradiance_within(&self, k: usize, runs: &[&HonestyRun], part: f64) -> f64 {
         let [.., h] = self.of[k];
-        not_exceeded(runs.iter().map(|run| run.told[k].h.unwrap_or(0.0) - h), part)
+        not_exceeded(runs.iter().map(|run| run.reported[k].h.unwrap_or(0.0) - h), part)
     }
 
     fn irradiance(&self, runs: &[&HonestyRun]) -> Option<Measured> {
         let holds = |run: &&HonestyRun| {
             let (mut inside, mut all) = (0.0, 0.0);
-            for (&[.., h], told) in self.of.iter().zip(&run.told) {
-                let Some([low, high]) = told.h_interval else { continue };
+            for (&[.., h], reported) in self.of.iter().zip(&run.reported) {
+                let Some([low, high]) = reported.h_interval else { continue };
                 let slack = ROUNDING * h;
                 all += 1.0;
                 inside += f64::from(u8::from(low - slack <= h && h <= high + slack));
@@ -492,10 +496,10 @@ impl TableFaces {
         (each.len() > 1).then(|| Measured::of(&each))
     }
 
-    /// The headline's percentiles: told by the median run, and true, by the errors of irradiance that 95 % of the runs keep within.
-    /// Patches that no light reaches are left out, as they are told to be.
-    fn headline(&self, runs: &[&HonestyRun]) -> Option<[ToldAndTrue; 3]> {
-        let told = |place: &str| {
+    /// The headline's percentiles: reported by the median run, and true, by the errors of irradiance that 95 % of the runs keep within.
+    /// Patches that no light reaches are left out, as the program reports them to be.
+    fn headline(&self, runs: &[&HonestyRun]) -> Option<[ReportedAndTrue; 3]> {
+        let reported = |place: &str| {
             let of = |run: &&HonestyRun| {
                 run.summary.pointer(place).map(|value| value.as_f64().unwrap_or(f64::INFINITY))
             };
@@ -531,22 +535,22 @@ impl TableFaces {
             reached.map_or(f64::NAN, |(error, _)| if *error <= ROUNDING { f64::NAN } else { *error })
         };
         Some([
-            ToldAndTrue { told: told("/headline/median")?, truth: at(0.5) },
-            ToldAndTrue { told: told("/headline/p90")?, truth: at(0.9) },
-            ToldAndTrue { told: told("/headline/worst")?, truth: at(1.0) },
+            ReportedAndTrue { reported: reported("/headline/median")?, truth: at(0.5) },
+            ReportedAndTrue { reported: reported("/headline/p90")?, truth: at(0.9) },
+            ReportedAndTrue { reported: reported("/headline/worst")?, truth: at(1.0) },
         ])
     }
 
     /// The part of the lit area whose irradiance is truly within a relative error.
     fn part_within(&self, run: &HonestyRun, error: f64) -> f64 {
         let (mut within, mut area) = (0.0, 0.0);
-        for (numbers, told) in self.of.chunks(self.channels).zip(run.told.chunks(self.channels)) {
-            let is_within = |(&[.., h], told): (&[f64; 5], &ToldRadiosity)| {
-                (told.h.unwrap_or(0.0) - h).abs() <= error * h
+        for (numbers, reported) in self.of.chunks(self.channels).zip(run.reported.chunks(self.channels)) {
+            let is_within = |(&[.., h], reported): (&[f64; 5], &ReportedRadiosity)| {
+                (reported.h.unwrap_or(0.0) - h).abs() <= error * h
             };
             if numbers.iter().any(|[.., h]| *h > 0.0) {
                 area += numbers[0][0];
-                within += if numbers.iter().zip(told).all(is_within) { numbers[0][0] } else { 0.0 };
+                within += if numbers.iter().zip(reported).all(is_within) { numbers[0][0] } else { 0.0 };
             }
         }
         within / area
@@ -587,10 +591,10 @@ fn total_reached(
     method: &HonestyMethod,
     paths: u64,
     fine: &Fine,
-    told: Option<(ToldAndTrue, f64)>,
+    reported: Option<(ReportedAndTrue, f64)>,
 ) -> Result<Option<TotalReached>, Failure> {
-    let Some((ToldAndTrue { told, .. }, _)) = told else { return Ok(None) };
-    let target = TOTAL_TARGET * told;
+    let Some((ReportedAndTrue { reported, .. }, _)) = reported else { return Ok(None) };
+    let target = TOTAL_TARGET * reported;
     let more = [format!("target.total_error={target}")];
     let done = for_seeds(TOTAL_SEEDS, |seed| {
         let kept = method.run(site, 4 * paths, 3000 + seed, &more)?;
@@ -622,10 +626,10 @@ fn reached(
     runs: &[&HonestyRun],
 ) -> Result<Option<Reached>, Failure> {
     let Some([_, ninth, _]) = patches.headline(runs) else { return Ok(None) };
-    if !ninth.told.is_finite() || ninth.told <= 0.0 {
+    if !ninth.reported.is_finite() || ninth.reported <= 0.0 {
         return Ok(None);
     }
-    let error = (TARGET * ninth.told).min(1.0);
+    let error = (TARGET * ninth.reported).min(1.0);
     let more = [format!("target.relative_error={error}"), format!("target.fraction={FRACTION}")];
     let seeds = TARGET_SEEDS.min(method.seeds(site));
     let done = for_seeds(seeds, |seed| read(&method.run(site, 4 * paths, 1000 + seed, &more)?))?;

@@ -1,12 +1,12 @@
 //! The methods of the study, and runs of them.
 
 use radiosity::{Experiment, IndexChoice, Scene};
-use results::{Kept, choose, walk_here};
+use results::{StoredRun, choose, walk_here};
 
 use super::Failure;
 use super::scenes::HonestyScene;
 
-/// A method, as a job has it.
+/// A method, with the keys of a job that select it.
 pub struct HonestyMethod {
     pub name: &'static str,
     /// The keys that choose it.
@@ -111,7 +111,7 @@ const WALKS_PER_FACE: u64 = 5;
 const CHAIN_RAYS: u64 = 8 * 32;
 
 impl HonestyMethod {
-    /// The paths of its runs in a scene of so many faces.
+    /// The paths of its runs in a scene with this number of faces.
     pub fn paths(&self, site: &HonestyScene, faces: usize) -> u64 {
         let plain = if site.made { WALKS } else { WALKS.max(WALKS_PER_FACE * faces as u64) };
         if self.longer == 0 { CHAIN_RAYS * faces as u64 } else { self.longer * plain }
@@ -146,7 +146,13 @@ impl HonestyMethod {
     }
 
     /// One run in this thread.
-    pub fn run(&self, site: &HonestyScene, paths: u64, seed: u64, more: &[String]) -> Result<Kept, Failure> {
+    pub fn run(
+        &self,
+        site: &HonestyScene,
+        paths: u64,
+        seed: u64,
+        more: &[String],
+    ) -> Result<StoredRun, Failure> {
         let overrides = self.overrides(paths, seed, more);
         let mut job = job::load(&site.path, &overrides)?;
         if let Some(chosen) = choose(&job, 1.try_into().expect("not 0"))? {

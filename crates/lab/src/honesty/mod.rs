@@ -1,4 +1,4 @@
-//! Whether the figures that the program tells are true: told over true, for each figure, method and scene.
+//! Whether the figures that the program reports are true: reported over true, for each figure, method and scene.
 //!
 //! `radwalk-lab honesty FOLDER [--quick] [SCENE…] [ROOM…]` writes `honesty.md` into the folder. Rooms are files of meshes or jobs, which are studied
 //! beside the made scenes; the names of made scenes choose these alone; `--quick` takes a quarter of the seeds. Told is what `patches.csv` and

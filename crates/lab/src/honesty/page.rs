@@ -8,7 +8,8 @@ use stats::Measured;
 
 use super::Failure;
 use super::measure::{
-    CLASSES, Distance, FRACTION, MethodRow, NARROWED, TARGET_SEEDS, TOTAL_SEEDS, ToldAndTrue, TotalReached,
+    CLASSES, Distance, FRACTION, MethodRow, NARROWED, ReportedAndTrue, TARGET_SEEDS, TOTAL_SEEDS,
+    TotalReached,
 };
 use super::scenes::HonestyScene;
 use crate::edition::origin;
@@ -18,7 +19,7 @@ use crate::edition::origin;
 const COVERAGE: [f64; 2] = [94.0, 98.0];
 const MANY_SCORES: usize = 3;
 
-/// The bands of told over true: of half-widths and percentiles, of standard errors, of totals.
+/// The bands of reported over true figures: of half-widths and percentiles, of standard errors, of totals.
 const WIDTH: [f64; 2] = [0.7, 2.0];
 const STD_ERROR: [f64; 2] = [0.8, 1.25];
 const TOTAL: [f64; 2] = [1.0 / 1.5, 1.5];
@@ -204,7 +205,7 @@ impl HonestyPage {
     }
 
     /// Told over true, in a band.
-    fn ratio(&mut self, row: &MethodRow, what: &str, pair: ToldAndTrue, band: [f64; 2]) -> String {
+    fn ratio(&mut self, row: &MethodRow, what: &str, pair: ReportedAndTrue, band: [f64; 2]) -> String {
         self.ratio_but_for(row, what, (pair, 0.0), band)
     }
 
@@ -213,10 +214,10 @@ impl HonestyPage {
         &mut self,
         row: &MethodRow,
         what: &str,
-        (ToldAndTrue { told, truth }, chance): (ToldAndTrue, f64),
+        (ReportedAndTrue { reported, truth }, chance): (ReportedAndTrue, f64),
         band: [f64; 2],
     ) -> String {
-        let (ratio, chance) = (told / truth, CHANCE * chance);
+        let (ratio, chance) = (reported / truth, CHANCE * chance);
         let place = BandPosition::of(ratio, [band[0] * (1.0 - chance), band[1] * (1.0 + chance)]);
         self.cell(row, what, number(ratio), place)
     }
@@ -259,8 +260,8 @@ impl HonestyPage {
                 };
                 let mut cell = self.coverage(row, &name, coverage, number_of_class);
                 if number_of_class > 0 {
-                    let width = ToldAndTrue { told: class.width, truth: 1.0 };
-                    let std_error = ToldAndTrue { told: class.std_error, truth: 1.0 };
+                    let width = ReportedAndTrue { reported: class.width, truth: 1.0 };
+                    let std_error = ReportedAndTrue { reported: class.std_error, truth: 1.0 };
                     let widths = self.ratio_but_for(
                         row,
                         &format!("half-widths, {name}"),
@@ -323,8 +324,8 @@ impl HonestyPage {
         for row in rows {
             let Some(Distance { pair, coverage }) = row.distance else { continue };
             let covered = self.coverage(row, "coverage, distance", coverage, 0);
-            let [told, truth] = [pair.told, pair.truth].map(|part| format!("{:.2} %", 100.0 * part));
-            writeln!(self.text, "| {} | {} | {told} | {truth} | {covered} |", row.site, row.method)?;
+            let [reported, truth] = [pair.reported, pair.truth].map(|part| format!("{:.2} %", 100.0 * part));
+            writeln!(self.text, "| {} | {} | {reported} | {truth} | {covered} |", row.site, row.method)?;
         }
         writeln!(self.text)?;
         Ok(())
@@ -357,13 +358,13 @@ impl HonestyPage {
                 "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
                 row.site,
                 row.method,
-                percent(median.told),
+                percent(median.reported),
                 percent(median.truth),
                 ratios[0],
-                percent(ninth.told),
+                percent(ninth.reported),
                 percent(ninth.truth),
                 ratios[1],
-                percent(worst.told),
+                percent(worst.reported),
                 percent(worst.truth)
             )?;
         }
@@ -425,7 +426,7 @@ impl HonestyPage {
             };
             let percent = |x: f64| if x.is_finite() { format!("{:.2} %", 100.0 * x) } else { "–".into() };
             let ratio = truth / target;
-            // More than the target is told to be less: the program claims more than it knows.
+            // An error above the target is reported to be below it: the program claims more than it knows.
             let is_more = (truth - 3.0 * std_error) / target > REACHED[1];
             let place = if is_more { BandPosition::Below } else { BandPosition::Inside };
             let cell = self.cell(row, "total reached", number(ratio), place);
@@ -455,12 +456,12 @@ impl HonestyPage {
              | scene | method | paths | told | predicted | true | told over true | predicted over true |\n|---|---|---|---|---|---|---|---|",
             TOTAL[0], TOTAL[1]
         )?;
-        let percent = |pair: Option<(ToldAndTrue, f64)>| {
-            pair.map_or("–".into(), |(pair, _)| format!("{:.2} %", 100.0 * pair.told))
+        let percent = |pair: Option<(ReportedAndTrue, f64)>| {
+            pair.map_or("–".into(), |(pair, _)| format!("{:.2} %", 100.0 * pair.reported))
         };
         for row in rows {
             let Some((known, _)) = row.total.or(row.predicted) else { continue };
-            let mut of = |what: &str, known: Option<(ToldAndTrue, f64)>| match known {
+            let mut of = |what: &str, known: Option<(ReportedAndTrue, f64)>| match known {
                 Some((pair, chance)) => {
                     let ratio = self.ratio_but_for(row, what, (pair, chance), TOTAL);
                     format!("{ratio} ± {:.0} %", 100.0 * chance)

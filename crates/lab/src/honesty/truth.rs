@@ -2,7 +2,7 @@
 
 use exact::Exact;
 use radiosity::{Estimates, Face, Scene, SceneSpec, Side, Slopes};
-use results::Kept;
+use results::StoredRun;
 
 use super::Failure;
 use super::methods::METHODS;
@@ -68,14 +68,14 @@ fn light(estimates: &Estimates) -> Vec<[f64; 3]> {
 
 /// The light of a scene by a far longer run: linear fits on patches that a pilot has chosen for that run, which are the smaller the steeper the light is.
 pub struct Fine {
-    kept: Kept,
+    kept: StoredRun,
     /// The places that it is held against, one in the middle of each part of every piece.
-    places: Vec<Sample>,
+    places: Vec<SurfaceSample>,
     linear: bool,
 }
 
 /// A place on a surface: its side and local coordinates, the area that it stands for [m²], and the light reflected there with its variance, by channel.
-struct Sample {
+struct SurfaceSample {
     surface: u32,
     side: Side,
     uv: [f64; 2],
@@ -125,7 +125,7 @@ impl Fine {
         (number, piece): (u32, &Face),
         parts: u32,
         light: &[(f64, f64, Option<Slopes>)],
-    ) -> Vec<Sample> {
+    ) -> Vec<SurfaceSample> {
         let scene = estimates.scene();
         let surface = &scene.surfaces()[piece.surface as usize];
         let cell = number - scene.faces().first_piece_on(piece.surface, piece.side).expect("it has a piece");
@@ -136,19 +136,25 @@ impl Fine {
                 [mean + slopes.as_ref().map_or(0.0, |slopes| slope(slopes, scene, number, uv)), *variance]
             });
             let area = piece.area / f64::from(parts * parts);
-            Sample { surface: piece.surface, side: piece.side, uv, area, reflected: reflected.collect() }
+            SurfaceSample {
+                surface: piece.surface,
+                side: piece.side,
+                uv,
+                area,
+                reflected: reflected.collect(),
+            }
         };
         middles.map(sample).collect()
     }
 
     /// The relative L2 error of the reflected light that a run's outputs hold, all channels together: of its linear fits, or of the means of
     /// its patches. The reference's own variance is taken off.
-    pub fn error(&self, kept: &Kept, linear: bool) -> f64 {
+    pub fn error(&self, kept: &StoredRun, linear: bool) -> f64 {
         let (estimates, mut wrong, mut light) = (kept.estimates(), 0.0, 0.0);
         let ours = estimates.scene();
         let surfaces = self.kept.experiment.scene().surfaces().len();
         assert_eq!(ours.surfaces().len(), surfaces, "places lie on the same surfaces");
-        for Sample { surface: number, side, uv, area, reflected } in &self.places {
+        for SurfaceSample { surface: number, side, uv, area, reflected } in &self.places {
             let surface = &ours.surfaces()[*number as usize];
             let piece = surface.piece(surface.cell_at(*uv), *side);
             let face = ours.faces().face_of(piece) as usize;
@@ -167,7 +173,7 @@ impl Fine {
 }
 
 /// Whether what a run's outputs show are linear fits.
-pub fn is_linear(kept: &Kept) -> bool {
+pub fn is_linear(kept: &StoredRun) -> bool {
     kept.settings.forecast.is_some_and(|forecast| forecast.linear)
 }
 

@@ -60,8 +60,8 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
 
 /// Adds the coverage under a weather.
 fn coverage(page: &mut Markdown, seeds: u64, weather: &str) -> Result<(), Failure> {
-    let study = Study::new(weather)?;
-    let truths = on_all_cores(PLACES.len(), |place| study.told(&study.counts(0, place, TRUTH)));
+    let study = DaylightStudy::new(weather)?;
+    let truths = on_all_cores(PLACES.len(), |place| study.reported(&study.counts(0, place, TRUTH)));
     let rows: Vec<[String; FIGURES + 1]> =
         RUNS.iter().map(|&walks| study.row(seeds, walks, &truths)).collect();
     let (name, hours) = (Path::new(weather).file_name().unwrap_or_default(), study.year.hours.len());
@@ -84,7 +84,7 @@ fn coverage(page: &mut Markdown, seeds: u64, weather: &str) -> Result<(), Failur
 }
 
 /// A room, a year, and what is asked of them.
-struct Study {
+struct DaylightStudy {
     coefficients: Coefficients,
     dome: Dome,
     year: Year,
@@ -94,12 +94,12 @@ struct Study {
 }
 
 /// What a run says of a place.
-struct Told {
+struct PlaceReport {
     hours: Vec<BoundedValue>,
     figures: Vec<BoundedValue>,
 }
 
-impl Study {
+impl DaylightStudy {
     fn new(weather: &str) -> Result<Self, Failure> {
         let file = job::load_scene(SCENE.as_ref())?.for_daylight(0);
         let patches = SkyPatches::new(145).ok_or("Tregenza's sky")?;
@@ -108,7 +108,7 @@ impl Study {
         let dome = Dome::new(patches);
         let year = Year::new(&job::load_weather(weather.as_ref())?, &dome, SkyUnit::Illuminance, 0.2);
         let overcast = Sky::standard(STANDARD_SKIES, [0.0, 0.0, 1.0], 100.0).ok_or("the overcast sky")?;
-        Ok(Study {
+        Ok(DaylightStudy {
             mean: year.mean(&dome),
             overcast: dome.vector(&overcast),
             wanted: Wanted { enough: ENOUGH, ..Wanted::default() },
@@ -125,7 +125,7 @@ impl Study {
     }
 
     /// What counts say of single hours and of the year. The direct sun, which is exact, is left out.
-    fn told(&self, row: &SkyPatchCounts) -> Told {
+    fn reported(&self, row: &SkyPatchCounts) -> PlaceReport {
         let level = self.wanted.confidence;
         let lit = self.year.hours.iter().filter(|hour| !hour.is_dark());
         let hours = lit.map(|hour| row.light(&hour.sky, &hour.sun, level)).collect();
@@ -134,24 +134,25 @@ impl Study {
             self.year.at(row, &beam).metrics((&self.mean.0, &self.mean.1), &self.wanted);
         let factor = row.light(&self.overcast, &[], level);
         let figures = [factor, mean, enough, useful, excess].into_iter().chain(daylight).collect();
-        Told { hours, figures }
+        PlaceReport { hours, figures }
     }
 
     /// The coverage of runs of some walks.
-    fn row(&self, seeds: u64, walks: u64, truths: &[Told]) -> [String; FIGURES + 1] {
+    fn row(&self, seeds: u64, walks: u64, truths: &[PlaceReport]) -> [String; FIGURES + 1] {
         let of_seed = |seed: usize| -> [f64; FIGURES] {
             let mut covered = [0.0; FIGURES];
             for (place, truth) in truths.iter().enumerate() {
-                let told = self.told(&self.counts(1 + seed as u64, place, walks));
-                let part = |told: &[BoundedValue], truth: &[BoundedValue]| {
-                    let held = told.iter().zip(truth).filter(|(it, truth)| holds(it, truth.value)).count();
-                    held as f64 / told.len() as f64
+                let reported = self.reported(&self.counts(1 + seed as u64, place, walks));
+                let part = |reported: &[BoundedValue], truth: &[BoundedValue]| {
+                    let held =
+                        reported.iter().zip(truth).filter(|(it, truth)| holds(it, truth.value)).count();
+                    held as f64 / reported.len() as f64
                 };
-                covered[0] += part(&told.hours, &truth.hours) / truths.len() as f64;
+                covered[0] += part(&reported.hours, &truth.hours) / truths.len() as f64;
                 for (figure, covered) in covered[1..].iter_mut().enumerate() {
                     let range = figure..=figure;
                     *covered +=
-                        part(&told.figures[range.clone()], &truth.figures[range]) / truths.len() as f64;
+                        part(&reported.figures[range.clone()], &truth.figures[range]) / truths.len() as f64;
                 }
             }
             covered

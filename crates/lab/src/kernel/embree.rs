@@ -93,7 +93,7 @@ fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) ->
     let dump = folder.path().join("rays");
     let triangles = write_dump(&dump, spec, &Scene::build(spec, IndexChoice::Auto)?)?;
     for set in instruction_sets() {
-        let rows = compare_with(&set, spec, (compare, &dump), rounds)?;
+        let rows = compare_with(&set, spec, compare, &dump, rounds)?;
         for (row, quality) in rows.iter().zip(QUALITIES) {
             println!("{name:<14} {triangles:>9} {:<7} {quality:<6} | {row}", set.name);
         }
@@ -105,7 +105,8 @@ fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) ->
 fn compare_with(
     set: &InstructionSet,
     spec: &SceneSpec,
-    (compare, dump): (&Path, &Path),
+    compare: &Path,
+    dump: &Path,
     rounds: usize,
 ) -> Result<[QualityRow; QUALITIES.len()], Failure> {
     let mut embree = Embree::start(compare, dump, set.embree)?;

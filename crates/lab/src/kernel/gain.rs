@@ -235,7 +235,7 @@ fn chart(scene: &str, rows: &[GainRow]) -> Chart {
         let mut points: Vec<_> = rows
             .iter()
             .filter(|row| row.scene == scene && row.method == way.name())
-            .map(|row| report::Point { x: row.seconds, y: row.error, error: 0.0 })
+            .map(|row| report::ChartPoint { x: row.seconds, y: row.error, error: 0.0 })
             .collect();
         points.sort_by(|a, b| a.x.total_cmp(&b.x));
         Series { name: way.name().into(), style: Style::Joined, points }

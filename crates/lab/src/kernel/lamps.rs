@@ -139,7 +139,7 @@ fn uneven() -> Distribution {
 }
 
 /// Rooms of 6 × 4 × 3 m with 40 points at 0.8 m.
-struct Case {
+struct LampRoom {
     name: &'static str,
     reflectance: f64,
     /// The places of lamps in x and y [m]; they hang at 2.95 m.
@@ -152,13 +152,25 @@ struct Case {
 
 const FOUR: &[[f64; 2]] = &[[1.5, 1.0], [4.5, 1.0], [1.5, 3.0], [4.5, 3.0]];
 
-const CASES: [Case; 6] = [
-    Case { name: "two equal minima", reflectance: 0.3, lamps: FOUR, is_upwards: false, walks: RUN },
-    Case { name: "two equal minima", reflectance: 0.7, lamps: FOUR, is_upwards: false, walks: RUN },
-    Case { name: "one clear minimum", reflectance: 0.5, lamps: &[[1.0, 1.0]], is_upwards: false, walks: RUN },
-    Case { name: "indirect, nearly even", reflectance: 0.7, lamps: FOUR, is_upwards: true, walks: RUN },
-    Case { name: "few samples", reflectance: 0.7, lamps: FOUR, is_upwards: false, walks: RUN / 4 },
-    Case { name: "indirect, few samples", reflectance: 0.5, lamps: FOUR, is_upwards: true, walks: RUN / 4 },
+const CASES: [LampRoom; 6] = [
+    LampRoom { name: "two equal minima", reflectance: 0.3, lamps: FOUR, is_upwards: false, walks: RUN },
+    LampRoom { name: "two equal minima", reflectance: 0.7, lamps: FOUR, is_upwards: false, walks: RUN },
+    LampRoom {
+        name: "one clear minimum",
+        reflectance: 0.5,
+        lamps: &[[1.0, 1.0]],
+        is_upwards: false,
+        walks: RUN,
+    },
+    LampRoom { name: "indirect, nearly even", reflectance: 0.7, lamps: FOUR, is_upwards: true, walks: RUN },
+    LampRoom { name: "few samples", reflectance: 0.7, lamps: FOUR, is_upwards: false, walks: RUN / 4 },
+    LampRoom {
+        name: "indirect, few samples",
+        reflectance: 0.5,
+        lamps: FOUR,
+        is_upwards: true,
+        walks: RUN / 4,
+    },
 ];
 
 /// How often intervals of figures hold the truth.
@@ -178,9 +190,10 @@ fn coverage(runs: u64) -> Result<String, Failure> {
         let truth = figures(&experiment, u64::MAX, TRUTH)?;
         let mut covers = [Coverage::default(); 5];
         for seed in 0..runs {
-            let told = figures(&experiment, seed, case.walks)?;
-            for ((covers, told), truth) in covers.iter_mut().zip(each(&told)).zip(each(&truth)) {
-                covers.record(&Interval { low: told.low, high: told.high }, truth.value.unwrap_or(0.0));
+            let reported = figures(&experiment, seed, case.walks)?;
+            for ((covers, reported), truth) in covers.iter_mut().zip(each(&reported)).zip(each(&truth)) {
+                covers
+                    .record(&Interval { low: reported.low, high: reported.high }, truth.value.unwrap_or(0.0));
             }
         }
         let share = |covers: &Coverage| covers.rate(LEVEL).map_or(f64::NAN, |rate| 100.0 * rate.value);
@@ -206,7 +219,7 @@ fn figures(experiment: &Experiment, seed: u64, walks: u64) -> Result<PlaneFigure
     Ok(readings.plane(0, 0))
 }
 
-fn room(case: &Case) -> Result<Experiment, Failure> {
+fn room(case: &LampRoom) -> Result<Experiment, Failure> {
     let size = DVec3::new(6.0, 4.0, 3.0);
     let mut spec = SceneSpec::furnace(4, case.reflectance);
     for surface in &mut spec.surfaces {

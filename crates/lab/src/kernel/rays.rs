@@ -4,7 +4,7 @@ use radiosity::{Face, Ray, Scene, Sequence, Side, WalkRng};
 
 use super::Failure;
 
-/// The emitting patches, and the power of each added to all before it.
+/// The emitting patches, and the cumulative sums of their powers.
 pub struct Emitters {
     patches: Vec<usize>,
     cumulative: Vec<f64>,

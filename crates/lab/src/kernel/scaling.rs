@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::{Failure, TimedWalks, collision_shooting, median};
 use radiosity::{IndexChoice, Scene, SceneSpec};
-use report::{Axis, Chart, Point, Style};
+use report::{Axis, Chart, ChartPoint, Style};
 use scenes::{cube, cube_of_surfaces, interior};
 
 /// The number of timings of each scene; their median counts.
@@ -96,7 +96,7 @@ fn chart(series: &[ScalingSeries]) -> Chart {
     let curve = |one: &ScalingSeries| report::Series {
         name: one.name.clone(),
         style: Style::Joined,
-        points: one.points.iter().map(|&(x, y)| Point { x, y, error: 0.0 }).collect(),
+        points: one.points.iter().map(|&(x, y)| ChartPoint { x, y, error: 0.0 }).collect(),
     };
     Chart {
         title: "Time per ray, whole walks, one core".into(),

@@ -69,8 +69,8 @@ fn run(lab: &Lab) -> Findings {
             ClaimBound::Nothing,
         ));
     }
-    let cubes = REFLECTANCES.map(|r| Cube::new(lab, r, runs));
-    rows.extend(cubes.iter().map(Cube::row));
+    let cubes = REFLECTANCES.map(|r| UniformCube::new(lab, r, runs));
+    rows.extend(cubes.iter().map(UniformCube::row));
     rows.extend(scenes[..2].iter().flat_map(|(name, spec)| discretisation(name, spec)));
     Findings {
         published: "Variances of the three are nearly the same at equal rays; discrete walks err (1 + 2ζ) times as much as \
@@ -160,7 +160,7 @@ fn of_iterations(lab: &Lab, spec: &SceneSpec, exact: &Exact, runs: usize) -> Mea
 }
 
 /// The uniform cube with one patch a face.
-struct Cube {
+struct UniformCube {
     reflectance: f64,
     /// The recurrent potential ζ of discrete and of continuous walks.
     zeta: [f64; 2],
@@ -169,7 +169,7 @@ struct Cube {
     theory: [f64; 2],
 }
 
-impl Cube {
+impl UniformCube {
     fn new(lab: &Lab, reflectance: f64, runs: usize) -> Self {
         let spec = scenes::furnace(1, reflectance);
         let exact = Exact::of_scene(&spec).expect("a closed box");
@@ -186,7 +186,7 @@ impl Cube {
             let r2 = reflectance * reflectance;
             (6.0 * r2 * (1.0 + 2.0 * zeta) - r2 * rays_per_walk) / iteration
         };
-        Cube { reflectance, zeta, measured, theory: zeta.map(of_zeta) }
+        UniformCube { reflectance, zeta, measured, theory: zeta.map(of_zeta) }
     }
 
     /// BS eq. (18) is exact where b is the same everywhere.
@@ -224,7 +224,7 @@ fn discretisation(name: &str, spec: &SceneSpec) -> [Claim; 2] {
 }
 
 /// The chart of walks over iterations, against ζ.
-fn figure(cubes: &[Cube; 6]) -> Drawing {
+fn figure(cubes: &[UniformCube; 6]) -> Drawing {
     let line = |which: usize| cubes.iter().map(move |c| point(c.zeta[which], counted(c.theory[which])));
     let marks = |which: usize| cubes.iter().map(move |c| point(c.zeta[which], c.measured[which]));
     let series = |name: &str, style: Style, points| Series { name: name.into(), style, points };

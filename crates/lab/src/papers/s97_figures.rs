@@ -1,7 +1,7 @@
 //! S97 figs 2 and 3, SInf fig 1: the variance of every patch of the 54-patch cube under eight estimators.
 
 use exact::{ESTIMATORS, Exact};
-use radiosity::{Course, Direction, EstimatorKind, Event, InfiniteEnd};
+use radiosity::{AbsorptionMode, Direction, EstimatorKind, Event, InfiniteEnd};
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
@@ -151,8 +151,8 @@ fn rows_of(comparison: &PanelCurves) -> [Claim; 2] {
 /// The panel of the paper that shows a direction and an estimator.
 fn panel_name(direction: &Direction, estimator: EstimatorKind) -> String {
     let shooting = *direction == Direction::Shooting;
-    let letter = match (estimator.course(), estimator.event()) {
-        (Course::Weighted, _) => return format!("SInf fig 1 {}", if shooting { "a" } else { "b" }),
+    let letter = match (estimator.absorption(), estimator.event()) {
+        (AbsorptionMode::Implicit, _) => return format!("SInf fig 1 {}", if shooting { "a" } else { "b" }),
         (_, Event::Absorption) => "a",
         (_, Event::Survival) => "b",
         (_, Event::Arrival) => "c",

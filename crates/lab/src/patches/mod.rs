@@ -10,11 +10,11 @@
 mod oracle;
 mod page;
 mod pictures;
+mod reported;
 mod rooms;
 mod runs;
 mod spread;
 mod study;
-mod told;
 mod truth;
 
 use std::path::Path;

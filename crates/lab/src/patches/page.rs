@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use report::{Axis, Chart, Point, Series, Style};
+use report::{Axis, Chart, ChartPoint, Series, Style};
 
 use super::pictures;
 use super::runs::Failure;
@@ -12,7 +12,7 @@ use super::study::{CEILINGS, PATHS, PatchStudy, SEEDS, StudyRow};
 use crate::edition::origin;
 
 /// Jobs that the tables have rows of.
-const TOLD: [u64; 3] = [PATHS[0], PATHS[2], PATHS[4]];
+const TABLE_PATHS: [u64; 3] = [PATHS[0], PATHS[2], PATHS[4]];
 
 /// Writes `patches.md` and the charts of all studies so far.
 pub fn write(studies: &[PatchStudy], millions: u64, folder: &Path) -> Result<(), Failure> {
@@ -55,8 +55,8 @@ fn head(millions: u64, studies: &[PatchStudy]) -> String {
     )
 }
 
-fn told(row: &&StudyRow) -> bool {
-    TOLD.contains(&row.paths)
+fn is_listed(row: &&StudyRow) -> bool {
+    TABLE_PATHS.contains(&row.paths)
 }
 
 fn saved(text: &mut String, studies: &[PatchStudy]) -> std::fmt::Result {
@@ -65,9 +65,9 @@ fn saved(text: &mut String, studies: &[PatchStudy]) -> std::fmt::Result {
          linear for | foretold | saved | with the pilot's walks | processor time | against uniform linear |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for study in studies {
-        for row in study.rows.iter().filter(told) {
+        for row in study.rows.iter().filter(is_listed) {
             let [constant, linear] = &row.uniform;
-            let foretold = (row.chosen.foretold[0] + row.chosen.foretold[1]).sqrt();
+            let predicted = (row.chosen.predicted[0] + row.chosen.predicted[1]).sqrt();
             writeln!(
                 text,
                 "| {} | {} | {}, {} | {}, {} | {} | {}, {:.0} | {} of {SEEDS} | {} | **{}** | {} | {} | {} |",
@@ -81,7 +81,7 @@ fn saved(text: &mut String, studies: &[PatchStudy]) -> std::fmt::Result {
                 percent(row.error),
                 row.chosen.patches,
                 row.chosen.linear,
-                percent(foretold),
+                percent(predicted),
                 times(row.saved[0]),
                 times(row.saved[1]),
                 times(row.saved[2]),
@@ -99,7 +99,7 @@ fn ceilings(text: &mut String, studies: &[PatchStudy]) -> std::fmt::Result {
          | scene | walks | grids: constant | linear | quadratic | quadtrees: constant | linear | mixed | quadratic | rectangles: linear |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for study in studies {
-        for row in study.rows.iter().filter(told) {
+        for row in study.rows.iter().filter(is_listed) {
             write!(text, "| {} | {} |", study.name, words(row.paths))?;
             for (ceiling, saved) in &row.ceilings {
                 write!(text, " {} ({}, {:.0}) |", times(*saved), percent(ceiling.error), ceiling.patches)?;
@@ -119,8 +119,8 @@ fn truth(text: &mut String, studies: &[PatchStudy]) -> std::fmt::Result {
          | scene | walks | noise | discretisation | spread | error | total | linear / constant | chosen / uniform |\n|---|---|---|---|---|---|---|---|---|\n",
     );
     for study in studies {
-        for row in study.rows.iter().filter(told) {
-            let of = &row.chosen.told;
+        for row in study.rows.iter().filter(is_listed) {
+            let of = &row.chosen.reported;
             let [linear, fixed] = row.chosen.rates;
             writeln!(
                 text,
@@ -142,7 +142,7 @@ fn chart(study: &PatchStudy) -> Chart {
     let series = |name: &str, of: &dyn Fn(&StudyRow) -> [f64; 2]| Series {
         name: name.into(),
         style: Style::Joined,
-        points: study.rows.iter().map(of).map(|[x, y]| Point { x, y, error: 0.0 }).collect(),
+        points: study.rows.iter().map(of).map(|[x, y]| ChartPoint { x, y, error: 0.0 }).collect(),
     };
     Chart {
         title: format!("Total error against processor time: {}", study.name),

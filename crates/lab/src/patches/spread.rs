@@ -7,17 +7,17 @@ use std::path::Path;
 
 use radiosity::{Estimates, Sequence};
 
+use super::reported::{FACTOR, LONG, near};
 use super::rooms::{Room, rooms};
 use super::runs::{Failure, experiment, walk};
 use super::study::open_job;
-use super::told::{FACTOR, LONG, near};
 use super::truth::Truth;
 use crate::edition::origin;
 
 /// Walks of the jobs.
 const PATHS: [u64; 3] = [100_000, 1_000_000, 10_000_000];
 
-/// Patches are told apart by their spread over its noise, at these limits.
+/// Patches are distinguished by their spread over its noise, at these limits.
 const LIMITS: [f64; 3] = [1.0, 2.0, 4.0];
 
 /// Runs that are imagined of each patch.
@@ -37,16 +37,16 @@ struct TrueSpread {
     /// The variance of the estimate of that fit in a run, its mean apart.
     noise: f64,
     /// What a run tells of it [W/m²].
-    told: f64,
+    reported: f64,
 }
 
 impl TrueSpread {
-    /// Whether it is told within [`FACTOR`].
+    /// Whether it is reported within [`FACTOR`].
     fn is_true(&self) -> bool {
-        near(self.told, self.square.sqrt())
+        near(self.reported, self.square.sqrt())
     }
 
-    /// Whether it would be told so by a run without noise.
+    /// Whether a run without noise would report it so.
     fn is_linear(&self) -> bool {
         near(self.linear.sqrt(), self.square.sqrt())
     }
@@ -70,7 +70,7 @@ pub fn write(folder: &Path, millions: u64) -> Result<(), Failure> {
          | scene | walks | told | without noise | ceiling | below 1 | 1 to 2 | 2 to 4 | above 4 |\n|---|---|---|---|---|---|---|---|---|\n",
         origin(),
     );
-    // Where light is even there is no spread to be told.
+    // Where light is even there is no spread to report.
     for room in rooms().iter().filter(|room| room.name != "even-cube") {
         let truth = Truth::new(&room.spec, room.cells, millions * 1_000_000)?;
         for paths in PATHS {
@@ -89,8 +89,13 @@ pub fn write(folder: &Path, millions: u64) -> Result<(), Failure> {
             )?;
             for class in 0..=LIMITS.len() {
                 let own = area(&|spread| spread.class() == class);
-                let told = area(&|spread| spread.class() == class && spread.is_true());
-                write!(text, " {}: {} |", percent(own / all), percent(told / own.max(f64::MIN_POSITIVE)))?;
+                let reported = area(&|spread| spread.class() == class && spread.is_true());
+                write!(
+                    text,
+                    " {}: {} |",
+                    percent(own / all),
+                    percent(reported / own.max(f64::MIN_POSITIVE))
+                )?;
             }
             text.push('\n');
         }
@@ -120,7 +125,7 @@ fn spreads(room: &Room, truth: &Truth, paths: u64) -> Result<Vec<TrueSpread>, Fa
                     square: cell.lost(0).max(0.0) / cell.area,
                     linear: (cell.lost(0) - cell.lost(1)).max(0.0) / cell.area,
                     noise: fit.slope_variance * LONG as f64 / paths as f64,
-                    told: slopes[0].spread(),
+                    reported: slopes[0].spread(),
                 });
             }
         }

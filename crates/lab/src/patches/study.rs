@@ -7,11 +7,12 @@ use radiosity::SceneSpec;
 use results::choose;
 
 use super::oracle::{Ceiling, Cutting, GridOracle};
+use super::reported::ReportedSpread;
 use super::rooms::Room;
 use super::runs::{Failure, cut_all, experiment, fastest, noise, walk};
-use super::told::ToldSpread;
 use super::truth::Truth;
 use crate::clock::thread_seconds;
+use crate::walking::SeededWalks;
 
 /// Walks by which grids are measured.
 const MEASURED: u64 = 1 << 20;
@@ -204,13 +205,13 @@ pub struct ChosenMean {
     pub patches: f64,
     /// Seeds for which linear fits were chosen.
     pub linear: u64,
-    /// Noise and discretisation as foretold: squares of relative errors.
-    pub foretold: [f64; 2],
+    /// Noise and discretisation as predicted: squares of relative errors.
+    pub predicted: [f64; 2],
     /// What was chosen for the first seed.
     pub cuts: Vec<Cut>,
     pub is_linear: bool,
     /// Of the first seed: whether a run tells its errors truly.
-    pub told: ToldSpread,
+    pub reported: ReportedSpread,
     /// Of the first seed: the rate with linear fits over that with constants, and the rate over that of a uniform grid of as many
     /// patches.
     pub rates: [f64; 2],
@@ -234,7 +235,7 @@ impl ChosenMean {
             let (pilot, chosen) = fastest(|| choose(&job, 1));
             let Partition { cuts, forecast, .. } = chosen?.ok_or("nothing is open")?.partition;
             let grid = measure(spec, truth, &cuts)?;
-            all.push((cuts, forecast.ok_or("a pilot foretells")?, pilot, grid));
+            all.push((cuts, forecast.ok_or("a pilot predicts")?, pilot, grid));
         }
         let mean = |of: &dyn Fn(&Forecast, f64, &UniformGrid) -> f64| {
             all.iter().map(|(_, forecast, pilot, grid)| of(forecast, *pilot, grid)).sum::<f64>()
@@ -250,12 +251,12 @@ impl ChosenMean {
             pilot: mean(&|forecast, _, _| forecast.paths as f64),
             patches: mean(&|_, _, grid| grid.patches as f64),
             linear: all.iter().filter(|(_, forecast, ..)| forecast.linear).count() as u64,
-            foretold: [
+            predicted: [
                 mean(&|forecast, _, _| forecast.noise.powi(2)),
                 mean(&|forecast, _, _| forecast.discretisation.powi(2)),
             ],
             is_linear: forecast.linear,
-            told: ToldSpread::new(spec, truth, cuts, (0, paths))?,
+            reported: ReportedSpread::new(spec, truth, cuts, SeededWalks { seed: 0, walks: paths })?,
             rates: rates(spec, cuts, forecast.linear)?,
             cuts: cuts.clone(),
         })

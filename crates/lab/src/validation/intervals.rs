@@ -26,7 +26,7 @@ const WALKS: [u64; 6] = [16, 64, 181, 512, 1448, 4096];
 const RANGES: [[f64; 2]; 5] = [[0.1, 1.0], [1.0, 3.0], [3.0, 10.0], [10.0, 30.0], [30.0, 300.0]];
 
 pub(super) fn run(lab: &Lab) -> Findings {
-    let cube = Cube::new();
+    let cube = BlackCube::new();
     Findings {
         published: "What is asked of an interval of 95 %: that it holds the truth in 94 to 97 % of cases. Where fewer than three counts are \
                     expected, an interval that holds at no hit is missed on one side alone; then 94 % at least are asked for."
@@ -43,14 +43,14 @@ pub(super) fn run(lab: &Lab) -> Findings {
 }
 
 /// A cube of 54 black facets, and the factors between them.
-struct Cube {
+struct BlackCube {
     rows: ExchangeRows,
     truth: Vec<Vec<f64>>,
     areas: Vec<f64>,
     surfaces: Vec<u32>,
 }
 
-impl Cube {
+impl BlackCube {
     fn new() -> Self {
         let mut spec: SceneSpec = scenes::cube(3);
         spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 1.0.into());
@@ -63,7 +63,7 @@ impl Cube {
         let groups = ((0..facets as u32).collect(), facets as u32);
         let rows = ExchangeRows::new(scene, (FactorKind::FirstHit, Space::Discrete), groups, None)
             .expect("the groups are those of the scene");
-        Cube { rows, truth, areas: exact.areas().to_vec(), surfaces }
+        BlackCube { rows, truth, areas: exact.areas().to_vec(), surfaces }
     }
 
     /// The counted rows of a run.
@@ -84,7 +84,7 @@ struct Ranges {
     dense: [Coverage; RANGES.len()],
 }
 
-fn of_counts(lab: &Lab, cube: &Cube) -> Vec<Claim> {
+fn of_counts(lab: &Lab, cube: &BlackCube) -> Vec<Claim> {
     let runs: usize = lab.pick(40, 1000);
     let tasks = runs * WALKS.len();
     let found = lab.each(
@@ -117,7 +117,7 @@ fn of_counts(lab: &Lab, cube: &Cube) -> Vec<Claim> {
     claims
 }
 
-fn cover(cube: &Cube, rows: &[SparseRow], walks: u64, intervals: &mut Intervals) -> Ranges {
+fn cover(cube: &BlackCube, rows: &[SparseRow], walks: u64, intervals: &mut Intervals) -> Ranges {
     let mut ranges = Ranges::default();
     let mut counts = ExchangeCounts::none(rows.len());
     let columns = 0..rows.len() as u32 + 2;
@@ -137,7 +137,7 @@ fn cover(cube: &Cube, rows: &[SparseRow], walks: u64, intervals: &mut Intervals)
     ranges
 }
 
-fn of_heat(lab: &Lab, cube: &Cube) -> Vec<Claim> {
+fn of_heat(lab: &Lab, cube: &BlackCube) -> Vec<Claim> {
     const WALKS: u64 = 1000;
     let given: Vec<BoundaryCondition> = cube
         .surfaces

@@ -35,8 +35,8 @@ fn every_entry_holds() {
             false_alarms += claim["false_alarm"].as_f64().unwrap();
         }
         assert!(claims.iter().any(|claim| claim["remedy"] == true), "{name}: no claim is about the remedy");
-        let told = entry["told"].as_array().unwrap();
-        assert!(!told.is_empty(), "{name}: silence is the only wrong answer");
+        let messages = entry["told"].as_array().unwrap();
+        assert!(!messages.is_empty(), "{name}: silence is the only wrong answer");
         let page = std::fs::read_to_string(out.join("atlas.md")).unwrap();
         let svg = std::fs::read_to_string(out.join("atlas").join(format!("{name}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && page.contains(&format!("(atlas/{name}.svg)")));

@@ -193,7 +193,7 @@ impl WorkerPool {
     }
 
     /// Whether a worker that keeps `kept` results walks another lease: it has one, a thread that may begin it, and has
-    /// made progress of late. A stuck thread holds its lease for ever.
+    /// made progress recently. A stuck thread holds its lease for ever.
     fn walks_on(&self, peer: &Peer, kept: usize) -> bool {
         let may_begin = peer.relays || kept < MOST_KEPT * peer.slots.max(1);
         may_begin && kept < peer.leases.len() && self.awake - peer.progressed < SILENCE

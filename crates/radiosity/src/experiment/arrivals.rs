@@ -10,8 +10,8 @@ use crate::simd::isa::Isa;
 use crate::tally::Counts;
 use crate::trace::ray::Hits;
 use crate::walk::batch::walk_all;
-use crate::walk::estimator::{Estimator, with_fate};
-use crate::walk::fate::CollisionModel;
+use crate::walk::collision::CollisionModel;
+use crate::walk::estimator::{Estimator, with_collision_model};
 use crate::walk::score::Scorer;
 
 /// The arrival of a walk at an active side.
@@ -59,10 +59,10 @@ impl Experiment {
     pub fn each_arrival(&self, sequence: &Sequence, walks: Range<u64>, see: impl FnMut(Arrival)) -> Counts {
         let witness = Witness { see, pieces: [0; WIDTH], uv: [[0.0; 2]; WIDTH] };
         match self.scene().channels() {
-            1 => with_fate!(Analog, Estimator::Collision, |fate| self
-                .witness::<1>(sequence, walks, fate, witness)),
-            _ => with_fate!(Coloured, Estimator::Collision, |fate| self
-                .witness::<3>(sequence, walks, fate, witness)),
+            1 => with_collision_model!(Analog, Estimator::Collision, |model| self
+                .witness::<1>(sequence, walks, model, witness)),
+            _ => with_collision_model!(Coloured, Estimator::Collision, |model| self
+                .witness::<3>(sequence, walks, model, witness)),
         }
     }
 
@@ -70,9 +70,9 @@ impl Experiment {
         &self,
         sequence: &Sequence,
         walks: Range<u64>,
-        fate: impl CollisionModel<C>,
+        model: impl CollisionModel<C>,
         mut witness: impl Scorer<C>,
     ) -> Counts {
-        walk_all(self.scene(), self.births(), self.method().space(), sequence, walks, fate, &mut witness)
+        walk_all(self.scene(), self.births(), self.method().space(), sequence, walks, model, &mut witness)
     }
 }

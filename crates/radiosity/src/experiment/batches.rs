@@ -10,7 +10,6 @@ use super::meaning::Meaning;
 use super::run::Source;
 use super::sensing::SENSING_PART;
 use crate::geometry::face::Face;
-use crate::hands::Hands;
 use crate::jacobi::faces::FaceTable;
 use crate::jacobi::final_gather::{GatheredLight, final_gather};
 use crate::jacobi::plan::Solve;
@@ -20,6 +19,7 @@ use crate::random::Sampler;
 use crate::random::quasi::Quasi;
 use crate::random::rng::Sequence;
 use crate::tally::{Counts, Tally};
+use crate::thread_pool::ThreadPool;
 use crate::walk::estimator::Estimator;
 
 /// The rays of a final gather are this part of the batch's own, in all. Of 1/8 … 1 none did much better in any scene that was
@@ -68,18 +68,18 @@ impl Experiment {
         sequence: &Sequence,
         chain: u64,
         plan: &Chains,
-        hands: &dyn Hands,
+        pool: &dyn ThreadPool,
     ) -> Option<ChainOutcome> {
-        let aim = |faces: &FaceTable| self.aim(faces, plan.rays, hands);
-        jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, (plan.solve, plan.linear), aim, hands)
+        let aim = |faces: &FaceTable| self.aim(faces, plan.rays, pool);
+        jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, (plan.solve, plan.linear), aim, pool)
     }
 
     /// How all chains share out their rays. Threads that ask at once each find it for themselves, and find the same.
-    fn aim(&self, faces: &FaceTable, rays: u64, hands: &dyn Hands) -> Option<Arc<[f64]>> {
+    fn aim(&self, faces: &FaceTable, rays: u64, pool: &dyn ThreadPool) -> Option<Arc<[f64]>> {
         if let Some(aim) = self.aim.get() {
             return Some(Arc::clone(aim));
         }
-        let aim: Arc<[f64]> = jacobi::aim::aim(faces, rays, hands)?.into();
+        let aim: Arc<[f64]> = jacobi::aim::aim(faces, rays, pool)?.into();
         Some(Arc::clone(self.aim.get_or_init(|| aim)))
     }
 

@@ -16,7 +16,7 @@ pub struct Board {
     /// The scores of sensors, where there are any.
     pub(super) sensing: Option<Sensing>,
     /// The scores of groups, where there are any; with sensors, groups are sources alone.
-    pub(super) apart: Option<GroupSums>,
+    pub(super) group_sums: Option<GroupSums>,
 }
 
 /// What a board keeps for groups of patches.
@@ -76,10 +76,10 @@ impl Board {
     /// # Errors
     /// Where a sum may have wrapped.
     pub fn take(&mut self) -> Result<Tally, Overflow> {
-        match (&mut self.sensing, &mut self.apart) {
+        match (&mut self.sensing, &mut self.group_sums) {
             (None, None) => self.scores.take(),
             (Some(sensing), _) => sensing.take(&mut self.scores),
-            (None, Some(apart)) => apart.take(&mut self.scores),
+            (None, Some(group_sums)) => group_sums.take(&mut self.scores),
         }
     }
 
@@ -88,7 +88,7 @@ impl Board {
     /// # Errors
     /// Where a sum may have wrapped or leaves its range; then the tally is unusable.
     pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
-        if self.sensing.is_none() && self.apart.is_none() {
+        if self.sensing.is_none() && self.group_sums.is_none() {
             return self.scores.add_to(tally);
         }
         tally.merge(&self.take()?).map_err(|_| Overflow)

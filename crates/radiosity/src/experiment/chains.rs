@@ -46,7 +46,7 @@ impl Student {
     /// spread of few chains are low together.
     /// Hits: the interval is that of a count ([`stats::batches_interval`]). Where nothing has come in, what could have come has stayed out
     /// with probability ½(1 − confidence) at least.
-    pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64, by: By) -> ChainEstimate {
+    pub(super) fn estimate(&self, moments: &Moments, per_unit: f64, most: f64, by: By) -> ChainEstimate {
         let mean = per_unit * moments.mean().unwrap_or(0.0);
         let quantile = self.quantile.filter(|_| moments.standard_error().is_some());
         let sample_error = moments.standard_error().map_or(0.0, |error| per_unit * error);
@@ -118,7 +118,7 @@ pub(super) enum Contributions {
 }
 
 impl Contributions {
-    /// `None` where contributions are not told apart.
+    /// `None` where contributions are not distinguished.
     pub(super) fn new(experiment: &Experiment, tally: &Tally) -> Option<Self> {
         match experiment.method() {
             Method::Chains(Chains { solve: Solve::Links, .. }) => {

@@ -21,7 +21,7 @@ use crate::tally::{Counts, Scoreboard, Tally};
 use crate::trace::ray::Ray;
 use crate::walk::Space;
 use crate::walk::batch::walk_all;
-use crate::walk::fate::Analog;
+use crate::walk::collision::Analog;
 use crate::walk::skies::SkyCounts;
 
 /// Walks from the cells of sensors to patches of the sky.

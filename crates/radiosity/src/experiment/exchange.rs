@@ -21,8 +21,8 @@ use crate::scene::births::Births;
 use crate::tally::{Scoreboard, Tally};
 use crate::walk::Space;
 use crate::walk::batch::walk_all;
+use crate::walk::collision::Analog;
 use crate::walk::exchanged::{Exchanged, ExchangedRow, RowCounts};
-use crate::walk::fate::Analog;
 
 /// Which exchange factors are counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -130,10 +130,10 @@ impl Exchange {
             let first_row = group * self.columns();
             let births = &self.births[group as usize];
             let mut score = Exchanged::new(board, &self.group_of_face, first_row);
-            let fate = Analog { ends_at_once: self.kind == FactorKind::FirstHit };
+            let model = Analog { ends_at_once: self.kind == FactorKind::FirstHit };
             let of_group = u64::from(group) * WALKS_OF_A_GROUP;
             let walks = of_group + walks.start..of_group + walks.end;
-            let counts = walk_all(scene, births, space, sequence, walks, fate, &mut score);
+            let counts = walk_all(scene, births, space, sequence, walks, model, &mut score);
             let backs = first_row + self.groups;
             board.add_walks_of_one(backs, counts.absorbed_back);
             board.add_walks_of_one(backs + 1, counts.escaped);
@@ -215,11 +215,11 @@ impl ExchangeRows {
         let births = &self.births[group as usize];
         let of_group = u64::from(group) * WALKS_OF_A_GROUP;
         let sky = self.sky.as_ref().map(|sky| (sky, self.groups + 2));
-        let fate = Analog { ends_at_once: self.kind == FactorKind::FirstHit };
+        let model = Analog { ends_at_once: self.kind == FactorKind::FirstHit };
         let mut score =
             ExchangedRow { row: &mut board.row, group_of_face: &self.group_of_face, sky, to_sky: 0 };
         let walks = of_group + walks.start..of_group + walks.end;
-        let counts = walk_all(&self.scene, births, self.space, sequence, walks, fate, &mut score);
+        let counts = walk_all(&self.scene, births, self.space, sequence, walks, model, &mut score);
         let to_sky = score.to_sky;
         board.row.add(self.groups, counts.absorbed_back as u32);
         board.row.add(self.groups + 1, counts.escaped as u32 - to_sky);

@@ -9,14 +9,14 @@ use std::f64::consts::{LN_10, PI};
 use photometry::position_index;
 use serde::Serialize;
 
-use super::planes::{Figure, Known};
+use super::planes::{Figure, ValueWithError};
 use super::readings::{Reading, Readings};
 use crate::geometry::face::Face;
 
 /// Solid angles of luminaires that the formula was fitted to [sr] (CIE 117:1995).
 const SOLID_ANGLES: std::ops::RangeInclusive<f64> = 0.0003..=0.1;
 
-/// Why the formula does not hold at an eye.
+/// The reason why the unified glare rating does not apply at an eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unexamined {
@@ -86,7 +86,7 @@ impl Readings<'_> {
     }
 
     /// UGR at one eye; `None` where it sees no luminaire.
-    fn rating(&self, cell: usize) -> Result<Option<Known>, Unexamined> {
+    fn rating(&self, cell: usize) -> Result<Option<ValueWithError>, Unexamined> {
         let scene = self.scene();
         if self.channels() > 1 {
             return Err(Unexamined::Colour);
@@ -103,7 +103,11 @@ impl Readings<'_> {
         let rating = |e: f64| 8.0 * (0.25 * PI / e * sum).log10();
         let error = std_error.filter(|&error| error > 0.0).map_or(0.0, |_| self.sample_error(cell, 0));
         let error = 8.0 / LN_10 * error / background;
-        Ok(Some(Known { value: rating(background), error, limits: [rating(ci_high), rating(ci_low)] }))
+        Ok(Some(ValueWithError {
+            value: rating(background),
+            error,
+            limits: [rating(ci_high), rating(ci_low)],
+        }))
     }
 
     /// Σ L²ω/p² of the luminaires that an eye sees, whose luminances are I over the area that is seen [cd²/m⁴ sr].

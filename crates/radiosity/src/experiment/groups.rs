@@ -1,4 +1,4 @@
-//! Groups of patches that are told apart: the sources of light, and the materials whose influence is asked for.
+//! Groups of patches that are distinguished: the sources of light, and the materials whose influence is asked for.
 //!
 //! A shooting walk is born on one emitter, so that it belongs to one *class*: the emitters of one source and one material.
 //! Each class has sums of its own for every face. In a tally the rows of faces hold the sums of all classes together, as if
@@ -88,7 +88,7 @@ impl Groups {
     /// The source of all emitters that no group holds.
     pub const REST: &'static str = "rest";
 
-    /// Groups of a scene; `None` where nothing is told apart.
+    /// Groups of a scene; `None` where nothing is distinguished.
     pub(super) fn new(
         scene: &Scene,
         method: &Method,
@@ -140,7 +140,7 @@ impl Groups {
     }
 
     /// The names of the sources, in the order of the job; the last is [`Groups::REST`] where emitters are left over. Empty
-    /// where no sources are told apart.
+    /// where no sources are distinguished.
     pub fn sources(&self) -> &[String] {
         &self.sources
     }
@@ -179,7 +179,8 @@ impl Groups {
     pub(super) fn sums<'a>(
         &'a self,
         tally: &'a Tally,
-        (i, score): (usize, usize),
+        i: usize,
+        score: usize,
     ) -> impl Iterator<Item = [u128; 3]> + 'a {
         let faces = self.faces;
         let row = move |row: usize| {

@@ -7,8 +7,8 @@ use super::groups::{Groups, SensitivityMaterial};
 use super::solution::{Estimate, Estimates};
 use crate::geometry::face::Face;
 use crate::tally::Tally;
+use crate::walk::collision::InfiniteEnd;
 use crate::walk::estimator::Estimator;
-use crate::walk::fate::InfiniteEnd;
 
 /// A property of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

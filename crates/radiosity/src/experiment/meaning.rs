@@ -9,11 +9,11 @@ use crate::jacobi::final_gather::LIGHT_BY_SHADOW_RAYS;
 use crate::jacobi::plan::Solve;
 use crate::method::{Chains, Method};
 use crate::tally::{Counts, Tally};
+use crate::walk::collision::InfiniteEnd;
 use crate::walk::estimator::{Estimator, Repeats};
-use crate::walk::fate::InfiniteEnd;
 use crate::walk::score::FIXED_UNITS;
 
-/// What the sums of one score on one face mean.
+/// The factors that turn the sums of scores on one face into radiosity and irradiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Meaning {
     /// One unit of score, in events (hits; for gathering, events of the largest value).

@@ -42,9 +42,9 @@ impl Shares {
     }
 
     /// The weighted scores of face i in one channel, and events. Where all that counts counts alike, sums are exact.
-    pub(super) fn sample(&self, groups: &Groups, tally: &Tally, place: (usize, usize)) -> (Sample, u128) {
+    pub(super) fn sample(&self, groups: &Groups, tally: &Tally, i: usize, channel: usize) -> (Sample, u128) {
         let n = tally.counts.walks;
-        let counted = || groups.sums(tally, place).zip(&self.parts).filter(|(_, part)| **part > 0.0);
+        let counted = || groups.sums(tally, i, channel).zip(&self.parts).filter(|(_, part)| **part > 0.0);
         let add = |a: [u128; 3], b: [u128; 3]| std::array::from_fn(|column| a[column] + b[column]);
         let [sum, sum_sq, events] = counted().fold([0; 3], |total, (sums, _)| add(total, sums));
         if counted().all(|(_, part)| *part == 1.0) {

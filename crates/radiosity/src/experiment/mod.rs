@@ -43,7 +43,7 @@ use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{ColouredBoard, Layout, LinearBoard, Scoreboard, Tally};
-use crate::walk::estimator::{Course, Estimator};
+use crate::walk::estimator::{AbsorptionMode, Estimator};
 use crate::walk::marks::{MarkBoard, Marked};
 use board::{GroupSums, Scores, Sensing, with_board};
 use daylight::{Daylight, DaylightSpec};
@@ -66,7 +66,7 @@ pub struct Experiment {
     least_area: f64,
     /// Places where light is measured; `None` where there are none.
     sensors: Option<Arc<Sensors>>,
-    /// Groups of patches that are told apart; `None` where there are none.
+    /// Groups of patches that are distinguished; `None` where there are none.
     groups: Option<Arc<Groups>>,
     /// What is estimated in place of the light of the scene; `None`: that light.
     mixture: Option<Arc<Mixture>>,
@@ -140,11 +140,11 @@ impl Experiment {
         self.check_groups()
     }
 
-    /// The experiment with sources that are told apart, and materials whose influence is measured. What is found of faces stays
+    /// The experiment with sources that are distinguished, and materials whose influence is measured. What is found of faces stays
     /// as it is.
     ///
     /// # Errors
-    /// Groups that cannot be told apart, or a method whose samples belong to several of them.
+    /// Groups that cannot be distinguished, or a method whose samples belong to several of them.
     pub fn with_groups(mut self, sources: &[PatchGroup], materials: &[PatchGroup]) -> Result<Self, Unfit> {
         self.groups = Groups::new(&self.scene, &self.method, (sources, materials))?.map(Arc::new);
         self.check_groups()
@@ -158,7 +158,7 @@ impl Experiment {
         }
     }
 
-    /// Sources that are told apart.
+    /// Sources that are distinguished.
     fn source_count(&self) -> usize {
         self.groups().map_or(0, |groups| groups.sources().len())
     }
@@ -178,7 +178,7 @@ impl Experiment {
         self.face_rows()
     }
 
-    /// The groups of patches that are told apart, where there are any.
+    /// The groups of patches that are distinguished, where there are any.
     pub fn groups(&self) -> Option<&Groups> {
         self.groups.as_deref()
     }
@@ -255,7 +255,7 @@ impl Experiment {
         with_board!(&self.scores(0), board => board.layout())
     }
 
-    /// Rows of a tally: the faces; where groups are told apart those of every class but the first, and of materials; where there are sensors
+    /// Rows of a tally: the faces; where groups are distinguished those of every class but the first, and of materials; where there are sensors
     /// one that counts their samples, and their cells, for all sources together and for each. Of exchange factors: those of [`ExchangeSpec`]; of daylight
     /// coefficients: [`daylight::sky_rows`] for each segment.
     pub fn rows(&self) -> usize {
@@ -279,13 +279,17 @@ impl Experiment {
         });
         let counted = self.counted_rows();
         let faces = counted.unwrap_or(self.scene.faces().len());
-        // Light is not told apart where it is not counted.
+        // Light is not distinguished where it is not counted.
         let groups = self.groups().filter(|_| counted.is_none());
         let slots = faces + groups.map_or(0, Groups::class_rows);
-        Board { scores: self.scores(slots), sensing, apart: groups.map(|groups| self.apart(groups)) }
+        Board {
+            scores: self.scores(slots),
+            sensing,
+            group_sums: groups.map(|groups| self.group_sums(groups)),
+        }
     }
 
-    fn apart(&self, groups: &Groups) -> GroupSums {
+    fn group_sums(&self, groups: &Groups) -> GroupSums {
         let (faces, layout) = (self.scene.faces().len(), self.layout());
         let materials = groups.materials().len();
         let (size, columns) = ([faces, materials], layout.columns());
@@ -313,13 +317,19 @@ impl Experiment {
         match (self.scene.channels(), score) {
             (1, Score::Mix) if hits => Scores::RelatedHits(Scoreboard::new(faces)),
             (1, Score::Mix) => Scores::RelatedFixed(Scoreboard::new(faces)),
-            (1, Score::Of(estimator)) => match estimator.kind().course() {
-                Course::Chance | Course::FirstHit if hits => Scores::Hits(Scoreboard::new(faces)),
-                Course::Chance | Course::FirstHit | Course::Weighted => Scores::Fixed(Scoreboard::new(faces)),
+            (1, Score::Of(estimator)) => match estimator.kind().absorption() {
+                AbsorptionMode::Analog | AbsorptionMode::DirectOnly if hits => {
+                    Scores::Hits(Scoreboard::new(faces))
+                }
+                AbsorptionMode::Analog | AbsorptionMode::DirectOnly | AbsorptionMode::Implicit => {
+                    Scores::Fixed(Scoreboard::new(faces))
+                }
             },
-            (1, Score::Linear(estimator)) => match estimator.kind().course() {
-                Course::Chance | Course::FirstHit if hits => Scores::LinearHits(LinearBoard::new(faces)),
-                Course::Chance | Course::FirstHit | Course::Weighted => {
+            (1, Score::Linear(estimator)) => match estimator.kind().absorption() {
+                AbsorptionMode::Analog | AbsorptionMode::DirectOnly if hits => {
+                    Scores::LinearHits(LinearBoard::new(faces))
+                }
+                AbsorptionMode::Analog | AbsorptionMode::DirectOnly | AbsorptionMode::Implicit => {
                     Scores::LinearFixed(LinearBoard::new(faces))
                 }
             },

@@ -68,7 +68,7 @@ impl Readings<'_> {
     pub fn plane(&self, plane: usize, channel: usize) -> PlaneFigures {
         let errors = self.errors_of_plane(plane, channel);
         let common = self.correlation_of_points(plane, channel);
-        let [minimum, maximum] = [1.0, -1.0].map(|sign| self.plane_extreme((plane, channel), common, sign));
+        let [minimum, maximum] = [1.0, -1.0].map(|sign| self.plane_extreme(plane, channel, common, sign));
         let mean = self.plane_mean(plane, channel);
         PlaneFigures {
             uniformity: quotient(&minimum.0, &mean, errors.with_mean(minimum.1)),
@@ -80,7 +80,7 @@ impl Readings<'_> {
     }
 
     /// One of the figures of a plane in one channel.
-    fn figure(&self, (plane, channel): (usize, usize), figure: PlaneFigure) -> Figure {
+    fn figure(&self, plane: usize, channel: usize, figure: PlaneFigure) -> Figure {
         let figures = || self.plane(plane, channel);
         match figure {
             PlaneFigure::Mean => figures().mean,
@@ -98,11 +98,12 @@ impl Readings<'_> {
     /// Whether a figure of a plane is at least as large as demanded, of UGR at most, in one channel.
     pub fn sufficiency(
         &self,
-        (plane, channel): (usize, usize),
+        plane: usize,
+        channel: usize,
         figure: PlaneFigure,
         demanded: f64,
     ) -> Sufficiency {
-        let known = self.figure((plane, channel), figure);
+        let known = self.figure(plane, channel, figure);
         let reaches =
             |value: f64| if figure == PlaneFigure::Ugr { value <= demanded } else { value >= demanded };
         let is_met = known.value.is_some_and(reaches);
@@ -110,7 +111,7 @@ impl Readings<'_> {
         let level =
             |one_sided: f64| if figure == PlaneFigure::Mean { 2.0 * one_sided - 1.0 } else { one_sided };
         let is_sure = |one_sided: f64| {
-            let Figure { low, high, .. } = self.at_level(level(one_sided)).figure((plane, channel), figure);
+            let Figure { low, high, .. } = self.at_level(level(one_sided)).figure(plane, channel, figure);
             [low, high].into_iter().all(|limit| reaches(limit) == is_met)
         };
         // What is left to 1 falls by 2⁻¼ from step to step.
@@ -144,7 +145,7 @@ impl Readings<'_> {
 
     /// The least irradiance of a plane's points with the standard error of its estimate, or, with `sign` −1, the largest: the least with the signs
     /// turned round.
-    fn plane_extreme(&self, (plane, channel): (usize, usize), correlation: f64, sign: f64) -> (Figure, f64) {
+    fn plane_extreme(&self, plane: usize, channel: usize, correlation: f64, sign: f64) -> (Figure, f64) {
         let sensor = self.sensors().planes().nth(plane).expect("a plane of the job");
         let points = self.sensors().cells_of(sensor).map(|cell| self.known_at(cell, channel));
         let (figure, error) = self.extreme(points, correlation, sign);
@@ -152,11 +153,11 @@ impl Readings<'_> {
     }
 
     /// What is known of the irradiance at a cell.
-    fn known_at(&self, cell: usize, channel: usize) -> Known {
+    fn known_at(&self, cell: usize, channel: usize) -> ValueWithError {
         let Reading { irradiance, std_error, ci_low, ci_high } = self.reading(cell, channel);
-        let is_told = std_error.is_some_and(|error| error > 0.0);
-        let error = if is_told { self.sample_error(cell, channel) } else { 0.0 };
-        Known { value: irradiance.unwrap_or(0.0), error, limits: [ci_low, ci_high] }
+        let has_error = std_error.is_some_and(|error| error > 0.0);
+        let error = if has_error { self.sample_error(cell, channel) } else { 0.0 };
+        ValueWithError { value: irradiance.unwrap_or(0.0), error, limits: [ci_low, ci_high] }
     }
 
     /// Cylindrical over horizontal illuminance, the index of modelling (EN 12464-1), at the points of two planes: the least and the largest. The
@@ -170,9 +171,9 @@ impl Readings<'_> {
             let value = top.value / bottom.value;
             let error = value * (top.error / top.value).hypot(bottom.error / bottom.value);
             let limits = [top.limits[0] / bottom.limits[1], top.limits[1] / bottom.limits[0]];
-            (top.value > 0.0 && bottom.value > 0.0).then_some(Known { value, error, limits })
+            (top.value > 0.0 && bottom.value > 0.0).then_some(ValueWithError { value, error, limits })
         };
-        let known: Vec<Known> = tops.zip(bottoms).filter_map(quotient).collect();
+        let known: Vec<ValueWithError> = tops.zip(bottoms).filter_map(quotient).collect();
         (self.samples() > 0 && !known.is_empty())
             .then(|| [1.0, -1.0].map(|sign| self.extreme(known.iter().copied(), 0.0, sign).0))
     }
@@ -180,11 +181,11 @@ impl Readings<'_> {
     /// The least of some numbers, whose errors have this correlation in pairs, with the standard error of its estimate, or, with `sign` −1, the largest.
     pub(super) fn extreme(
         &self,
-        known: impl Iterator<Item = Known>,
+        known: impl Iterator<Item = ValueWithError>,
         correlation: f64,
         sign: f64,
     ) -> (Figure, f64) {
-        let turned = |Known { value, error, limits: [low, high] }: Known| {
+        let turned = |ValueWithError { value, error, limits: [low, high] }: ValueWithError| {
             let [low, high] = if sign > 0.0 { [low, high] } else { [-high, -low] };
             [sign * value, error, low, high]
         };
@@ -192,12 +193,13 @@ impl Readings<'_> {
         let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
         let first = readings.iter().min_by(|a, b| a[0].total_cmp(&b[0])).expect("a plane has points");
         // What no spread is known of stands by itself: it is exact, or bounded.
-        let (told, alone): (Vec<[f64; 4]>, Vec<_>) = readings.iter().partition(|of| of[1] > 0.0);
+        let (uncertain, alone): (Vec<[f64; 4]>, Vec<_>) = readings.iter().partition(|of| of[1] > 0.0);
         let [mut low, mut high] = [2, 3].map(|limit: usize| least(&mut alone.iter().map(|of| of[limit])));
-        if !told.is_empty() {
-            let estimates: Vec<[f64; 2]> = told.iter().map(|of| [of[0], of[1]]).collect();
-            let of_told = minimum_interval(&estimates, correlation, self.confidence(), self.samples() - 1);
-            (low, high) = (low.min(of_told.low), high.min(of_told.high));
+        if !uncertain.is_empty() {
+            let estimates: Vec<[f64; 2]> = uncertain.iter().map(|of| [of[0], of[1]]).collect();
+            let of_reported =
+                minimum_interval(&estimates, correlation, self.confidence(), self.samples() - 1);
+            (low, high) = (low.min(of_reported.low), high.min(of_reported.high));
         }
         let [low, high] = if sign > 0.0 { [low, high] } else { [-high, -low] };
         let value = sign * first[0];
@@ -206,9 +208,9 @@ impl Readings<'_> {
     }
 }
 
-/// A number with its standard error, which is 0 where none is told, and the interval of itself alone.
+/// A number with its standard error, which is 0 where none is known, and the interval of itself alone.
 #[derive(Clone, Copy)]
-pub(super) struct Known {
+pub(super) struct ValueWithError {
     pub(super) value: f64,
     pub(super) error: f64,
     pub(super) limits: [f64; 2],

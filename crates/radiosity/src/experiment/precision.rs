@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::solution::{Channels, Estimate, Estimates};
 use crate::geometry::face::Face;
 use crate::scene::sealed::Sealed;
-use crate::scene::{Executor, Scene};
+use crate::scene::{ParallelFor, Scene};
 use crate::walk::Space;
 
 /// The quantity whose half-widths are judged.
@@ -97,7 +97,7 @@ pub struct Precision {
     /// The face that has it.
     pub worst_face: Option<u32>,
     /// Faces that light may come to, as far as is known, and that no walk has hit.
-    pub unhit: Apart,
+    pub unhit: FaceShare,
 }
 
 /// Half-widths over the area that light can reach. Each is divided by the larger of the estimate and a floor; that of a face that no
@@ -133,16 +133,16 @@ pub const FLOOR: f64 = 0.01;
 /// A face of a smaller part of the area is not named as the worst where there are few such faces: no picture shows them, and few walks find them.
 pub const TINY: f64 = 1e-6;
 
-/// Some faces: their number, and their part of the area of all faces.
+/// The size of a set of faces: their number, and their part of the area of all faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Apart {
+pub struct FaceShare {
     /// The number of these faces.
     pub faces: u64,
     /// The part that they are of the area of all faces.
     pub area: f64,
 }
 
-impl Apart {
+impl FaceShare {
     /// Counts a face of this part of the area.
     pub fn add(&mut self, area: f64) {
         self.faces += 1;
@@ -162,7 +162,7 @@ struct Ranked {
 
 impl Estimates<'_> {
     /// How well the faces are known, by the half-widths of a quantity. The executor runs the search for what light comes to.
-    pub fn precision(&self, quantity: Quantity, executor: &Executor) -> Precision {
+    pub fn precision(&self, quantity: Quantity, executor: &ParallelFor) -> Precision {
         let mut ranks = Vec::new();
         let mut hit = vec![false; self.scene().faces().len()];
         let (mut of_dark, mut of_all) = (Spread::default(), Spread::default());
@@ -190,7 +190,7 @@ impl Estimates<'_> {
         }
         let reach = Reach::new(self, &hit, executor);
         let all: f64 = self.scene().faces().iter().map(|face| face.area).sum();
-        let (mut unhit, mut sealed_area) = (Apart::default(), 0.0);
+        let (mut unhit, mut sealed_area) = (FaceShare::default(), 0.0);
         ranks.retain_mut(|ranked| match reach.of(ranked.face, ranked.is_hit) {
             Place::Room { part } => {
                 ranked.part = part;
@@ -252,7 +252,7 @@ enum Dark<'a> {
 impl<'a> Reach<'a> {
     /// The faces of a solved scene, each of which was `hit` or not. What walks have hit is reached by light, and so is all that is
     /// joined to it. Walks that go on from where they arrive light parts of faces, others whole faces.
-    pub fn new(estimates: &Estimates<'a>, hit: &[bool], executor: &Executor) -> Self {
+    pub fn new(estimates: &Estimates<'a>, hit: &[bool], executor: &ParallelFor) -> Self {
         let scene = estimates.scene();
         let dark = match estimates.experiment().method().space() {
             _ if !hit.contains(&false) => Dark::Nowhere,

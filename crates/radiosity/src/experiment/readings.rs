@@ -54,7 +54,7 @@ impl<'a> Readings<'a> {
         Some(Readings { experiment, sensors, tally, student, confidence, source: None })
     }
 
-    /// The readings of one source's light, as much as there is of it; `None` where sources are not told apart, or there is no such one.
+    /// The readings of one source's light, as much as there is of it; `None` where sources are not distinguished, or there is no such one.
     pub fn of_source(&self, source: usize) -> Option<Self> {
         let of_source = Readings { source: Some(source), student: self.student.clone(), ..*self };
         (source < self.experiment.source_count()).then_some(of_source)
@@ -203,11 +203,11 @@ impl<'a> Readings<'a> {
         let (mut mean, mut error, [mut low, mut high]) = (direct, Some(0.0), [direct; 2]);
         for (row, factor) in self.rows_of(cell) {
             let moments = self.moments(row, channel);
-            let told = self.student.told(&moments, self.per_unit(channel), largest, By::Many);
-            mean += factor * told.mean;
-            error = error.zip(told.error).map(|(sum, own)| sum + factor * own);
-            low += factor * told.low;
-            high += factor * told.high;
+            let estimate = self.student.estimate(&moments, self.per_unit(channel), largest, By::Many);
+            mean += factor * estimate.mean;
+            error = error.zip(estimate.error).map(|(sum, own)| sum + factor * own);
+            low += factor * estimate.low;
+            high += factor * estimate.high;
         }
         Reading { irradiance: known.then_some(mean), std_error: error, ci_low: low, ci_high: high }
     }

@@ -4,8 +4,8 @@ use crate::experiment::Experiment;
 use crate::random::rng::{Sequence, WalkRng};
 use crate::simd::batch::{Decisions, WIDTH};
 use crate::walk::batch::{WalkEnd, walk_all};
-use crate::walk::estimator::{Estimator, with_fate};
-use crate::walk::fate::CollisionModel;
+use crate::walk::collision::CollisionModel;
+use crate::walk::estimator::{Estimator, with_collision_model};
 use crate::walk::score::Scorer;
 
 /// A walk, described from its birth to its end.
@@ -60,15 +60,15 @@ impl Experiment {
     pub fn replay(&self, sequence: &Sequence, n: u64) -> Replay {
         let estimator = self.method().estimator().unwrap_or(Estimator::Collision);
         match self.scene().channels() {
-            1 => with_fate!(Analog, estimator, |fate| self.record::<1>(sequence, n, fate)),
-            _ => with_fate!(Coloured, estimator, |fate| self.record::<3>(sequence, n, fate)),
+            1 => with_collision_model!(Analog, estimator, |model| self.record::<1>(sequence, n, model)),
+            _ => with_collision_model!(Coloured, estimator, |model| self.record::<3>(sequence, n, model)),
         }
     }
 
-    fn record<const C: usize>(&self, sequence: &Sequence, n: u64, fate: impl CollisionModel<C>) -> Replay {
+    fn record<const C: usize>(&self, sequence: &Sequence, n: u64, model: impl CollisionModel<C>) -> Replay {
         let mut recorder = Recorder::default();
         let (scene, space) = (self.scene(), self.method().space());
-        let counts = walk_all(scene, self.births(), space, sequence, n..n + 1, fate, &mut recorder);
+        let counts = walk_all(scene, self.births(), space, sequence, n..n + 1, model, &mut recorder);
         let ends = [
             (counts.absorbed_back, WalkEnd::AbsorbedBack),
             (counts.escaped, WalkEnd::Escaped),

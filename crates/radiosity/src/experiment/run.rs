@@ -6,17 +6,17 @@ use super::Experiment;
 use super::board::{Board, Scores, with_board};
 use super::gathering::{EventValues, Gathering};
 use super::solution::Solution;
-use crate::hands::Hands;
 use crate::method::{Method, Score, Walks};
-use crate::random::quasi::{Place, Quasi};
+use crate::random::quasi::{Quasi, QuasiPosition};
 use crate::random::rng::Sequence;
 use crate::scene::births::Births;
 use crate::tally::{Counts, Overflow};
+use crate::thread_pool::ThreadPool;
 use crate::walk::Space;
-use crate::walk::apart::LightGroups;
 use crate::walk::batch::{walk_all, walk_each};
-use crate::walk::estimator::{EstimatorKind, Event, with_fate};
-use crate::walk::fate::{Analog, CollisionModel, Infinite};
+use crate::walk::collision::{Analog, CollisionModel, Infinite};
+use crate::walk::estimator::{EstimatorKind, Event, with_collision_model};
+use crate::walk::light_groups::LightGroups;
 use crate::walk::marks::{Amount, LikelihoodRatio, MarkBoard, Marked};
 use crate::walk::score::{Gather, GatherRelated, Scorer, ShootHits, ShootRelated};
 use crate::walk::weighted::ShootWeights;
@@ -68,14 +68,20 @@ impl Experiment {
         self.walk_while(sequence, walks, board, &|| true);
     }
 
-    /// Walks as [`Experiment::walk`] does, but gives up a batch or a chain, which may be long, once `hands` no longer wants it.
-    /// What the board holds is of no use then. A chain of links is shared among the threads that `hands` lends.
+    /// Walks as [`Experiment::walk`] does, but gives up a batch or a chain, which may be long, once `pool` no longer wants it.
+    /// What the board holds is of no use then. A chain of links is shared among the threads that `pool` lends.
     ///
     /// # Panics
     /// Where the board was made by an experiment that scores in another way.
-    pub fn walk_while(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board, hands: &dyn Hands) {
-        let go_on = &|| hands.go_on();
-        let Board { scores, sensing, apart } = board;
+    pub fn walk_while(
+        &self,
+        sequence: &Sequence,
+        walks: Range<u64>,
+        board: &mut Board,
+        pool: &dyn ThreadPool,
+    ) {
+        let go_on = &|| pool.go_on();
+        let Board { scores, sensing, group_sums } = board;
         if let Some(exchange) = &self.exchange {
             let Scores::Hits(board) = scores else { wrong_board() };
             return exchange.walk(&self.scene, self.method.space(), (sequence, walks), board);
@@ -88,7 +94,7 @@ impl Experiment {
             (Method::Walks(plan), scores) => {
                 return match self.sensors().zip(sensing.as_mut()) {
                     None => {
-                        let marks = apart.as_mut().and_then(|apart| apart.marks.as_mut());
+                        let marks = group_sums.as_mut().and_then(|group_sums| group_sums.marks.as_mut());
                         self.single_walks(plan, sequence, walks, (scores, marks));
                     }
                     Some((sensors, sensing)) => {
@@ -102,7 +108,7 @@ impl Experiment {
                 self.batches(sequence, walks, (scores, sensing), batch, go_on)
             }
             (Method::Chains(plan), Scores::Chains(scores)) => {
-                let chain = |chain| self.chain(sequence, chain, plan, hands);
+                let chain = |chain| self.chain(sequence, chain, plan, pool);
                 self.batches(sequence, walks, (scores, sensing), chain, go_on)
             }
             _ => wrong_board(),
@@ -138,8 +144,8 @@ impl Experiment {
         match (board, score) {
             (Scores::Hits(board), Score::Of(estimator)) => {
                 let mut score = ShootHits::new(self.scene.parts.isa, board, estimator.event());
-                let fate = Analog::of(estimator.kind().goes_on());
-                self.shoot_all(space, source, fate, (&mut score, marks_of!(marks, Hits)))
+                let model = Analog::of(estimator.kind().goes_on());
+                self.shoot_all(space, source, model, (&mut score, marks_of!(marks, Hits)))
             }
             (Scores::RelatedHits(board), Score::Mix) => {
                 let mut score = ShootRelated::new(board);
@@ -152,8 +158,8 @@ impl Experiment {
             }
             (Scores::LinearHits(board), Score::Linear(estimator)) => {
                 let mut score = ShootHits::new(self.scene.parts.isa, board, estimator.event());
-                let fate = Analog::of(estimator.kind().goes_on());
-                self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
+                let model = Analog::of(estimator.kind().goes_on());
+                self.walk_all(self.scene.emitters(), space, source, model, &mut score)
             }
             (Scores::LinearFixed(board), Score::Linear(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
@@ -161,42 +167,42 @@ impl Experiment {
                 self.walk_all(self.scene.emitters(), space, source, Infinite::new(end), &mut score)
             }
             (Scores::LinearColoured(board), Score::Linear(estimator)) => {
-                with_fate!(Coloured, estimator, |fate| {
+                with_collision_model!(Coloured, estimator, |model| {
                     let mut score = ShootWeights::<_, 3>::new(self.scene.parts.isa, board, estimator.event());
-                    self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
+                    self.walk_all(self.scene.emitters(), space, source, model, &mut score)
                 })
             }
             (Scores::Coloured(board), Score::Of(estimator)) => {
-                with_fate!(Coloured, estimator, |fate| {
+                with_collision_model!(Coloured, estimator, |model| {
                     let mut score = ShootWeights::<_, 3>::new(self.scene.parts.isa, board, estimator.event());
-                    self.shoot_all(space, source, fate, (&mut score, marks_of!(marks, Coloured)))
+                    self.shoot_all(space, source, model, (&mut score, marks_of!(marks, Coloured)))
                 })
             }
             _ => wrong_board(),
         }
     }
 
-    /// Walks from the emitters; where groups are told apart, each scores for its own.
+    /// Walks from the emitters; where groups are distinguished, each scores for its own.
     fn shoot_all<T: Amount, const C: usize>(
         &self,
         space: Space,
         source: &Source,
-        fate: impl CollisionModel<C>,
+        model: impl CollisionModel<C>,
         (score, marks): (&mut impl Scorer<C>, Option<&mut Marked<T, C>>),
     ) -> Counts {
         let births = self.scene.emitters();
         let (Some(groups), Source::Random(sequence, walks)) = (&self.groups, source) else {
-            return self.walk_all(births, space, source, fate, score);
+            return self.walk_all(births, space, source, model, score);
         };
         let walks = walks.clone();
         let mut score = LightGroups::new(score, &groups.first_slots);
         let Some(marks) = marks else {
-            return walk_all(&self.scene, births, space, sequence, walks, fate, &mut score);
+            return walk_all(&self.scene, births, space, sequence, walks, model, &mut score);
         };
         let event = self.method.estimator_kind().map_or(Event::Arrival, EstimatorKind::event);
         let isa = self.scene.parts.isa;
         let mut score = LikelihoodRatio::new(isa, (&mut score, marks), &groups.material_of_face, event);
-        walk_all(&self.scene, births, space, sequence, walks, fate, &mut score)
+        walk_all(&self.scene, births, space, sequence, walks, model, &mut score)
     }
 
     /// Walks from the patches.
@@ -210,27 +216,27 @@ impl Experiment {
         let (scene, births, space) = (&self.scene, &gathering.births, plan.space);
         match (board, &gathering.values, plan.score) {
             (Scores::Fixed(board), EventValues::Grey(values), Score::Of(estimator)) => {
-                with_fate!(Analog, estimator, |fate| {
+                with_collision_model!(Analog, estimator, |model| {
                     let mut score = Gather::<_, 1>::new(board, values, estimator.event());
-                    walk_all(scene, births, space, sequence, walks, fate, &mut score)
+                    walk_all(scene, births, space, sequence, walks, model, &mut score)
                 })
             }
             (Scores::Coloured(board), EventValues::Coloured(values), Score::Of(estimator)) => {
-                with_fate!(Coloured, estimator, |fate| {
+                with_collision_model!(Coloured, estimator, |model| {
                     let mut score = Gather::<_, 3>::new(board, values, estimator.event());
-                    walk_all(scene, births, space, sequence, walks, fate, &mut score)
+                    walk_all(scene, births, space, sequence, walks, model, &mut score)
                 })
             }
             (Scores::LinearFixed(board), EventValues::Grey(values), Score::Linear(estimator)) => {
-                with_fate!(Analog, estimator, |fate| {
+                with_collision_model!(Analog, estimator, |model| {
                     let mut score = Gather::<_, 1>::new(board, values, estimator.event());
-                    walk_all(scene, births, space, sequence, walks, fate, &mut score)
+                    walk_all(scene, births, space, sequence, walks, model, &mut score)
                 })
             }
             (Scores::LinearColoured(board), EventValues::Coloured(values), Score::Linear(estimator)) => {
-                with_fate!(Coloured, estimator, |fate| {
+                with_collision_model!(Coloured, estimator, |model| {
                     let mut score = Gather::<_, 3>::new(board, values, estimator.event());
-                    walk_all(scene, births, space, sequence, walks, fate, &mut score)
+                    walk_all(scene, births, space, sequence, walks, model, &mut score)
                 })
             }
             (Scores::RelatedFixed(board), EventValues::Related(values), Score::Mix) => {
@@ -246,17 +252,17 @@ impl Experiment {
         births: &Births,
         space: Space,
         source: &Source,
-        fate: impl CollisionModel<C>,
+        model: impl CollisionModel<C>,
         score: &mut impl Scorer<C>,
     ) -> Counts {
         let scene = &self.scene;
         match source {
             Source::Random(sequence, walks) => {
-                walk_all(scene, births, space, sequence, walks.clone(), fate, score)
+                walk_all(scene, births, space, sequence, walks.clone(), model, score)
             }
             Source::Sobol(numbers, walks) => {
-                let starts = walks.clone().map(|walk| Place::start(walk as u32));
-                walk_each(scene, births, space, *numbers, starts, fate, score)
+                let starts = walks.clone().map(|walk| QuasiPosition::start(walk as u32));
+                walk_each(scene, births, space, *numbers, starts, model, score)
             }
         }
     }

@@ -28,7 +28,7 @@ const SENSING_RAYS: u64 = 3 << 62;
 /// Walks between two questions whether to go on.
 const WALKS_AT_ONCE: usize = 1 << 12;
 
-/// What some rays of a sensor meet.
+/// The numbers of a sensor's rays that meet active sides, backs, and nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SensorView {
     /// Sides that reflect and emit.
@@ -149,7 +149,7 @@ impl Experiment {
         )
     }
 
-    /// b = R·H of every face, face-major, then by source where sources are told apart, and channel-minor [W/m²], as single walks tell it. Each
+    /// b = R·H of every face, face-major, then by source where sources are distinguished, and channel-minor [W/m²], as single walks tell it. Each
     /// class of sources has rows of its own in the tally.
     fn reflected_by_tally(&self, tally: &Tally) -> Vec<f64> {
         let walks = tally.counts.walks as f64;
@@ -172,7 +172,7 @@ impl Experiment {
         reflected
     }
 
-    /// Whose light faces and lamps emit, where sources are told apart.
+    /// Whose light faces and lamps emit, where sources are distinguished.
     fn sources_of_light(&self) -> Option<SourcesOfLight> {
         let groups = self.groups().filter(|groups| !groups.sources().is_empty())?;
         let source = |emitter: usize| groups.classes[groups.class_of(emitter)].source as usize;

@@ -223,9 +223,9 @@ pub struct Accuracy {
     pub linear_noise: f64,
 }
 
-/// What tables and pictures show of the light on a patch.
+/// The form in which tables and pictures show the light on a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ToldAnswer {
+pub enum ReportedAnswer {
     /// Its mean.
     Means,
     /// A linear fit.
@@ -237,7 +237,7 @@ pub enum ToldAnswer {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnswerError {
     /// Whose errors they are.
-    pub answer: ToldAnswer,
+    pub answer: ReportedAnswer,
     /// What walks leave unknown.
     pub noise: f64,
     /// What patches are too coarse for.
@@ -274,18 +274,18 @@ impl Estimates<'_> {
         })
     }
 
-    /// The errors of what tables and pictures show. `foretold` is the discretisation that a pilot foretold of it; without it, linear fits do not tell
+    /// The errors of what tables and pictures show. `predicted` is the discretisation that a pilot predicted of it; without it, linear fits do not tell
     /// what they leave out, and the errors are those of the means. `None` where nothing tells how light is spread over patches, or no
     /// reflected light stands out from the noise.
-    pub fn answer_error(&self, foretold: Option<f64>) -> Option<AnswerError> {
+    pub fn answer_error(&self, predicted: Option<f64>) -> Option<AnswerError> {
         let linear = self.experiment().method().is_linear();
         let Energies { noise, of_slopes, spread, light } = self.energies()?;
-        let (answer, noise, light) = match foretold {
-            Some(_) if linear => (ToldAnswer::Linear, noise + of_slopes, light + spread),
-            _ => (ToldAnswer::Means, noise, light),
+        let (answer, noise, light) = match predicted {
+            Some(_) if linear => (ReportedAnswer::Linear, noise + of_slopes, light + spread),
+            _ => (ReportedAnswer::Means, noise, light),
         };
         let part = |energy: f64| (energy.max(0.0) / light).sqrt();
-        let discretisation = foretold.or_else(|| linear.then(|| part(spread)))?;
+        let discretisation = predicted.or_else(|| linear.then(|| part(spread)))?;
         let noise = part(noise);
         let total = (noise * noise + discretisation * discretisation).sqrt();
         (light > 0.0).then_some(AnswerError { answer, noise, discretisation, total })

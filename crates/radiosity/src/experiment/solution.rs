@@ -14,7 +14,7 @@ use crate::tally::Tally;
 /// An estimate from fewer scores gets the flag `rare`: trust its interval, not its value.
 const RARE_SCORES: f64 = 10.0;
 
-/// What is known of one face.
+/// The estimate of one face in one channel, with its interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// B = E + b [W/m²]; E alone where nothing was scored ([`Estimate::known_radiosity`]).
@@ -177,11 +177,11 @@ impl<'a> Estimates<'a> {
 
     /// The estimate of face i; `None` if no walk gives an estimate.
     pub fn face(&self, i: usize) -> Option<Channels> {
-        self.told(i).1
+        self.face_estimate(i).1
     }
 
     /// Face i as it is estimated, and what is known of it.
-    pub fn told(&self, i: usize) -> (Face, Option<Channels>) {
+    pub fn face_estimate(&self, i: usize) -> (Face, Option<Channels>) {
         let face = self.shown(i, self.scene().faces().get(i));
         (face, self.of(i, &face))
     }
@@ -232,7 +232,7 @@ impl<'a> Estimates<'a> {
                     estimate_of_chains(face, channel, sample, &meaning, (student, by))
                 }
                 (None, Some((shares, groups))) => {
-                    let sample = shares.sample(groups, self.tally, (i, channel));
+                    let sample = shares.sample(groups, self.tally, i, channel);
                     estimate(face, channel, sample, &shares.scaled(meaning), confidence)
                 }
                 (None, None) => {
@@ -378,7 +378,7 @@ fn estimate_of_chains(
     let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
     let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
     let ChainEstimate { mean, error, low, high } =
-        student.told(moments, meaning.unit * per_event, per_event, by);
+        student.estimate(moments, meaning.unit * per_event, per_event, by);
     let irradiance = meaning.irradiance_per_event;
     // Rays may land and bring no light, and shadow rays bring light where no ray has landed.
     let scored = moments.sum > 0;

@@ -14,20 +14,20 @@ pub struct SourceScores {
 }
 
 impl Estimates<'_> {
-    /// What each source has scored on face i in one channel; `None` where sources are not told apart, or where no walk gives an
+    /// What each source has scored on face i in one channel; `None` where sources are not distinguished, or where no walk gives an
     /// estimate.
     pub fn by_source(&self, i: usize, channel: usize) -> Option<SourceScores> {
         let groups = self.experiment().groups().filter(|groups| !groups.sources().is_empty())?;
         let meaning = self.experiment().meaning(i, channel, self.tally())?;
         let mut sums = vec![[0_u128; 2]; groups.sources().len()];
-        for (class, [sum, sum_sq, _]) in groups.classes.iter().zip(groups.sums(self.tally(), (i, channel))) {
+        for (class, [sum, sum_sq, _]) in groups.classes.iter().zip(groups.sums(self.tally(), i, channel)) {
             let of_source = &mut sums[class.source as usize];
             *of_source = [of_source[0] + sum, of_source[1] + sum_sq];
         }
         Some(SourceScores { sums: sums.iter().map(|sums| sums.map(|sum| sum as f64)).collect(), meaning })
     }
 
-    /// The source of what face i emits, by number; `None` where it does not emit, or where sources are not told apart.
+    /// The source of what face i emits, by number; `None` where it does not emit, or where sources are not distinguished.
     pub fn source_of(&self, i: usize) -> Option<usize> {
         let experiment = self.experiment();
         let groups = experiment.groups().filter(|groups| !groups.sources().is_empty())?;

@@ -3,17 +3,17 @@
 //! A pilot finds out where radiosity differs. It is a chain of its own, whose numbers do not depend on the job's seed, and its rays serve
 //! nothing else: the rays of a chain are shared out without regard to what they find, so that its links have no bias.
 
-use super::beams::LampLight;
+use super::beams::DirectLight;
 use super::cast::{Caster, systematic};
 use super::direct::Direct;
 use super::faces::FaceTable;
 use super::halves::Half;
 use super::linked::straight;
-use super::near::Landed;
+use super::near::LandingCounts;
 use super::numbers::SobolNumbers;
 use super::solve::solve;
-use crate::hands::Hands;
 use crate::random::rng::Sequence;
+use crate::thread_pool::ThreadPool;
 
 /// Parts of a chain's rays that a pilot has shot when each of its stages ends, in eighths: the first knows nothing, the second knows
 /// where B differs, roughly.
@@ -34,26 +34,28 @@ const FLOOR: f64 = 0.1;
 /// Iterations of a pilot stop at this residual.
 const ROUGH: f64 = 1e-3;
 
-/// Which part of the rays each face of chains of `rays` rays should shoot; the parts sum to 1. `None` once `hands` no longer want it.
-pub(crate) fn aim(faces: &FaceTable, rays: u64, hands: &dyn Hands) -> Option<Vec<f64>> {
+/// Which part of the rays each face of chains of `rays` rays should shoot; the parts sum to 1. `None` once `pool` no longer want it.
+pub(crate) fn aim(faces: &FaceTable, rays: u64, pool: &dyn ThreadPool) -> Option<Vec<f64>> {
     let mut caster = Caster::new(faces, SobolNumbers::new(Sequence::new(0).walk(PILOT)));
-    let mut direct = Direct::where_it_pays(faces, rays, hands)?;
+    let mut direct = Direct::where_it_pays(faces, rays, pool)?;
     if let Some(direct) = &mut direct {
-        direct.cast(caster.rng(), false, hands)?;
+        direct.cast(caster.rng(), false, pool)?;
     }
-    let lamps = LampLight::of(faces, caster.rng(), rays, &|| hands.go_on())?;
+    let lamps = DirectLight::of(faces, caster.rng(), rays, &|| pool.go_on())?;
     let rays = rays - direct.as_ref().map_or(0, Direct::rays) - lamps.as_ref().map_or(0, |lamps| lamps.rays);
     let rays = rays.min(MOST_RAYS * faces.list.len() as u64);
-    let mut sample =
-        Half::new(Landed::new(faces.areas.len(), direct.as_ref().map(Direct::bounds)), faces.areas.len());
+    let mut sample = Half::new(
+        LandingCounts::new(faces.areas.len(), direct.as_ref().map(Direct::bounds)),
+        faces.areas.len(),
+    );
     let mut wanted = density(&faces.areas, &[]);
     let mut radiosity: Vec<Vec<f64>> = Vec::new();
     for eighths in STAGES {
         let more = aimed(&wanted, &caster.shot, rays * eighths / 8, 0.5);
-        sample.cast(&mut caster, &more, hands)?;
+        sample.cast(&mut caster, &more, pool)?;
         let rays = sample.rays();
         let straight = straight(direct.as_ref().map(|direct| direct.irradiance(&rays)), lamps.as_ref());
-        radiosity = solve(&rays.links(faces), &straight, &radiosity, ROUGH, hands)?;
+        radiosity = solve(&rays.links(faces), &straight, &radiosity, ROUGH, pool)?;
         let along = direct.as_ref().map(|direct| direct.along_links(&rays, &radiosity));
         wanted = density(&faces.areas, along.as_ref().unwrap_or(&radiosity));
     }

@@ -28,7 +28,7 @@ const MIDDLE: u64 = 1 << 31;
 const NEAR: f64 = 2.0;
 
 /// What lamps bring to the faces of one chain.
-pub(super) struct LampLight {
+pub(super) struct DirectLight {
     /// H of every face, channel by channel [W/m²].
     pub(super) irradiance: Vec<Vec<f64>>,
     /// The means of H·ψ₁ and H·ψ₂ [W/m²], face-major and channel-minor.
@@ -39,7 +39,7 @@ pub(super) struct LampLight {
     pub(super) rays: u64,
 }
 
-impl LampLight {
+impl DirectLight {
     /// The light of the lamps of a scene, where it has any, for a chain of `rays` rays in all. `None` in place of an answer once `go_on`
     /// says no.
     pub(super) fn of(
@@ -54,14 +54,14 @@ impl LampLight {
             return Some(None);
         }
         let channels = scene.channels();
-        let mut light = LampLight {
+        let mut light = DirectLight {
             irradiance: vec![vec![0.0; count]; channels],
             slopes: vec![[0.0; 2]; count * channels],
             lost: vec![[0.0; 2]; channels],
             rays: 0,
         };
-        let mut numbers = SobolNumbers::apart(rng);
-        let mut shadow_numbers = SobolNumbers::apart(rng);
+        let mut numbers = SobolNumbers::independent(rng);
+        let mut shadow_numbers = SobolNumbers::independent(rng);
         // Of very many lamps each face is lit by births alone.
         let pairs = count as u64 * lamps;
         let shadows = if pairs > rays / SHADOW_SHARE { 0 } else { rays / (2 * SHADOW_SHARE) / pairs + 1 };
@@ -162,12 +162,12 @@ impl LampLight {
             let [across, along, polar, turn] = numbers.points(scene.parts.isa);
             for i in 0..len {
                 let bits = |x: u32, y: u32| u64::from(x) << 32 | u64::from(y);
-                let cell = (face.surface, scene.surfaces()[face.surface as usize].cell_of(face));
+                let cell = scene.cell_of(face);
                 let (surface, uv) = scene.scatter(cell, number as u32, bits(across[i], along[i]));
                 let of_surface = &scene.surfaces()[surface as usize];
                 let response = Response::Flat { facing: of_surface.normal() * face.side.sign() };
-                let place = (of_surface.point(uv), response, surface);
-                if let Some(light) = scene.lamp_light(lamp, place, bits(polar[i], turn[i])) {
+                let (point, bits) = (of_surface.point(uv), bits(polar[i], turn[i]));
+                if let Some(light) = scene.lamp_light(lamp, point, response, surface, bits) {
                     self.add(scene, (number, (surface, uv)), |c| light[c] / rays as f64);
                 }
             }

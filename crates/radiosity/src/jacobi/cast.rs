@@ -7,7 +7,7 @@ use super::place::LocalPoint;
 use crate::geometry::face::Face;
 use crate::random::rng::WalkRng;
 use crate::random::sobol::Points;
-use crate::scene::Scene;
+use crate::scene::{Scene, SurfaceCell};
 use crate::simd::batch::WIDTH;
 use crate::trace::ray::{Hits, Rays};
 use crate::trace::tree::Scratch;
@@ -89,7 +89,7 @@ impl Default for LinkBatch {
 
 impl<'a, N: RayNumbers + Clone> Caster<'a, N> {
     /// A caster with the numbers of this one, whose faces have shot as many rays and landed none.
-    pub(super) fn apart(&self) -> Self {
+    pub(super) fn fresh_copy(&self) -> Self {
         Caster { shot: self.shot.clone(), ..self.afresh() }
     }
 
@@ -209,7 +209,7 @@ impl LinkBatch {
         let [across, along, polar, turn] = points;
         for i in 0..len {
             let (cell, bits) = (
-                (self.departures.surface[i], self.cell[i]),
+                SurfaceCell { surface: self.departures.surface[i], cell: self.cell[i] },
                 u64::from(across[i]) << 32 | u64::from(along[i]),
             );
             let (surface, place) = scene.scatter(cell, self.from[i], bits);

@@ -15,8 +15,8 @@ use super::near::NearThresholds;
 use super::numbers::SobolNumbers;
 use super::place::psi;
 use super::shadow::{LitShadowRay, ShadowCaster};
-use crate::hands::{Hands, PARTS_PER_HAND};
 use crate::random::rng::{Sequence, WalkRng};
+use crate::thread_pool::{PARTS_PER_THREAD, ThreadPool};
 
 /// At most one in this many rays of a chain is a shadow ray.
 const SHADOW_SHARE: u64 = 4;
@@ -51,11 +51,11 @@ pub(super) struct Direct<'a> {
 
 impl<'a> Direct<'a> {
     /// Shadow rays for a chain of `rays` rays in all, where they pay. What pays is a
-    /// function of the scene and of `rays`. `None` in place of an answer once `hands` no longer want it.
+    /// function of the scene and of `rays`. `None` in place of an answer once `pool` no longer want it.
     pub(super) fn where_it_pays(
         faces: &'a FaceTable<'a>,
         rays: u64,
-        hands: &dyn Hands,
+        pool: &dyn ThreadPool,
     ) -> Option<Option<Self>> {
         let blind = density(&faces.areas, &[]);
         let spare = rays.saturating_sub(RAYS_OF_LINKS * faces.list.len() as u64);
@@ -77,7 +77,7 @@ impl<'a> Direct<'a> {
             far: Vec::new(),
             slopes: Vec::new(),
         };
-        let pays = direct.beats_links(rays, hands)?;
+        let pays = direct.beats_links(rays, pool)?;
         Some(pays.then_some(direct))
     }
 
@@ -93,7 +93,7 @@ impl<'a> Direct<'a> {
 
     /// Whether shadow rays bring direct light with a smaller squared error than half of the rays would as counts, by a pilot
     /// from some of the faces. In units of Φ_T, a count of m of `n` rays errs by A_i·h²/m = h/n, since m = A_i·h·n.
-    fn beats_links(&self, rays: u64, hands: &dyn Hands) -> Option<bool> {
+    fn beats_links(&self, rays: u64, pool: &dyn ThreadPool) -> Option<bool> {
         let shares: Vec<f64> = self.rays.iter().map(|&rays| f64::from(rays)).collect();
         let sample = rays / (PILOT_PART * u64::from(PILOT_RAYS)) + 1;
         let chosen = systematic(&shares, sample.min(self.rays.len() as u64), 0.5);
@@ -101,7 +101,7 @@ impl<'a> Direct<'a> {
         let mut sums = vec![[0.0; 2]; pilot.len()];
         let numbers = SobolNumbers::new(Sequence::new(PILOT_SEED).walk(0));
         let mut caster = ShadowCaster::new(self.faces, &self.lamps, numbers);
-        caster.cast(0, &pilot, &|| hands.go_on(), |sight| {
+        caster.cast(0, &pilot, &|| pool.go_on(), |sight| {
             let brought = self.brought(sight);
             let [sum, squares] = &mut sums[sight.face as usize];
             (*sum, *squares) = (*sum + brought, *squares + brought * brought);
@@ -128,18 +128,18 @@ impl<'a> Direct<'a> {
         &self.slopes
     }
 
-    /// Shoots the shadow rays of all faces, and looks at how their light is spread where slopes are asked for. `None` once `hands`, which
+    /// Shoots the shadow rays of all faces, and looks at how their light is spread where slopes are asked for. `None` once `pool`, which
     /// share them, no longer want it.
-    pub(super) fn cast(&mut self, rng: &mut WalkRng, with_slopes: bool, hands: &dyn Hands) -> Option<()> {
-        let numbers = SobolNumbers::apart(rng);
-        let parts = if hands.count() > 1 { PARTS_PER_HAND * hands.count() } else { 1 };
+    pub(super) fn cast(&mut self, rng: &mut WalkRng, with_slopes: bool, pool: &dyn ThreadPool) -> Option<()> {
+        let numbers = SobolNumbers::independent(rng);
+        let parts = if pool.count() > 1 { PARTS_PER_THREAD * pool.count() } else { 1 };
         let of_part = self.rays.len().div_ceil(parts);
         let found: Vec<Mutex<Option<[Vec<f64>; 3]>>> =
             self.rays.chunks(of_part).map(|_| Mutex::new(None)).collect();
-        hands.share(found.len(), &|part| {
+        pool.share(found.len(), &|part| {
             let first = part * of_part;
             let rays = &self.rays[first..(first + of_part).min(self.rays.len())];
-            let far = self.far(first, rays, (numbers.clone(), with_slopes), hands);
+            let far = self.far(first, rays, (numbers.clone(), with_slopes), pool);
             *found[part].lock().expect("no thread panics with it") = far;
         });
         let parts = found.into_iter().map(|part| part.into_inner().expect("no thread panics with it"));
@@ -157,13 +157,13 @@ impl<'a> Direct<'a> {
         first: usize,
         rays: &[u32],
         (numbers, with_slopes): (SobolNumbers, bool),
-        hands: &dyn Hands,
+        pool: &dyn ThreadPool,
     ) -> Option<[Vec<f64>; 3]> {
         let channels = self.faces.scene.channels();
         let asked = if with_slopes { 3 } else { 1 };
         let mut far = [0, 1, 2].map(|k| vec![0.0; if k < asked { channels * rays.len() } else { 0 }]);
         let mut caster = ShadowCaster::new(self.faces, &self.lamps, numbers);
-        caster.cast(first, rays, &|| hands.go_on(), |sight| {
+        caster.cast(first, rays, &|| pool.go_on(), |sight| {
             let place = sight.face as usize - first;
             let brought = self.brought(sight) / f64::from(rays[place]);
             let [u, v] = if with_slopes { psi(self.faces.scene, sight.place) } else { [0.0; 2] };

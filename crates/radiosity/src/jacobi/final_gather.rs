@@ -45,14 +45,14 @@ const FEWEST_OF_CELL: u64 = 16;
 pub(crate) struct GatheredLight {
     /// The number of the face or the cell.
     pub(crate) face: u32,
-    /// H [W/m²] of each channel; where sources are told apart, of each source.
+    /// H [W/m²] of each channel; where sources are distinguished, of each source.
     pub(crate) irradiance: Vec<f64>,
     /// Rays that met an active side; shadow rays are not among them.
     pub(crate) landed: u64,
     pub(crate) rays: u64,
 }
 
-/// Whose light is whose, where sources are told apart.
+/// Whose light is whose, where sources are distinguished.
 pub(crate) struct SourcesOfLight {
     pub(crate) count: usize,
     /// By face, and behind the faces by lamp without area.
@@ -81,7 +81,7 @@ pub(crate) fn final_gather(
 }
 
 /// Gathers H of every cell of sensors as [`final_gather`] does of faces, and then the mean of every plane of points: of all sources together,
-/// and then of each where they are told apart. What lamps without
+/// and then of each where they are distinguished. What lamps without
 /// area bring to points in one direction is left out: it is known exactly.
 pub(crate) fn sense(
     faces: &FaceTable,
@@ -205,7 +205,7 @@ impl RayOrigin<'_> {
 
 struct Gatherer<'a> {
     faces: &'a FaceTable<'a>,
-    /// The reflected radiosity of faces [W/m²], face-major, then by source where these are told apart, channel-minor.
+    /// The reflected radiosity of faces [W/m²], face-major, then by source where these are distinguished, channel-minor.
     reflected: &'a [f64],
     sources: Option<&'a SourcesOfLight>,
     go_on: &'a dyn Fn() -> bool,
@@ -246,10 +246,10 @@ impl<'a> Gatherer<'a> {
     fn irradiance(&mut self, number: u32, station: &RayOrigin, rng: &mut WalkRng) -> Option<(Vec<f64>, u64)> {
         let sources = self.sources.map_or(1, |sources| sources.count);
         let mut irradiance = vec![0.0; self.faces.scene.channels() * sources];
-        let landed = self.gather(number, station, SobolNumbers::apart(rng), &mut irradiance)?;
+        let landed = self.gather(number, station, SobolNumbers::independent(rng), &mut irradiance)?;
         if self.rays[1] > 0 {
             let offset = rng.pair()[0];
-            self.light(station, SobolNumbers::apart(rng), offset, &mut irradiance)?;
+            self.light(station, SobolNumbers::independent(rng), offset, &mut irradiance)?;
         }
         Some((irradiance, landed))
     }
@@ -278,7 +278,7 @@ impl<'a> Gatherer<'a> {
             return Some(());
         }
         let rays = self.rays[0] / SHADOW_SHARE / sampled.len() as u64 + 1;
-        let mut numbers = SobolNumbers::apart(rng);
+        let mut numbers = SobolNumbers::independent(rng);
         let response = station.response();
         for lamp in sampled {
             numbers.leave(lamp as u32, 0);
@@ -289,7 +289,7 @@ impl<'a> Gatherer<'a> {
                 for i in 0..len {
                     let place = station.point(station.place([across[i], along[i]]));
                     let bits = u64::from(polar[i]) << 32 | u64::from(turn[i]);
-                    if let Some(light) = scene.lamp_light(lamp, (place, response, station.surface()), bits) {
+                    if let Some(light) = scene.lamp_light(lamp, place, response, station.surface(), bits) {
                         let emitter = self.faces.list.len() + lamp;
                         self.bring(irradiance, emitter, |c| light[c] / rays as f64);
                     }

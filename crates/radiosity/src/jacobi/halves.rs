@@ -8,10 +8,10 @@
 use super::cast::Caster;
 use super::faces::FaceTable;
 use super::links::{LinkTable, Links};
-use super::near::Landed;
+use super::near::LandingCounts;
 use super::numbers::SobolNumbers;
 use super::shared::cast;
-use crate::hands::Hands;
+use crate::thread_pool::ThreadPool;
 
 /// λ: V falls with n^1.22. Of 0, 0.6, 0.75, 0.8 and 1 it is the one that leaves no bias to be seen (docs/theory/chains.md).
 const BEYOND: f64 = 0.75;
@@ -21,14 +21,14 @@ const BEYOND_OF_EMITTERS: f64 = 0.6;
 
 /// Where one half of the rays went.
 pub(super) struct Half<'a> {
-    landed: Landed<'a>,
+    landed: LandingCounts<'a>,
     shot: Vec<u32>,
     lost: Vec<[u32; 2]>,
 }
 
 /// Rays that links are made of: those of a half, or of both.
 pub(super) struct LinkRays<'a> {
-    pub(super) landed: Vec<&'a Landed<'a>>,
+    pub(super) landed: Vec<&'a LandingCounts<'a>>,
     /// Rays that each face has shot.
     pub(super) shot: &'a [u32],
     /// Rays of each face that left the scene, that ended on backs.
@@ -37,7 +37,7 @@ pub(super) struct LinkRays<'a> {
 
 impl<'a> Half<'a> {
     /// No ray yet.
-    pub(super) fn new(landed: Landed<'a>, faces: usize) -> Self {
+    pub(super) fn new(landed: LandingCounts<'a>, faces: usize) -> Self {
         Half { landed, shot: vec![0; faces], lost: vec![[0; 2]; faces] }
     }
 
@@ -46,10 +46,10 @@ impl<'a> Half<'a> {
         &mut self,
         caster: &mut Caster<SobolNumbers>,
         more: &[u32],
-        hands: &dyn Hands,
+        pool: &dyn ThreadPool,
     ) -> Option<()> {
         let before = caster.lost.clone();
-        cast(caster, more, &mut self.landed, hands)?;
+        cast(caster, more, &mut self.landed, pool)?;
         self.shot.iter_mut().zip(more).for_each(|(shot, more)| *shot += more);
         for (lost, (after, before)) in self.lost.iter_mut().zip(caster.lost.iter().zip(before)) {
             *lost = [0, 1].map(|way| lost[way] + after[way] - before[way]);
@@ -68,7 +68,7 @@ pub(super) fn cast_halves(
     halves: &mut [Half; 2],
     caster: &mut Caster<SobolNumbers>,
     more: &[u32],
-    hands: &dyn Hands,
+    pool: &dyn ThreadPool,
 ) -> Option<()> {
     // Of an odd number every other face has one more in the first half.
     let first = (0..).zip(more).zip(&halves[0].shot).map(|((face, more), shot)| {
@@ -78,8 +78,8 @@ pub(super) fn cast_halves(
     let first: Vec<u32> = first.collect();
     let second: Vec<u32> = more.iter().zip(&first).map(|(more, first)| more - first).collect();
     let [one, other] = halves;
-    one.cast(caster, &first, hands)?;
-    other.cast(caster, &second, hands)
+    one.cast(caster, &first, pool)?;
+    other.cast(caster, &second, pool)
 }
 
 impl<'a> LinkRays<'a> {
@@ -95,7 +95,7 @@ impl<'a> LinkRays<'a> {
         Links::new(&tables, (self.shot, self.lost), faces)
     }
 
-    /// [`Landed::near_light`] of all rays.
+    /// [`LandingCounts::near_light`] of all rays.
     pub(super) fn near_light(&self, areas: &[f64], mut bring: impl FnMut(usize, usize, f64)) {
         self.landed.iter().for_each(|landed| landed.near_light(self.shot, areas, &mut bring));
     }

@@ -11,7 +11,7 @@
 //! same number of rays (within one) their plain mean is, too. That holds for random rays. The points of one Sobol
 //! sequence depend on each other, also between iterations: there a bias may remain, of a smaller order than the error.
 
-use super::beams::LampLight;
+use super::beams::DirectLight;
 use super::cast::{Caster, systematic};
 use super::faces::{FaceTable, face_major};
 use super::numbers::{RandomNumbers, RayNumbers, SobolNumbers};
@@ -31,7 +31,7 @@ pub enum IterationPhase {
     Regular,
 }
 
-/// What one iteration of a chain came to.
+/// The result of one iteration of a chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iteration {
     /// The power that the iteration propagated.
@@ -115,7 +115,7 @@ impl<'a, N: RayNumbers> Shooter<'a, N> {
         go_on: &dyn Fn() -> bool,
     ) -> Option<ChainOutcome> {
         let emitted = self.emitted();
-        let lamps = LampLight::of(self.faces, self.caster.rng(), rays, go_on)?;
+        let lamps = DirectLight::of(self.faces, self.caster.rng(), rays, go_on)?;
         let rays = rays - lamps.as_ref().map_or(0, |lamps| lamps.rays);
         let of_lamps = lamps.as_ref().map(|lamps| self.powers(&lamps.irradiance));
         let mut incoming = self.incremental(of_lamps.as_ref(), rays, observe, go_on)?;

@@ -6,7 +6,7 @@
 //! would weigh less where they have found much, and links would have a bias.
 
 use super::aim::aimed;
-use super::beams::LampLight;
+use super::beams::DirectLight;
 use super::board::largest_radiosity;
 use super::cast::Caster;
 use super::direct::Direct;
@@ -14,43 +14,44 @@ use super::faces::{FaceTable, face_major};
 use super::halves::{Half, LinkRays, cast_halves, extrapolated};
 use super::lamps::emitted_power;
 use super::links::Links;
-use super::near::Landed;
+use super::near::LandingCounts;
 use super::numbers::SobolNumbers;
 use super::outcome::ChainOutcome;
 use super::solve::{Straight, solve};
 use super::spread::{SlopeInputs, slopes};
-use crate::hands::Hands;
 use crate::random::rng::WalkRng;
+use crate::thread_pool::ThreadPool;
 
 /// A chain is solved to this residual, over the square root of its rays.
 const RESIDUAL: f64 = 1e-3;
 
-/// One chain of `rays` rays, each face's along its own Sobol sequence, of which each face shoots the part `aim`. `None` once `hands`, which
+/// One chain of `rays` rays, each face's along its own Sobol sequence, of which each face shoots the part `aim`. `None` once `pool`, which
 /// share the rays and the solution, no longer want it.
 pub(crate) fn chain(
     faces: &FaceTable,
     rng: WalkRng,
     (rays, aim): (u64, &[f64]),
     with_slopes: bool,
-    hands: &dyn Hands,
+    pool: &dyn ThreadPool,
 ) -> Option<ChainOutcome> {
     let mut caster = Caster::new(faces, SobolNumbers::new(rng));
-    let mut direct = Direct::where_it_pays(faces, rays, hands)?;
+    let mut direct = Direct::where_it_pays(faces, rays, pool)?;
     if let Some(direct) = &mut direct {
-        direct.cast(caster.rng(), with_slopes, hands)?;
+        direct.cast(caster.rng(), with_slopes, pool)?;
     }
-    let lamps = LampLight::of(faces, caster.rng(), rays, &|| hands.go_on())?;
+    let lamps = DirectLight::of(faces, caster.rng(), rays, &|| pool.go_on())?;
     let beside = direct.as_ref().map_or(0, Direct::rays) + lamps.as_ref().map_or(0, |lamps| lamps.rays);
     let rays = rays - beside;
     let bounds = direct.as_ref().map(Direct::bounds);
-    let mut halves = [0, 1].map(|_| Half::new(Landed::new(faces.areas.len(), bounds), faces.areas.len()));
+    let mut halves =
+        [0, 1].map(|_| Half::new(LandingCounts::new(faces.areas.len(), bounds), faces.areas.len()));
     let offset = caster.rng().pair()[0];
     let more = aimed(aim, &caster.shot, rays, offset);
-    cast_halves(&mut halves, &mut caster, &more, hands)?;
+    cast_halves(&mut halves, &mut caster, &more, pool)?;
     let whole = LinkRays::of_both(&halves, &caster);
     let (links, residual) = (whole.links(faces), RESIDUAL / (rays as f64).sqrt());
     let of_links = |links: &Links, rays: &LinkRays, start: &[Vec<f64>]| {
-        solved(links, rays, (direct.as_ref(), lamps.as_ref()), (start, residual), hands)
+        solved(links, rays, (direct.as_ref(), lamps.as_ref()), (start, residual), pool)
     };
     let mut found = of_links(&links, &whole, &[])?;
     let radiosity = std::mem::take(&mut found.radiosity);
@@ -62,7 +63,7 @@ pub(crate) fn chain(
     let mut outcome = ChainOutcome::new(faces, &caster, &found.irradiance, &found.lost);
     outcome = outcome.with_shadow_rays(beside);
     if with_slopes {
-        outcome.slopes = spread_of((&links, &caster), &radiosity, (direct.as_ref(), lamps.as_ref()), hands)?;
+        outcome.slopes = spread_of((&links, &caster), &radiosity, (direct.as_ref(), lamps.as_ref()), pool)?;
     }
     Some(outcome)
 }
@@ -71,10 +72,10 @@ pub(crate) fn chain(
 fn spread_of(
     (links, caster): (&Links, &Caster<SobolNumbers>),
     radiosity: &[Vec<f64>],
-    (direct, lamps): (Option<&Direct>, Option<&LampLight>),
-    hands: &dyn Hands,
+    (direct, lamps): (Option<&Direct>, Option<&DirectLight>),
+    pool: &dyn ThreadPool,
 ) -> Option<Vec<[f64; 2]>> {
-    let incoming: Vec<Vec<f64>> = radiosity.iter().map(|b| links.incoming(b, hands)).collect();
+    let incoming: Vec<Vec<f64>> = radiosity.iter().map(|b| links.incoming(b, pool)).collect();
     let (along, incoming) = (face_major(radiosity), face_major(&incoming));
     let mut largest = largest_radiosity(links.faces.scene);
     if lamps.is_some() {
@@ -82,14 +83,14 @@ fn spread_of(
         largest.iter_mut().zip(brightest).for_each(|(largest, b)| *largest = largest.max(b));
     }
     let solved = SlopeInputs { along: &along, incoming: &incoming, largest, direct };
-    let mut slopes = slopes(links.faces, caster, &solved, hands)?;
+    let mut slopes = slopes(links.faces, caster, &solved, pool)?;
     let of_lamps = lamps.map_or(&[][..], |lamps| &lamps.slopes);
     slopes.iter_mut().zip(of_lamps).for_each(|(sum, of_lamps)| *sum = [0, 1].map(|k| sum[k] + of_lamps[k]));
     Some(slopes)
 }
 
 /// What comes straight from emitters, where shadow rays bring it, and from lamps.
-pub(super) fn straight(emitted: Option<Vec<Vec<f64>>>, lamps: Option<&LampLight>) -> Straight {
+pub(super) fn straight(emitted: Option<Vec<Vec<f64>>>, lamps: Option<&DirectLight>) -> Straight {
     let has_emitted = emitted.is_some();
     let sum = |emitted: Vec<f64>, lamps: &Vec<f64>| emitted.iter().zip(lamps).map(|(a, b)| a + b).collect();
     let irradiance = match (emitted, lamps) {
@@ -138,9 +139,9 @@ impl LinkEstimates {
 fn solved(
     links: &Links,
     rays: &LinkRays,
-    (direct, lamps): (Option<&Direct>, Option<&LampLight>),
+    (direct, lamps): (Option<&Direct>, Option<&DirectLight>),
     (start, residual): (&[Vec<f64>], f64),
-    hands: &dyn Hands,
+    pool: &dyn ThreadPool,
 ) -> Option<LinkEstimates> {
     let FaceTable { list, areas, .. } = links.faces;
     let emitted = direct.map(|direct| direct.irradiance(rays));
@@ -153,9 +154,9 @@ fn solved(
         emitted.iter().enumerate().map(of_channel).collect::<Vec<_>>()
     });
     let straight = straight(emitted, lamps);
-    let radiosity = solve(links, &straight, start, residual, hands)?;
+    let radiosity = solve(links, &straight, start, residual, pool)?;
     let irradiance =
-        radiosity.iter().enumerate().map(|(c, b)| links.irradiance(c, &straight, b, hands)).collect();
+        radiosity.iter().enumerate().map(|(c, b)| links.irradiance(c, &straight, b, pool)).collect();
     let lost = radiosity.iter().enumerate().map(|(c, b)| {
         let of_emitted = lost_of_emitted.as_ref().map_or([0.0; 2], |lost| lost[c]);
         let (of_lamps, of_links) = (lamps.map_or([0.0; 2], |lamps| lamps.lost[c]), links.lost_power(b));

@@ -10,7 +10,7 @@ use std::sync::Mutex;
 use super::faces::FaceTable;
 use super::solve::Straight;
 use crate::geometry::face::Face;
-use crate::hands::{Hands, PARTS_PER_HAND};
+use crate::thread_pool::{PARTS_PER_THREAD, ThreadPool};
 
 /// Sums over fewer ends of links are faster than threads are lent.
 const FEW_LINKS: usize = 1 << 16;
@@ -152,15 +152,15 @@ impl<'a> Links<'a> {
         sign: f64,
         x: &[[f64; C]],
         y: &mut [[f64; C]],
-        hands: &dyn Hands,
+        pool: &dyn ThreadPool,
     ) {
-        let parts = if self.other.len() < FEW_LINKS { 1 } else { hands.count() };
+        let parts = if self.other.len() < FEW_LINKS { 1 } else { pool.count() };
         if parts == 1 {
             return self.add_to_rows(sign, x, y, 0);
         }
-        let rows = y.len().div_ceil(PARTS_PER_HAND * parts);
+        let rows = y.len().div_ceil(PARTS_PER_THREAD * parts);
         let parts: Vec<_> = y.chunks_mut(rows).map(Mutex::new).collect();
-        hands.share(parts.len(), &|part| {
+        pool.share(parts.len(), &|part| {
             let mut y = parts[part].lock().expect("no thread panics with it");
             self.add_to_rows(sign, x, &mut y, part * rows);
         });
@@ -189,10 +189,10 @@ impl<'a> Links<'a> {
         channel: usize,
         direct: &Straight,
         radiosity: &[f64],
-        hands: &dyn Hands,
+        pool: &dyn ThreadPool,
     ) -> Vec<f64> {
         let straight = direct.irradiance.as_ref().map(|h| &h[channel]);
-        let faces = self.faces.list.iter().zip(radiosity).zip(self.incoming(radiosity, hands));
+        let faces = self.faces.list.iter().zip(radiosity).zip(self.incoming(radiosity, pool));
         let of_face = |(i, ((face, b), incoming)): (usize, ((&Face, &f64), f64))| {
             let reflectance = face.reflectance[channel];
             match reflectance > 0.0 && (direct.has_emitted || face.emittance[channel] == 0.0) {
@@ -204,9 +204,9 @@ impl<'a> Links<'a> {
     }
 
     /// What comes along the links of each face, over all of them [W/m²].
-    pub(super) fn incoming(&self, radiosity: &[f64], hands: &dyn Hands) -> Vec<f64> {
+    pub(super) fn incoming(&self, radiosity: &[f64], pool: &dyn ThreadPool) -> Vec<f64> {
         let mut incoming = vec![[0.0]; radiosity.len()];
-        self.add_incoming(1.0, radiosity.as_chunks().0, &mut incoming, hands);
+        self.add_incoming(1.0, radiosity.as_chunks().0, &mut incoming, pool);
         let over_total =
             |([incoming], total): (&[f64; 1], &f64)| if *total > 0.0 { incoming / total } else { 0.0 };
         incoming.iter().zip(&self.total).map(over_total).collect()

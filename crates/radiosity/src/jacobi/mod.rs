@@ -4,7 +4,7 @@
 //! ways to go on from there: `iterations.rs` is that of BS §4, which shoots fresh rays each time and averages; `linked.rs`
 //! keeps every ray and iterates on all of them.
 //!
-//! A *chain* is one independent solution. What it does within says nothing of its own error; that is told by several
+//! A *chain* is one independent solution. What it does within says nothing of its own error; several chains tell it
 //! chains.
 
 pub(crate) mod aim;
@@ -32,9 +32,9 @@ mod spread;
 
 use std::sync::Arc;
 
-use crate::hands::Hands;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
+use crate::thread_pool::ThreadPool;
 pub use board::ChainBoard;
 pub(crate) use board::{UNITS, largest_radiosity};
 use faces::FaceTable;
@@ -44,20 +44,20 @@ pub(crate) use outcome::ChainOutcome;
 use plan::Solve;
 pub use reciprocity::Reciprocity;
 
-/// One chain of `rays` rays, shared out as `aim` says where they are links. `None` once `hands`, which are asked now and then, no longer want it.
+/// One chain of `rays` rays, shared out as `aim` says where they are links. `None` once `pool`, which are asked now and then, no longer want it.
 pub(crate) fn chain(
     scene: &Scene,
     rng: WalkRng,
     rays: u64,
     (solve, with_slopes): (Solve, bool),
     aim: impl FnOnce(&FaceTable) -> Option<Arc<[f64]>>,
-    hands: &dyn Hands,
+    pool: &dyn ThreadPool,
 ) -> Option<ChainOutcome> {
     let faces = FaceTable::new(scene);
     match solve {
-        Solve::Links => linked::chain(&faces, rng, (rays, &aim(&faces)?), with_slopes, hands),
+        Solve::Links => linked::chain(&faces, rng, (rays, &aim(&faces)?), with_slopes, pool),
         Solve::Iterations(plan) => {
-            iterations::chain(&faces, rng, rays, plan, &mut |_, _, _| {}, &|| hands.go_on())
+            iterations::chain(&faces, rng, rays, plan, &mut |_, _, _| {}, &|| pool.go_on())
         }
     }
 }

@@ -76,7 +76,7 @@ impl NearThresholds {
 }
 
 /// What a chain keeps of where its rays land. The rays of a face come one after the other.
-pub(super) struct Landed<'a> {
+pub(super) struct LandingCounts<'a> {
     pub(super) links: LinkTable,
     near: Option<Near<'a>>,
 }
@@ -88,16 +88,16 @@ struct Near<'a> {
     ways: [LinkTable<u64>; 2],
 }
 
-impl<'a> Landed<'a> {
+impl<'a> LandingCounts<'a> {
     /// No ray yet, between `faces` faces; with `bounds`, near light counts apart.
     pub(super) fn new(faces: usize, bounds: Option<&'a NearThresholds>) -> Self {
         let near = bounds.map(|bounds| Near { bounds, ways: [0, 1].map(|_| LinkTable::new(faces)) });
-        Landed { links: LinkTable::new(faces), near }
+        LandingCounts { links: LinkTable::new(faces), near }
     }
 
     /// The same with no ray yet.
-    pub(super) fn apart(&self, faces: usize) -> Self {
-        Landed::new(faces, self.near.as_ref().map(|near| near.bounds))
+    pub(super) fn empty(&self, faces: usize) -> Self {
+        LandingCounts::new(faces, self.near.as_ref().map(|near| near.bounds))
     }
 
     /// Counts a ray.

@@ -45,7 +45,7 @@ impl SobolNumbers {
     }
 
     /// Numbers with a scrambling of their own.
-    pub(super) fn apart(rng: &mut WalkRng) -> Self {
+    pub(super) fn independent(rng: &mut WalkRng) -> Self {
         let numbers = SobolNumbers::new(rng.clone());
         rng.bits();
         numbers

@@ -118,7 +118,7 @@ impl ShadowBatch {
         for i in 0..std::mem::take(&mut self.drawn) {
             let number = self.face[i];
             let face = &faces.list[number as usize];
-            let cell = (face.surface, scene.surfaces()[face.surface as usize].cell_of(face));
+            let cell = scene.cell_of(face);
             let bits = u64::from(across[i]) << 32 | u64::from(along[i]);
             let (from, place) = scene.scatter(cell, number, bits);
             let (lamp, rest) = lamps.choose(choice[i]);

@@ -7,9 +7,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::cast::{Caster, Meeting};
-use super::near::Landed;
+use super::near::LandingCounts;
 use super::numbers::SobolNumbers;
-use crate::hands::{Hands, PARTS_PER_HAND};
+use crate::thread_pool::{PARTS_PER_THREAD, ThreadPool};
 
 /// The fewest rays of a part.
 const RAYS_OF_PART: u64 = 1 << 12;
@@ -24,26 +24,26 @@ struct RaySlice {
     rays: Vec<u32>,
 }
 
-/// Shoots `rays[i]` more rays from each face i, and counts where they land. `None` once `hands` no longer want it.
+/// Shoots `rays[i]` more rays from each face i, and counts where they land. `None` once `pool` no longer want it.
 pub(super) fn cast(
     caster: &mut Caster<SobolNumbers>,
     rays: &[u32],
-    landed: &mut Landed,
-    hands: &dyn Hands,
+    landed: &mut LandingCounts,
+    pool: &dyn ThreadPool,
 ) -> Option<()> {
-    let go_on = || hands.go_on();
-    let parts = parts(rays, hands.count());
+    let go_on = || pool.go_on();
+    let parts = parts(rays, pool.count());
     if parts.len() < 2 {
         caster.cast(0, rays, &go_on, |from, to, meeting| landed.count(from, to, meeting))?;
         landed.end_row();
         return Some(());
     }
-    let found: Vec<Mutex<Option<Landed>>> = parts.iter().map(|_| Mutex::new(None)).collect();
-    let (apart, sums) = (caster.apart(), Mutex::new(&mut *caster));
-    let empty = landed.apart(rays.len());
-    hands.share(parts.len(), &|number| {
+    let found: Vec<Mutex<Option<LandingCounts>>> = parts.iter().map(|_| Mutex::new(None)).collect();
+    let (template, sums) = (caster.fresh_copy(), Mutex::new(&mut *caster));
+    let empty = landed.empty(rays.len());
+    pool.share(parts.len(), &|number| {
         let RaySlice { first_face, skipped, rays } = &parts[number];
-        let (mut caster, mut part) = (apart.apart(), empty.apart(apart.shot.len()));
+        let (mut caster, mut part) = (template.fresh_copy(), empty.empty(template.shot.len()));
         caster.shot[*first_face] += skipped;
         let cast = caster.cast(*first_face, rays, &go_on, |from, to, meeting| part.count(from, to, meeting));
         if cast.is_some() {
@@ -52,7 +52,7 @@ pub(super) fn cast(
             *found[number].lock().expect("no thread panics with it") = Some(part);
         }
     });
-    let mut joined = landed.apart(rays.len());
+    let mut joined = landed.empty(rays.len());
     for part in found {
         joined.join(&part.into_inner().expect("no thread panics with it")?);
     }
@@ -62,31 +62,31 @@ pub(super) fn cast(
 }
 
 /// Shoots all rays of a caster once more; `land(i, j, meeting)` for each of face i that lands on a face j, `lose(i, meeting)` for each that
-/// lands on none. `None` once `hands` no longer want it.
+/// lands on none. `None` once `pool` no longer want it.
 pub(super) fn shoot_again(
     caster: &Caster<SobolNumbers>,
-    hands: &dyn Hands,
+    pool: &dyn ThreadPool,
     land: &(dyn Fn(u32, u32, &Meeting) + Sync),
     lose: &(dyn Fn(u32, &Meeting) + Sync),
 ) -> Option<()> {
-    let parts = parts(&caster.shot, hands.count());
+    let parts = parts(&caster.shot, pool.count());
     let wanted = AtomicBool::new(true);
     let afresh = Mutex::new(caster.afresh());
-    hands.share(parts.len(), &|number| {
+    pool.share(parts.len(), &|number| {
         let RaySlice { first_face, skipped, rays } = &parts[number];
         let mut caster = afresh.lock().expect("no thread panics with it").afresh();
         caster.shot[*first_face] = *skipped;
-        if caster.cast_all(*first_face, rays, &|| hands.go_on(), land, lose).is_none() {
+        if caster.cast_all(*first_face, rays, &|| pool.go_on(), land, lose).is_none() {
             wanted.store(false, Ordering::Relaxed);
         }
     });
     wanted.into_inner().then_some(())
 }
 
-/// Cuts rays into parts of about the same number for `hands` threads: one part where there is one thread, or where rays are few.
-fn parts(rays: &[u32], hands: usize) -> Vec<RaySlice> {
+/// Cuts rays into parts of about the same number for `pool` threads: one part where there is one thread, or where rays are few.
+fn parts(rays: &[u32], pool: usize) -> Vec<RaySlice> {
     let total: u64 = rays.iter().map(|&rays| u64::from(rays)).sum();
-    let most = if hands > 1 { (PARTS_PER_HAND * hands) as u64 } else { 1 };
+    let most = if pool > 1 { (PARTS_PER_THREAD * pool) as u64 } else { 1 };
     let per_part = total.div_ceil(most).max(RAYS_OF_PART);
     let mut parts: Vec<RaySlice> = Vec::new();
     let mut room = 0;
@@ -126,7 +126,7 @@ mod tests {
     /// Threads that take parts from the last to the first.
     struct Threads(usize);
 
-    impl Hands for Threads {
+    impl ThreadPool for Threads {
         fn go_on(&self) -> bool {
             true
         }
@@ -170,9 +170,9 @@ mod tests {
     fn a_chain_is_the_same_to_the_last_bit_by_any_number_of_threads() {
         for scene in [room(), room_with_a_lamp()] {
             let faces = FaceTable::new(&scene);
-            let of = |hands: &dyn Hands| {
-                let aim = aim(&faces, 300_000, hands).unwrap();
-                bits(chain(&faces, Sequence::new(7).walk(3), (300_000, &aim), true, hands).unwrap())
+            let of = |pool: &dyn ThreadPool| {
+                let aim = aim(&faces, 300_000, pool).unwrap();
+                bits(chain(&faces, Sequence::new(7).walk(3), (300_000, &aim), true, pool).unwrap())
             };
             let alone = of(&|| true);
             for threads in [2, 3, 7] {
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn a_chain_that_is_not_wanted_any_more_ends() {
         struct Unwanted;
-        impl Hands for Unwanted {
+        impl ThreadPool for Unwanted {
             fn go_on(&self) -> bool {
                 false
             }
@@ -202,9 +202,9 @@ mod tests {
     #[test]
     fn parts_hold_every_ray_once() {
         let rays = [0, 10_000, 0, 3, 70_000, 1, 0];
-        for hands in [1, 2, 5] {
-            let parts = parts(&rays, hands);
-            assert_eq!(parts.len() == 1, hands == 1, "{hands}");
+        for pool in [1, 2, 5] {
+            let parts = parts(&rays, pool);
+            assert_eq!(parts.len() == 1, pool == 1, "{pool}");
             let mut shot = [0; 7];
             for RaySlice { first_face, skipped, rays } in &parts {
                 assert_eq!(shot[*first_face], *skipped, "{parts:?}");

@@ -7,7 +7,7 @@
 //! (M. R. Hestenes & E. Stiefel, J. Res. Nat. Bur. Standards 49 (1952)), and 0 ≤ B ≤ max E/(1 − R).
 
 use super::links::Links;
-use crate::hands::Hands;
+use crate::thread_pool::ThreadPool;
 
 /// More steps than any system has taken; what is left of the residual then is below the noise of the links.
 const MOST_STEPS: usize = 1000;
@@ -23,17 +23,17 @@ pub(crate) struct Straight {
 
 /// B of every face [W/m²], channel by channel, until the residual has fallen to this part of the source's, both in the
 /// norm of the inverse diagonal. H_d adds A_i·H_d to the source. Where that has the light that faces emit, it is b = B − E that is found: the
-/// same system without A_i E_i/R_i. `start` is a guess, or empty. `None` once `hands` no longer want it.
+/// same system without A_i E_i/R_i. `start` is a guess, or empty. `None` once `pool` no longer want it.
 pub(crate) fn solve(
     links: &Links,
     direct: &Straight,
     start: &[Vec<f64>],
     residual: f64,
-    hands: &dyn Hands,
+    pool: &dyn ThreadPool,
 ) -> Option<Vec<Vec<f64>>> {
     match links.faces.scene.channels() {
-        1 => LinkSystem::<1>::new(links, direct, hands).solve(start, residual),
-        _ => LinkSystem::<3>::new(links, direct, hands).solve(start, residual),
+        1 => LinkSystem::<1>::new(links, direct, pool).solve(start, residual),
+        _ => LinkSystem::<3>::new(links, direct, pool).solve(start, residual),
     }
 }
 
@@ -43,7 +43,7 @@ type FaceNumbers<const C: usize> = Vec<[f64; C]>;
 /// The matrices and the right-hand sides of C channels, which share their links.
 struct LinkSystem<'a, const C: usize> {
     links: &'a Links<'a>,
-    hands: &'a dyn Hands,
+    pool: &'a dyn ThreadPool,
     /// [m²]; 1 where the face is black, whose B = E is known.
     diagonal: FaceNumbers<C>,
     /// A_i E_i/R_i and A_i·H_d [W]; 0 where black.
@@ -54,7 +54,7 @@ struct LinkSystem<'a, const C: usize> {
 }
 
 impl<'a, const C: usize> LinkSystem<'a, C> {
-    fn new(links: &'a Links<'a>, direct: &Straight, hands: &'a dyn Hands) -> Self {
+    fn new(links: &'a Links<'a>, direct: &Straight, pool: &'a dyn ThreadPool) -> Self {
         let faces = links.faces;
         let rows = || faces.areas.iter().zip(links.total()).zip(&faces.list);
         let diagonal = rows().map(|((area, total), face)| {
@@ -77,7 +77,7 @@ impl<'a, const C: usize> LinkSystem<'a, C> {
         });
         LinkSystem {
             links,
-            hands,
+            pool,
             diagonal: diagonal.collect(),
             emission: emission.collect(),
             known: known.collect(),
@@ -105,7 +105,7 @@ impl<'a, const C: usize> LinkSystem<'a, C> {
             if !goes_on.contains(&true) {
                 break;
             }
-            if !self.hands.go_on() {
+            if !self.pool.go_on() {
                 return None;
             }
             self.apply(&direction, &mut image);
@@ -132,7 +132,7 @@ impl<'a, const C: usize> LinkSystem<'a, C> {
             }
         }
         let mut source = self.emission.clone();
-        self.links.add_incoming(1.0, &known, &mut source, self.hands);
+        self.links.add_incoming(1.0, &known, &mut source, self.pool);
         self.fix_black(&mut source);
         source
     }
@@ -151,7 +151,7 @@ impl<'a, const C: usize> LinkSystem<'a, C> {
     fn apply(&self, x: &[[f64; C]], y: &mut [[f64; C]]) {
         y.copy_from_slice(&self.diagonal);
         each(y, x, |y, x, _| *y *= x);
-        self.links.add_incoming(-1.0, x, y, self.hands);
+        self.links.add_incoming(-1.0, x, y, self.pool);
     }
 
     /// Black faces take no part: nothing is left to find there.

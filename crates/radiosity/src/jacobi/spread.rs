@@ -13,7 +13,7 @@ use super::faces::FaceTable;
 use super::numbers::SobolNumbers;
 use super::place::{LocalPoint, psi};
 use super::shared::shoot_again;
-use crate::hands::Hands;
+use crate::thread_pool::ThreadPool;
 
 /// Units in the largest radiosity: whole numbers of them add up to the same in any order.
 const UNITS: f64 = (1_u64 << 40) as f64;
@@ -29,17 +29,17 @@ pub(super) struct SlopeInputs<'a> {
     pub(super) direct: Option<&'a Direct<'a>>,
 }
 
-/// The means of H·ψ₁ and H·ψ₂ over every face, face-major and channel-minor. `None` once `hands`, which share the rays, no longer want it.
+/// The means of H·ψ₁ and H·ψ₂ over every face, face-major and channel-minor. `None` once `pool`, which share the rays, no longer want it.
 pub(super) fn slopes(
     faces: &FaceTable,
     caster: &Caster<SobolNumbers>,
     solved: &SlopeInputs,
-    hands: &dyn Hands,
+    pool: &dyn ThreadPool,
 ) -> Option<Vec<[f64; 2]>> {
     let sums: Vec<[AtomicI64; 2]> = solved.along.iter().map(|_| Default::default()).collect();
     let spread = SlopeSums::new(faces, caster, solved, &sums);
     let lost = |from: u32, meeting: &Meeting| spread.lose(from, meeting);
-    shoot_again(caster, hands, &|from, to, meeting| spread.land(from, to, meeting), &lost)?;
+    shoot_again(caster, pool, &|from, to, meeting| spread.land(from, to, meeting), &lost)?;
     let channels = faces.scene.channels();
     let mut slopes =
         solved.direct.map_or_else(|| vec![[0.0; 2]; sums.len()], |direct| direct.slopes().to_vec());

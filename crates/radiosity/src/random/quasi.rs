@@ -31,15 +31,15 @@ pub(crate) struct Quasi {
 
 /// A walk of a batch.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct QuasiPosition {
     index: u32,
     drawn: u32,
 }
 
-impl Place {
+impl QuasiPosition {
     /// The start of walk number `index` of its batch.
     pub(crate) fn start(index: u32) -> Self {
-        Place { index: index.reverse_bits(), drawn: 0 }
+        QuasiPosition { index: index.reverse_bits(), drawn: 0 }
     }
 }
 
@@ -54,16 +54,16 @@ impl Quasi {
 }
 
 impl Numbers for Quasi {
-    type Place = Place;
+    type Place = QuasiPosition;
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, place: &Place) {
+    fn set(&mut self, lane: usize, place: &QuasiPosition) {
         (self.index[lane], self.drawn[lane]) = (place.index, place.drawn);
     }
 
     #[inline(always)]
-    fn get(&self, lane: usize) -> Place {
-        Place { index: self.index[lane], drawn: self.drawn[lane] }
+    fn get(&self, lane: usize) -> QuasiPosition {
+        QuasiPosition { index: self.index[lane], drawn: self.drawn[lane] }
     }
 
     #[inline(always)]
@@ -139,8 +139,8 @@ fn points<const N: usize>(numbers: &mut Quasi, points: &mut [[u32; WIDTH]; N]) {
 fn birth<R>(numbers: &mut Quasi, rows: &mut [[u64; WIDTH]; 4]) {
     let mut axes = [[0; WIDTH]; 6];
     points(numbers, &mut axes);
-    let ([cradle, cell, rest @ ..], [polar, turn, u, v, cradles, cells]) = (rows, &axes);
-    single(cradle, cradles);
+    let ([source, cell, rest @ ..], [polar, turn, u, v, sources, cells]) = (rows, &axes);
+    single(source, sources);
     single(cell, cells);
     pairs(rest, [[u, v], [polar, turn]]);
 }
@@ -191,7 +191,7 @@ mod tests {
         let mut numbers = Quasi::new(&Sequence::new(4), batch, walks.into());
         let mut rows = Vec::new();
         for first in (0..walks).step_by(WIDTH) {
-            (0..WIDTH).for_each(|lane| numbers.set(lane, &Place::start(first + lane as u32)));
+            (0..WIDTH).for_each(|lane| numbers.set(lane, &QuasiPosition::start(first + lane as u32)));
             let (mut birth, mut arrival) = ([[0; WIDTH]; 4], [[0; WIDTH]; 3]);
             numbers.births(isa, &mut birth);
             (0..arrivals).for_each(|_| numbers.arrivals(isa, &mut arrival));

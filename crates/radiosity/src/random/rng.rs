@@ -86,7 +86,7 @@ pub(crate) trait Numbers {
     fn get(&self, lane: usize) -> Self::Place;
     /// Puts walk `from` in place of walk `to`.
     fn copy(&mut self, from: usize, to: usize);
-    /// What every walk draws at its birth: cradle, cell, point, direction.
+    /// What every walk draws at its birth: source, cell, point, direction.
     fn births(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; 4]);
     /// What every walk draws at an arrival: survival, point, direction.
     fn arrivals(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; 3]);

@@ -55,7 +55,7 @@ pub(crate) trait Nursery<const C: usize> {
     fn bear(&self, scene: &Scene, draws: [u64; 4]) -> (BirthPoint, [f64; C]);
     /// The number of the lamp without area at which a birth takes place whose first 64 random bits these are, if it does.
     #[inline(always)]
-    fn lamp(&self, _cradle: u64) -> Option<u32> {
+    fn lamp(&self, _source: u64) -> Option<u32> {
         None
     }
     /// The number of the lamp without area at which all births take place, if there is one.
@@ -80,8 +80,8 @@ pub(crate) trait Nursery<const C: usize> {
 
 impl<const C: usize> Nursery<C> for Births {
     #[inline(always)]
-    fn bear(&self, scene: &Scene, [cradle, cell, point, _]: [u64; 4]) -> (BirthPoint, [f64; C]) {
-        let (birthplace, weights) = self.choose([cradle, cell]);
+    fn bear(&self, scene: &Scene, [source, cell, point, _]: [u64; 4]) -> (BirthPoint, [f64; C]) {
+        let (birthplace, weights) = self.choose([source, cell]);
         let Birthplace::Cell(Origin { surface: number, cell, side }) = birthplace else {
             unreachable!("births at lamps are told apart before");
         };
@@ -92,18 +92,18 @@ impl<const C: usize> Nursery<C> for Births {
     }
 
     #[inline(always)]
-    fn lamp(&self, cradle: u64) -> Option<u32> {
-        self.choice.choose(cradle).checked_sub(self.cradles.len()).map(|lamp| lamp as u32)
+    fn lamp(&self, source: u64) -> Option<u32> {
+        self.choice.choose(source).checked_sub(self.sources.len()).map(|lamp| lamp as u32)
     }
 
     #[inline(always)]
     fn only_lamp(&self) -> Option<u32> {
-        (self.cradles.is_empty() && self.choice.len() == 1).then_some(0)
+        (self.sources.is_empty() && self.choice.len() == 1).then_some(0)
     }
 
     #[inline(always)]
     fn weights_at(&self, lamp: u32) -> [f64; C] {
-        self.weights_of(self.cradles.len() + lamp as usize)
+        self.weights_of(self.sources.len() + lamp as usize)
     }
 }
 
@@ -149,9 +149,9 @@ impl Nursery<1> for SensorBirths<'_> {
 /// Sides of cells, then lamps without area, the probability of each, and the weights that walks set out with.
 #[derive(Clone, Debug)]
 pub(crate) struct Births {
-    cradles: Vec<SourceRun>,
+    sources: Vec<SourceRun>,
     choice: AliasTable,
-    /// Per cradle, then per lamp; empty where every weight is 1.
+    /// Per source, then per lamp; empty where every weight is 1.
     weights: Vec<[f64; 3]>,
     /// The largest of them, channel by channel; 1 where a channel has no light at all.
     largest_weights: [f64; 3],
@@ -160,27 +160,27 @@ pub(crate) struct Births {
 impl Births {
     /// What the births take of memory [bytes].
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.cradles[..]) + size_of_val(&self.weights[..]) + self.choice.bytes()
+        size_of_val(&self.sources[..]) + size_of_val(&self.weights[..]) + self.choice.bytes()
     }
 
     /// Births with a probability in proportion to `share` of each face, and on a face that is a group in proportion to area.
     /// `None` where no share is above 0.
     pub(crate) fn new(surfaces: &[Surface], faces: &Faces, share: impl Fn(usize) -> f64) -> Option<Self> {
         let share = |piece: usize| share_of_piece(faces, piece, &share);
-        let cradles = cradles(surfaces, faces, |_| true, |a, b| share(a) == share(b));
-        Births::in_cradles(cradles, share, &[])
+        let sources = sources(surfaces, faces, |_| true, |a, b| share(a) == share(b));
+        Births::at_sources(sources, share, &[])
     }
 
     /// Births with a probability in proportion to `share` of each piece, in runs of pieces that are alike in all that matters at a birth,
     /// and to that of each lamp.
-    fn in_cradles(
-        cradles: impl Iterator<Item = (usize, SourceRun)>,
+    fn at_sources(
+        sources: impl Iterator<Item = (usize, SourceRun)>,
         share: impl Fn(usize) -> f64,
         of_lamps: &[f64],
     ) -> Option<Self> {
-        let chosen = cradles.filter(|&(piece, _)| share(piece) > 0.0);
-        let cradles = chosen.map(|(piece, cradle)| (cradle, share(piece) * f64::from(cradle.cells)));
-        Births::choosing(cradles, of_lamps)
+        let chosen = sources.filter(|&(piece, _)| share(piece) > 0.0);
+        let sources = chosen.map(|(piece, source)| (source, share(piece) * f64::from(source.cells)));
+        Births::choosing(sources, of_lamps)
     }
 
     /// The births of each of `count` groups of faces: within a group with a probability in proportion to `share`. `None` for a
@@ -195,21 +195,21 @@ impl Births {
         let share = |piece: usize| share_of_piece(faces, piece, &share);
         let alike = |a, b| (group(a), share(a)) == (group(b), share(b));
         let mut groups = vec![Vec::new(); count as usize];
-        for (piece, cradle) in
-            cradles(surfaces, faces, |_| true, alike).filter(|&(piece, _)| share(piece) > 0.0)
+        for (piece, source) in
+            sources(surfaces, faces, |_| true, alike).filter(|&(piece, _)| share(piece) > 0.0)
         {
-            groups[group(piece) as usize].push((cradle, share(piece) * f64::from(cradle.cells)));
+            groups[group(piece) as usize].push((source, share(piece) * f64::from(source.cells)));
         }
         groups.into_iter().map(|chosen| Births::choosing(chosen.into_iter(), &[])).collect()
     }
 
-    /// Births in cradles and at lamps that are chosen in proportion to their shares; `None` where there is no share.
+    /// Births at sources and at lamps that are chosen in proportion to their shares; `None` where there is no share.
     fn choosing(chosen: impl Iterator<Item = (SourceRun, f64)>, of_lamps: &[f64]) -> Option<Self> {
-        let (cradles, mut shares): (Vec<_>, Vec<_>) = chosen.unzip();
+        let (sources, mut shares): (Vec<_>, Vec<_>) = chosen.unzip();
         shares.extend(of_lamps);
         shares.iter().any(|&share| share > 0.0).then(|| Births {
             choice: AliasTable::new(&shares),
-            cradles,
+            sources,
             weights: Vec::new(),
             largest_weights: [1.0; 3],
         })
@@ -219,16 +219,18 @@ impl Births {
     /// each choose, and a walk sets out with w_c = (Φ_sc/Φ_Tc)/p_s in channel c: p_s·w_c is what channel c alone
     /// would have, and no weight exceeds the number of channels (the balance heuristic).
     pub(crate) fn of_emitters(
-        (surfaces, faces, lamps): (&[Surface], &Faces, &PointLamps),
+        surfaces: &[Surface],
+        faces: &Faces,
+        lamps: &PointLamps,
         channels: usize,
         total: [f64; 3],
     ) -> Option<Self> {
         let may_emit = |surface: u32| faces.may_emit(surface);
         if channels == 1 {
             let power = |piece: usize| faces.piece(piece as u32).power(0);
-            let cradles = cradles(surfaces, faces, may_emit, |a, b| power(a) == power(b));
+            let sources = sources(surfaces, faces, may_emit, |a, b| power(a) == power(b));
             let of_lamps: Vec<f64> = (0..lamps.len()).map(|lamp| lamps.power(lamp, 0)).collect();
-            return Births::in_cradles(cradles, power, &of_lamps);
+            return Births::at_sources(sources, power, &of_lamps);
         }
         let share = |power: f64, c: usize| if total[c] > 0.0 { power / total[c] } else { 0.0 };
         let emitting = total.iter().filter(|&&power| power > 0.0).count() as f64;
@@ -241,16 +243,16 @@ impl Births {
         let piece = |piece: usize| faces.piece(piece as u32);
         let light = |i: usize| (piece(i).emittance, piece(i).area);
         let alike = |a: usize, b: usize| light(a) == light(b);
-        let cradles = cradles(surfaces, faces, may_emit, alike);
+        let sources = sources(surfaces, faces, may_emit, alike);
         let of_lamps: Vec<f64> = (0..lamps.len()).map(|lamp| chance(&|c| lamps.power(lamp, c))).collect();
-        let mut births = Births::in_cradles(cradles, |i| chance(&|c| piece(i).power(c)), &of_lamps)?;
-        let of_cradle = |cradle: &SourceRun| {
-            let surface = &surfaces[cradle.surface as usize];
-            let face = faces.piece(surface.piece(cradle.first_cell, cradle.side));
+        let mut births = Births::at_sources(sources, |i| chance(&|c| piece(i).power(c)), &of_lamps)?;
+        let of_source = |source: &SourceRun| {
+            let surface = &surfaces[source.surface as usize];
+            let face = faces.piece(surface.piece(source.first_cell, source.side));
             weights(&|c| face.power(c))
         };
         let of_lamps = (0..lamps.len()).map(|lamp| weights(&|c| lamps.power(lamp, c)));
-        births.weights = births.cradles.iter().map(of_cradle).chain(of_lamps).collect();
+        births.weights = births.sources.iter().map(of_source).chain(of_lamps).collect();
         births.largest_weights = std::array::from_fn(|c| {
             let largest = births.weights.iter().map(|weights| weights[c]).fold(0.0, f64::max);
             if largest > 0.0 { largest } else { 1.0 }
@@ -258,7 +260,7 @@ impl Births {
         Some(births)
     }
 
-    /// The weights of the channels in a cradle or at a lamp behind all cradles.
+    /// The weights of the channels of a source or of a lamp behind all sources.
     #[inline(always)]
     fn weights_of<const C: usize>(&self, choice: usize) -> [f64; C] {
         match self.weights.get(choice) {
@@ -272,8 +274,8 @@ impl Births {
     pub(crate) fn choose<const C: usize>(&self, bits: [u64; 2]) -> (Birthplace, [f64; C]) {
         let choice = self.choice.choose(bits[0]);
         let weights = self.weights_of(choice);
-        let Some(&SourceRun { surface, side, first_cell, cells }) = self.cradles.get(choice) else {
-            return (Birthplace::Lamp(choice - self.cradles.len()), weights);
+        let Some(&SourceRun { surface, side, first_cell, cells }) = self.sources.get(choice) else {
+            return (Birthplace::Lamp(choice - self.sources.len()), weights);
         };
         let cell = first_cell + ((u128::from(bits[1]) * u128::from(cells)) >> 64) as u32;
         (Birthplace::Cell(Origin { surface, cell, side }), weights)
@@ -295,7 +297,7 @@ fn share_of_piece(faces: &Faces, piece: usize, share: impl Fn(usize) -> f64) -> 
 }
 
 /// The cells of some surfaces, each run of them that are alike at a birth with its first piece.
-fn cradles(
+fn sources(
     surfaces: &[Surface],
     faces: &Faces,
     of: impl Fn(u32) -> bool,
@@ -310,14 +312,14 @@ fn cradles(
         Some((surface, side, first, first + cells))
     });
     runs.flat_map(move |(surface, side, first, end)| {
-        let mut cradles = Vec::new();
+        let mut sources = Vec::new();
         let mut next = first;
         while next < end {
             let piece = next;
             next += (piece..end).take_while(|&other| alike(piece, other)).count();
             let (first_cell, cells) = ((piece - first) as u32, (next - piece) as u32);
-            cradles.push((piece, SourceRun { surface, side, first_cell, cells }));
+            sources.push((piece, SourceRun { surface, side, first_cell, cells }));
         }
-        cradles
+        sources
     })
 }

@@ -307,7 +307,7 @@ impl Scene {
     ) {
         let lamps = &self.parts.lamps;
         for lamp in (0..lamps.len()).filter(|&lamp| lamps.is_sharp(lamp)) {
-            if let Some(light) = self.lamp_light(lamp, (point, response, from), 0) {
+            if let Some(light) = self.lamp_light(lamp, point, response, from, 0) {
                 see(lamp, light);
             }
         }
@@ -317,8 +317,7 @@ impl Scene {
     /// the middles of their discs.
     pub fn lamps_at(&self, point: DVec3, normal: DVec3, from: u32) -> [f64; 3] {
         let facing = Response::Flat { facing: normal };
-        let lights =
-            (0..self.lamp_count()).filter_map(|lamp| self.lamp_light(lamp, (point, facing, from), 0));
+        let lights = (0..self.lamp_count()).filter_map(|lamp| self.lamp_light(lamp, point, facing, from, 0));
         lights.fold([0.0; 3], |sum, light| std::array::from_fn(|c| sum[c] + light[c]))
     }
 
@@ -340,7 +339,9 @@ impl Scene {
     pub(crate) fn lamp_light(
         &self,
         lamp: usize,
-        (origin, response, from): (DVec3, Response, u32),
+        origin: DVec3,
+        response: Response,
+        from: u32,
         bits: u64,
     ) -> Option<[f64; 3]> {
         let Beam { towards, distance, irradiance } = self.parts.lamps.beam(lamp, origin, bits);

@@ -44,7 +44,7 @@ use crate::trace::stack::Stack;
 use births::{Birthplace, Births, Origin};
 use lamps::PointLamps;
 use lit_parts::LitParts;
-pub use lit_parts::{Executor, in_turn};
+pub use lit_parts::{ParallelFor, in_turn};
 use panes::Panes;
 use scatter::Scatter;
 use sealed::Sealed;
@@ -121,7 +121,14 @@ pub(crate) struct Parts {
     hash: [u8; 32],
 }
 
-/// What a scene takes of memory [bytes].
+/// A cell of a surface, by the numbers of both.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfaceCell {
+    pub(crate) surface: u32,
+    pub(crate) cell: u32,
+}
+
+/// The memory that the parts of a scene take [bytes].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Memory {
     /// Surfaces with their names, faces, and the tables that walks look them up in.
@@ -379,9 +386,15 @@ impl Scene {
         self.parts.scatter.get_or_init(make).as_ref()
     }
 
+    /// The cell of a surface that a face consists of, or that a piece of a face is a side of.
+    #[inline(always)]
+    pub(crate) fn cell_of(&self, face: &Face) -> SurfaceCell {
+        SurfaceCell { surface: face.surface, cell: self.surfaces()[face.surface as usize].cell_of(face) }
+    }
+
     /// Surface and local coordinates of the uniform point of a face that 64 random bits choose, given a cell of the face.
     #[inline(always)]
-    pub(crate) fn scatter(&self, cell: (u32, u32), face: u32, bits: u64) -> (u32, [f64; 2]) {
+    pub(crate) fn scatter(&self, cell: SurfaceCell, face: u32, bits: u64) -> (u32, [f64; 2]) {
         match self.points_of_groups() {
             None => self.point_in_cell(cell, bits),
             Some(scatter) => self.point_in_group(scatter, cell, face, bits),
@@ -390,7 +403,7 @@ impl Scene {
 
     /// [`Scene::scatter`] where faces are groups of cells. It stands apart, so that scenes without groups do not pay for it.
     #[inline(never)]
-    fn point_in_group(&self, scatter: &Scatter, cell: (u32, u32), face: u32, bits: u64) -> (u32, [f64; 2]) {
+    fn point_in_group(&self, scatter: &Scatter, cell: SurfaceCell, face: u32, bits: u64) -> (u32, [f64; 2]) {
         match scatter.choose(face, bits) {
             None => self.point_in_cell(cell, bits),
             Some(([surface, cell], point)) => {
@@ -401,7 +414,7 @@ impl Scene {
 
     /// The uniform point of a cell of a surface.
     #[inline(always)]
-    fn point_in_cell(&self, (surface, cell): (u32, u32), bits: u64) -> (u32, [f64; 2]) {
+    fn point_in_cell(&self, SurfaceCell { surface, cell }: SurfaceCell, bits: u64) -> (u32, [f64; 2]) {
         let point = [(bits >> 32) as u32, bits as u32].map(unit_32);
         (surface, self.surfaces()[surface as usize].point_in_cell(cell, point))
     }
@@ -415,7 +428,7 @@ impl Scene {
 
     /// By face: the part of its area that light comes to by paths that go on from where they arrive, above 0 where a face was `hit`. The executor
     /// runs the search for it, once for each scene: a second and more among a million faces.
-    pub fn lit_parts(&self, hit: &[bool], executor: &Executor) -> Vec<f64> {
+    pub fn lit_parts(&self, hit: &[bool], executor: &ParallelFor) -> Vec<f64> {
         self.parts.lit_parts.get_or_init(|| Arc::new(LitParts::new(self, executor))).given(self, hit)
     }
 
@@ -460,7 +473,7 @@ fn emission(
         let of_lamps: f64 = (0..lamps.len()).map(|lamp| lamps.power(lamp, c)).sum();
         lit.iter().map(|piece| piece.power(c)).sum::<f64>() + of_lamps
     });
-    let Some(emitters) = Births::of_emitters((surfaces, faces, lamps), channels, power) else {
+    let Some(emitters) = Births::of_emitters(surfaces, faces, lamps, channels, power) else {
         return Err(SceneError::Whole(
             "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`, or add a [[lamp]]".into(),
         ));

@@ -4,7 +4,7 @@
 //! Light comes to a face that sees an emitter, or that sees a reflecting face which light comes to. Rays in random directions find out
 //! which faces see each other, and rays towards emitters and lit faces find what is small; reflecting faces that see each other are joined into
 //! groups, which light comes to as a whole or not at all. A group that its rays have joined to no light is called sealed. So a gap is overlooked where all rays of the whole group miss it: two rooms of
-//! which one sends N rays are told apart from one with an opening if the opening takes up less than some 3/N of what the walls see.
+//! which one sends N rays are distinguished from one with an opening if the opening takes up less than some 3/N of what the walls see.
 
 use glam::DVec3;
 
@@ -223,7 +223,7 @@ impl<'a> LightSearch<'a> {
     fn point_of(&mut self, face: u32) -> (Face, u32, [f64; 2]) {
         let faces = self.scene.faces();
         let piece = faces.piece(faces.pieces(face as usize).next().expect("a face has a piece"));
-        let cell = (piece.surface, self.scene.surfaces()[piece.surface as usize].cell_of(&piece));
+        let cell = self.scene.cell_of(&piece);
         let (surface, uv) = self.scene.scatter(cell, face, self.rng.bits());
         (piece, surface, uv)
     }

@@ -57,7 +57,7 @@ pub(crate) struct LightTables {
 }
 
 /// The cells of a batch of births.
-type Cells = [u32; WIDTH];
+type BatchCells = [u32; WIDTH];
 
 /// Rays of two batches of births at lamps, each component in a row: three of the origin [m], then three of the direction.
 pub(crate) type LampRays = [[f64; 2 * WIDTH]; 6];
@@ -75,7 +75,7 @@ impl LightTables {
             let (first, first_rest) = (rows.len() as u32, rests.len() as u32);
             let (mut of_floors, mut of_rests) = (Vec::new(), Vec::new());
             for cell in table.cells() {
-                halved(&Floor::of(cell), HALVINGS, &mut |floor| {
+                halved(&CellFloor::of(cell), HALVINGS, &mut |floor| {
                     rows.push(floor.row());
                     of_floors.push(floor.flux());
                     for rest in floor.rests().into_iter().filter(|rest| rest.flux > 0.0) {
@@ -138,7 +138,7 @@ impl LightTables {
             lamps: &[u32; WIDTH],
             len: usize,
             bits: [&[u64; WIDTH]; 3],
-            chosen: &mut Cells,
+            chosen: &mut BatchCells,
             rows: (&mut LampRays, usize),
         ));
         let is_above = |cell: &u32| cell & ABOVE != 0;
@@ -186,7 +186,7 @@ fn bear_all<R: Real>(
     lamps: &[u32; WIDTH],
     len: usize,
     [places, points, directions]: [&[u64; WIDTH]; 3],
-    cells: &mut Cells,
+    cells: &mut BatchCells,
     (rays, from): (&mut LampRays, usize),
 ) {
     let len = len.min(WIDTH);
@@ -267,14 +267,14 @@ fn folded<R: Real>(row: [R; OF_CELL], [t, u]: [R; 2], v: R) -> [R; 2] {
 
 /// A cell, and the floor in each of its half planes at either side: its values at the least and at the largest γ [cd].
 #[derive(Clone, Copy, Debug)]
-struct Floor {
+struct CellFloor {
     cell: Cell,
     /// cos γ at the least γ, less cos γ at the largest.
     height: f64,
     values: [[f64; 2]; 2],
 }
 
-impl Floor {
+impl CellFloor {
     fn of(cell: Cell) -> Self {
         let Cell { gamma: [sin, cos], widths: [_, width], candela, .. } = cell;
         let drop = |delta: f64| {
@@ -294,7 +294,7 @@ impl Floor {
                 () => [q - slope / sin_end * height, q],
             }
         };
-        Floor { cell, height, values: candela.map(line) }
+        CellFloor { cell, height, values: candela.map(line) }
     }
 
     /// The flux below the floor [lm].
@@ -333,7 +333,7 @@ impl Floor {
 }
 
 /// The floor, or where more than a small part of the flux lies above it, those of both halves of its cell in γ, `times` times at most.
-fn halved(floor: &Floor, times: u32, keep: &mut impl FnMut(&Floor)) {
+fn halved(floor: &CellFloor, times: u32, keep: &mut impl FnMut(&CellFloor)) {
     let Cell { gamma, widths: [width_c, width], candela, .. } = floor.cell;
     let above: f64 = floor.rests().iter().map(|rest| 0.5 * rest.flux * width_c).sum();
     if times == 0 || above * SHARE_OF_REST <= floor.flux() + above {
@@ -347,7 +347,7 @@ fn halved(floor: &Floor, times: u32, keep: &mut impl FnMut(&Floor)) {
     ];
     for (gamma, candela) in halves {
         let cell = Cell { gamma, widths: [width_c, half], candela, ..floor.cell };
-        halved(&Floor::of(cell), times - 1, keep);
+        halved(&CellFloor::of(cell), times - 1, keep);
     }
 }
 
@@ -479,7 +479,7 @@ mod tests {
     #[test]
     fn floors_and_rests_are_the_light_of_their_cell() {
         for cell in cells() {
-            let floor = Floor::of(cell);
+            let floor = CellFloor::of(cell);
             let (peak, name) = (cell.candela.as_flattened().iter().copied().fold(0.0, f64::max), cell);
             assert!(floor.values.as_flattened().iter().all(|value| *value >= -1e-12 * peak), "{name:?}");
             let rests = floor.rests();
@@ -518,7 +518,7 @@ mod tests {
     fn folded_numbers_have_the_density_of_the_floor() {
         const EVEN: u32 = 32;
         for cell in cells().into_iter().step_by(10) {
-            let row = Floor::of(cell).row();
+            let row = CellFloor::of(cell).row();
             let [_, _, low, first, more, ..] = row;
             let even = |k: u32| (f64::from(k) + 0.5) / f64::from(EVEN);
             let mut sums = [0.0; 3];

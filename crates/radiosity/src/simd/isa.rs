@@ -5,7 +5,7 @@
 //! [`Isa::run`], which asks for the token. So no vector is ever made where the processor has not got it.
 
 use super::real::{self, Real};
-use super::sixteen::{self, Lanes};
+use super::sixteen::{self, Sixteen};
 use super::wide::{Quad, Wide};
 
 /// The instruction sets that the kernel is compiled for.
@@ -27,7 +27,7 @@ pub(crate) trait Simd {
     /// A vector of several f64.
     type Doubles: Real;
     /// A vector of sixteen f32.
-    type Singles: Lanes;
+    type Singles: Sixteen;
     /// Adds to sums of 128 bits, modulo 2¹²⁸.
     #[inline(always)]
     fn add_wide(sums: &mut Wide, low: [&Quad; 2], high: [&Quad; 2]) {

@@ -7,7 +7,7 @@ use thiserror::Error;
 #[error("a sum of the tally overflowed (more than 2^128 units); use fewer walks")]
 pub struct Overflow;
 
-/// Tallies of different scenes or moments were to be merged.
+/// The error of merging tallies of different scenes or with different moments.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum MergeError {
     /// The shapes of the tallies differ.

@@ -8,21 +8,21 @@ use super::word::{Word, raise_sums};
 /// What a walk scores on a patch, in units, and the slopes of that: each unit times ψ₁ and ψ₂ where it was scored, in slope
 /// units. A slope is signed (two's complement), and never exceeds its score.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Mark<W, const C: usize> {
+pub(crate) struct LinearScore<W, const C: usize> {
     pub(crate) units: [W; C],
     pub(crate) slopes: [[W; 2]; C],
 }
 
-impl<W: Word, const C: usize> Mark<W, C> {
-    /// The mark of a walk that scored nothing.
+impl<W: Word, const C: usize> LinearScore<W, C> {
+    /// The score of a walk that scored nothing.
     pub(crate) fn none() -> Self {
-        Mark { units: [W::default(); C], slopes: [[W::default(); 2]; C] }
+        LinearScore { units: [W::default(); C], slopes: [[W::default(); 2]; C] }
     }
 
-    /// The sum of two marks, part by part.
+    /// The sum of two scores, part by part.
     #[inline(always)]
     pub(crate) fn plus(self, other: Self) -> Self {
-        Mark {
+        LinearScore {
             units: std::array::from_fn(|c| self.units[c].plus(other.units[c])),
             slopes: std::array::from_fn(|c| {
                 std::array::from_fn(|k| self.slopes[c][k].plus(other.slopes[c][k]))
@@ -31,11 +31,14 @@ impl<W: Word, const C: usize> Mark<W, C> {
     }
 }
 
-impl<const C: usize> Mark<u64, C> {
-    /// The mark in 128 bits.
-    fn wide(self) -> Mark<u128, C> {
+impl<const C: usize> LinearScore<u64, C> {
+    /// The score in 128 bits.
+    fn wide(self) -> LinearScore<u128, C> {
         let signed = |slope: u64| u128::from_signed(slope as i64);
-        Mark { units: self.units.map(u128::from), slopes: self.slopes.map(|slopes| slopes.map(signed)) }
+        LinearScore {
+            units: self.units.map(u128::from),
+            slopes: self.slopes.map(|slopes| slopes.map(signed)),
+        }
     }
 }
 
@@ -92,19 +95,19 @@ impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
 
     /// Raises what a walk scores on a patch: Σx² grows by (x + y)² − x² = y·(2x + y), and Σd² in the same way.
     #[inline(always)]
-    pub(crate) fn raise(&mut self, patch: u32, before: &Mark<W, C>, mark: &Mark<W, C>) {
+    pub(crate) fn raise(&mut self, patch: u32, before: &LinearScore<W, C>, now: &LinearScore<W, C>) {
         let cell = &mut self.cells[patch as usize];
         let grown = |x: W, y: W| y.times(x.plus(x).plus(y));
         let slope_units = W::from_units(Self::LAYOUT.slope_units() as f64);
         for c in 0..C {
-            let (x, y) = (before.units[c], mark.units[c]);
+            let (x, y) = (before.units[c], now.units[c]);
             if E::COUNTED {
                 self.largest = self.largest.max(x.plus(y).into());
             }
             let [sum, squares] = &mut cell.scores[c];
             (*sum, *squares) = (sum.plus(y), squares.plus(grown(x, y)));
             for k in 0..2 {
-                let (d, e) = (before.slopes[c][k], mark.slopes[c][k]);
+                let (d, e) = (before.slopes[c][k], now.slopes[c][k]);
                 let [sum, squares] = &mut cell.slopes[c][k];
                 *sum = sum.plus(y.times(slope_units)).plus(e);
                 *squares = squares.plus(grown(d, e));
@@ -166,7 +169,7 @@ impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
 impl<const C: usize> LinearBoard<u128, u64, C> {
     /// Counts an event of a walk on a patch, where it has scored `before`, below 2⁶², and adds what it scores now.
     #[inline(always)]
-    pub(crate) fn add_event(&mut self, patch: u32, before: &Mark<u64, C>, now: &Mark<u64, C>) {
+    pub(crate) fn add_event(&mut self, patch: u32, before: &LinearScore<u64, C>, now: &LinearScore<u64, C>) {
         let cell = &mut self.cells[patch as usize];
         cell.events += 1;
         let mut largest = 0;
@@ -188,11 +191,11 @@ impl<const C: usize> LinearBoard<u128, u64, C> {
     pub(crate) fn add_more(
         &mut self,
         patch: u32,
-        before: impl Iterator<Item = Mark<u64, C>>,
-        now: impl Iterator<Item = Mark<u64, C>>,
+        before: impl Iterator<Item = LinearScore<u64, C>>,
+        now: impl Iterator<Item = LinearScore<u64, C>>,
     ) {
-        let plus = |sum: Mark<u128, C>, mark: Mark<u64, C>| sum.plus(mark.wide());
-        self.raise(patch, &before.fold(Mark::none(), plus), &now.fold(Mark::none(), plus));
+        let plus = |sum: LinearScore<u128, C>, score: LinearScore<u64, C>| sum.plus(score.wide());
+        self.raise(patch, &before.fold(LinearScore::none(), plus), &now.fold(LinearScore::none(), plus));
     }
 }
 
@@ -200,20 +203,20 @@ impl<const C: usize> LinearBoard<u128, u64, C> {
 mod tests {
     use super::*;
 
-    fn mark<W: Word>(units: f64, slopes: [i64; 2]) -> Mark<W, 1> {
-        Mark { units: [W::from_units(units)], slopes: [slopes.map(W::from_signed)] }
+    fn score<W: Word>(units: f64, slopes: [i64; 2]) -> LinearScore<W, 1> {
+        LinearScore { units: [W::from_units(units)], slopes: [slopes.map(W::from_signed)] }
     }
 
     #[test]
     fn slopes_of_a_whole_walk_are_squared() {
         let mut board = LinearBoard::<u64, (), 1>::new(2);
-        let mut before = Mark::none();
+        let mut before = LinearScore::none();
         for slopes in [[5, -7], [-11, 4095], [2, -4095]] {
-            board.raise(0, &before, &mark(1.0, slopes));
-            before = before.plus(mark(1.0, slopes));
+            board.raise(0, &before, &score(1.0, slopes));
+            before = before.plus(score(1.0, slopes));
         }
-        board.raise(1, &Mark::none(), &mark(1.0, [100, 3]));
-        board.raise(0, &Mark::none(), &mark(1.0, [-1, 1]));
+        board.raise(1, &LinearScore::none(), &score(1.0, [100, 3]));
+        board.raise(0, &LinearScore::none(), &score(1.0, [-1, 1]));
         let tally = board.take().unwrap();
         // Patch 0: scores 3 and 1; slopes −4, −7 and −1, 1.
         assert_eq!(tally.patch(0, 0), [4, 10]);
@@ -226,13 +229,13 @@ mod tests {
     #[test]
     fn fixed_point_slopes_have_the_units_of_their_scores() {
         let one = (1_u64 << 40) as f64;
-        let marks = [[-(1 << 40), 1 << 39], [1 << 38, 1 << 39]].map(|slopes| mark::<u64>(one, slopes));
+        let scores = [[-(1 << 40), 1 << 39], [1 << 38, 1 << 39]].map(|slopes| score::<u64>(one, slopes));
         let visits = |board: &mut LinearBoard<u128, u64, 1>| {
-            board.add_event(0, &Mark::none(), &marks[0]);
-            board.add_event(0, &marks[0], &marks[1]);
+            board.add_event(0, &LinearScore::none(), &scores[0]);
+            board.add_event(0, &scores[0], &scores[1]);
         };
         let at_once = |board: &mut LinearBoard<u128, u64, 1>| {
-            board.add_more(0, std::iter::empty(), marks.into_iter());
+            board.add_more(0, std::iter::empty(), scores.into_iter());
             (0..2).for_each(|_| board.count(0));
         };
         for add in [&visits as &dyn Fn(&mut _), &at_once] {
@@ -250,9 +253,9 @@ mod tests {
     #[test]
     fn squares_that_may_have_wrapped_are_an_error() {
         let mut board = LinearBoard::<u64, (), 1>::new(1);
-        board.raise(0, &Mark::none(), &mark((1 << 19) as f64, [0, 0]));
+        board.raise(0, &LinearScore::none(), &score((1 << 19) as f64, [0, 0]));
         assert!(board.take().is_ok());
-        board.raise(0, &Mark::none(), &mark((1 << 20) as f64, [0, 0]));
+        board.raise(0, &LinearScore::none(), &score((1 << 20) as f64, [0, 0]));
         assert_eq!(board.take(), Err(Overflow));
     }
 }

@@ -15,7 +15,7 @@ mod word;
 
 pub(crate) use coloured::{ColouredBoard, VisitScores as ColouredVisits};
 pub use counts::{Counts, MergeError, Overflow};
-pub(crate) use linear::{LinearBoard, Mark};
+pub(crate) use linear::{LinearBoard, LinearScore};
 pub use scoreboard::{Events, Scoreboard};
 pub(crate) use sums::MOMENTS;
 pub use sums::{Layout, Tally};

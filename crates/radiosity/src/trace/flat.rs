@@ -56,7 +56,7 @@ impl Flat {
     /// How many sketches are those of planes.
     #[cfg(test)]
     pub(crate) fn walls(&self) -> usize {
-        self.sketches.iter().filter(|sketch| sketch.part == Part::Plane).count()
+        self.sketches.iter().filter(|sketch| sketch.part == FacetPart::Plane).count()
     }
 
     /// The least (t, rank) among the facets that each ray meets.
@@ -120,7 +120,7 @@ struct Sketch {
     u_offset: f32,
     v_axis: [f32; 3],
     v_offset: f32,
-    part: Part,
+    part: FacetPart,
     /// A bound on the rounding error of the height over the plane, with the slack of facets.
     height_margin: f32,
     /// A bound on the rounding error of u·|n·d|, of v·|n·d| and of their sum.
@@ -129,7 +129,7 @@ struct Sketch {
 
 /// What of a facet is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Part {
+enum FacetPart {
     Plane,
     Triangle,
     Parallelogram,
@@ -171,9 +171,9 @@ impl Sketch {
             v_axis: narrow(facet.v_axis),
             v_offset: facet.v_offset as f32,
             part: match (wall, facet.triangle) {
-                (true, _) => Part::Plane,
-                (false, true) => Part::Triangle,
-                (false, false) => Part::Parallelogram,
+                (true, _) => FacetPart::Plane,
+                (false, true) => FacetPart::Triangle,
+                (false, false) => FacetPart::Parallelogram,
             },
             height_margin: (2.0 * height_error + slack) as f32,
             uv_margin: (2.0 * uv) as f32,
@@ -275,17 +275,17 @@ fn guess<R: Real, const LAYERED: bool>(sketches: &[Sketch], starts: &Starts) -> 
     for alike in sketches.chunk_by(|a, b| a.part == b.part) {
         let guess = &mut guess;
         match alike[0].part {
-            Part::Plane => {
+            FacetPart::Plane => {
                 for sketch in alike {
                     look::<R, PLANE, LAYERED>(sketch, starts, guess);
                 }
             }
-            Part::Triangle => {
+            FacetPart::Triangle => {
                 for sketch in alike {
                     look::<R, TRIANGLE, LAYERED>(sketch, starts, guess);
                 }
             }
-            Part::Parallelogram => {
+            FacetPart::Parallelogram => {
                 for sketch in alike {
                     look::<R, PARALLELOGRAM, LAYERED>(sketch, starts, guess);
                 }
@@ -295,9 +295,9 @@ fn guess<R: Real, const LAYERED: bool>(sketches: &[Sketch], starts: &Starts) -> 
     guess
 }
 
-const PLANE: u8 = Part::Plane as u8;
-const TRIANGLE: u8 = Part::Triangle as u8;
-const PARALLELOGRAM: u8 = Part::Parallelogram as u8;
+const PLANE: u8 = FacetPart::Plane as u8;
+const TRIANGLE: u8 = FacetPart::Triangle as u8;
+const PARALLELOGRAM: u8 = FacetPart::Parallelogram as u8;
 
 /// [`mod@crate::trace::meet`] with all coordinates multiplied by |n·d|, which needs no division to decide what is outside.
 #[inline(always)]

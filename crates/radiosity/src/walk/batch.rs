@@ -18,8 +18,8 @@ use crate::trace::ray::{Hits, Rays};
 use crate::trace::tree::Scratch;
 use crate::walk::Space;
 use crate::walk::arrive::Arrivals;
+use crate::walk::collision::{CollisionBatch, CollisionModel};
 use crate::walk::depart::Departures;
-use crate::walk::fate::{CollisionBatch, CollisionModel};
 use crate::walk::newborns::Newborns;
 use crate::walk::score::Scorer;
 
@@ -43,11 +43,11 @@ pub(crate) fn walk_all<const C: usize>(
     space: Space,
     sequence: &Sequence,
     walks: Range<u64>,
-    fate: impl CollisionModel<C>,
+    model: impl CollisionModel<C>,
     estimator: &mut impl Scorer<C>,
 ) -> Counts {
     let starts = sequence.walks_from(walks.start).take((walks.end - walks.start) as usize);
-    walk_each(scene, births, space, &Generators::new(sequence), starts, fate, estimator)
+    walk_each(scene, births, space, &Generators::new(sequence), starts, model, estimator)
 }
 
 /// Walks that begin at these places of the numbers; returns how they ended.
@@ -57,7 +57,7 @@ pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
     space: Space,
     numbers: &N,
     starts: impl Iterator<Item = N::Place>,
-    fate: impl CollisionModel<C>,
+    model: impl CollisionModel<C>,
     estimator: &mut impl Scorer<C>,
 ) -> Counts {
     let counts = Counts::default();
@@ -72,8 +72,8 @@ pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
         len: 0,
         generators,
         departures: Departures::default(),
-        fate,
-        fates: [fate; WIDTH],
+        model,
+        models: [model; WIDTH],
         weights: [[1.0; C]; WIDTH],
     });
     walker.run(&mut newborns);
@@ -92,8 +92,8 @@ struct Walker<'a, N, E, F, const C: usize> {
     generators: N,
     departures: Departures,
     /// Of walks that are about to set out.
-    fate: F,
-    fates: [F; WIDTH],
+    model: F,
+    models: [F; WIDTH],
     /// The weights that walks arrive with.
     weights: [[f64; C]; WIDTH],
 }
@@ -173,8 +173,8 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
     #[inline(always)]
     fn set_out(&mut self, lane: usize, weights: [f64; C]) {
         if !F::CHANCE {
-            self.fates[lane] = self.fate;
-            self.fates[lane].set_out(weights);
+            self.models[lane] = self.model;
+            self.models[lane].set_out(weights);
         }
     }
 
@@ -182,7 +182,7 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
     #[inline(always)]
     fn stop_at_panes(&self, rays: &Rays, hits: &Hits, survival: &mut [u64; WIDTH]) -> Lanes {
         match self.scene.has_panes() {
-            true => stop_at_panes(self.scene, (rays, hits, self.len), survival),
+            true => stop_at_panes(self.scene, rays, hits, self.len, survival),
             false => Lanes::default(),
         }
     }
@@ -192,17 +192,17 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
     fn decide(&mut self, hits: &Hits, arrivals: &Arrivals, stopped: Lanes) -> (Decisions, Lanes) {
         let all = Lanes::first(self.len);
         let arrived = arrivals.active & all;
-        let crossroads = CollisionBatch {
+        let collisions = CollisionBatch {
             isa: self.isa,
             surfaces: self.scene.surfaces(),
             tints: &self.scene.parts.tints,
             met: &hits.surface,
             arrived,
-            survives: if self.fate.ends_at_once() { Lanes::default() } else { arrivals.survives },
+            survives: if self.model.ends_at_once() { Lanes::default() } else { arrivals.survives },
         };
         let decided = match F::CHANCE {
-            true => crossroads.by_chance(),
-            false => F::decide_all(&mut self.fates, &crossroads, &mut self.weights),
+            true => collisions.by_chance(),
+            false => F::decide_all(&mut self.models, &collisions, &mut self.weights),
         };
         self.counts.absorbed += decided.died.count() + stopped.count();
         let met = arrivals.met & all;
@@ -212,7 +212,7 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
             (WalkEnd::AbsorbedBack, met.without(arrived)),
             (WalkEnd::Truncated, truncated),
         ] {
-            lanes.each(|lane| self.counts.end(end, self.fates[lane].weights()));
+            lanes.each(|lane| self.counts.end(end, self.models[lane].weights()));
         }
         (decided, all.without(decided.survived))
     }
@@ -262,7 +262,7 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
             if lane != self.len {
                 self.generators.copy(self.len, lane);
                 self.departures.copy(self.len, lane);
-                self.fates[lane] = self.fates[self.len];
+                self.models[lane] = self.models[self.len];
                 self.estimator.relocate(self.len, lane);
             }
         }
@@ -271,11 +271,7 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
 
 /// [`Walker::stop_at_panes`]. It stands apart, so that scenes without panes do not pay for it.
 #[inline(never)]
-fn stop_at_panes(
-    scene: &Scene,
-    (rays, hits, len): (&Rays, &Hits, usize),
-    survival: &mut [u64; WIDTH],
-) -> Lanes {
+fn stop_at_panes(scene: &Scene, rays: &Rays, hits: &Hits, len: usize, survival: &mut [u64; WIDTH]) -> Lanes {
     let mut stopped = Lanes::default();
     for (lane, bits) in survival.iter_mut().enumerate().take(len) {
         let t = hits.get(lane).map_or(f64::INFINITY, |hit| hit.t);

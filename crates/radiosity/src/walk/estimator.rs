@@ -1,5 +1,5 @@
 //! The estimators: what a walk scores, where, and what that is worth. All differences between estimators are here:
-//! the [`Event`] that scores, and the [`Course`] of its walks. Predictions of variances (the crate `exact`) go by these two.
+//! the [`Event`] that scores, and the [`AbsorptionMode`] of its walks. Predictions of variances (the crate `exact`) go by these two.
 //!
 //! A shooting walk carries Φ_T, a gathering walk looks for E. Each scores at one kind of [`Event`], whose probability after
 //! an arrival on face j is p_j; a score is worth 1/p_j of what the walk carries, so that its expectation does not depend on
@@ -13,13 +13,13 @@
 //! | infinite | it arrives, with weight ΠR | 1 | Φ_T·ΠR | SInf eq. (2) | R_i ΠR E_j/p_i | SInf eq. (3) |
 //! | direct | it arrives for the first time | 1 | Φ_T | collision's without 2R_iξ_i | R_i E_j/p_i | collision's without 2b_s |
 //!
-//! These five pairs of an event and a course are all that there are. A walk by weights survives surely until it ends, and a walk
+//! These five pairs of an event and an absorption mode are all that there are. A walk by weights survives surely until it ends, and a walk
 //! that ends with its first arrival never survives: 1/p_j with the p_j above would be the wrong worth of their survivals and
 //! absorptions.
 
 use serde::{Deserialize, Serialize};
 
-use super::fate::InfiniteEnd;
+use super::collision::InfiniteEnd;
 use crate::simd::batch::{Decisions, Lanes};
 
 /// Which events of a walk score (S97 §2, §3).
@@ -65,15 +65,15 @@ pub enum Event {
     Absorption,
 }
 
-/// How a walk goes on where it has arrived.
+/// The treatment of absorption at a hit, which decides how the walk goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Course {
+pub enum AbsorptionMode {
     /// The walk survives by chance.
-    Chance,
+    Analog,
     /// The walk always survives, and loses weight.
-    Weighted,
+    Implicit,
     /// The walk ends with its first arrival.
-    FirstHit,
+    DirectOnly,
 }
 
 /// How often one walk may score on the same face.
@@ -124,19 +124,21 @@ impl EstimatorKind {
     }
 
     /// How its walks go on.
-    pub fn course(self) -> Course {
+    pub fn absorption(self) -> AbsorptionMode {
         match self {
-            EstimatorKind::Absorption | EstimatorKind::Survival | EstimatorKind::Collision => Course::Chance,
-            EstimatorKind::Infinite => Course::Weighted,
-            EstimatorKind::Direct => Course::FirstHit,
+            EstimatorKind::Absorption | EstimatorKind::Survival | EstimatorKind::Collision => {
+                AbsorptionMode::Analog
+            }
+            EstimatorKind::Infinite => AbsorptionMode::Implicit,
+            EstimatorKind::Direct => AbsorptionMode::DirectOnly,
         }
     }
 
     pub(crate) fn repeats(self) -> Repeats {
-        match (self.course(), self.event()) {
-            (Course::FirstHit, _) | (Course::Chance, Event::Absorption) => Repeats::Never,
-            (Course::Chance, Event::Arrival | Event::Survival) => Repeats::Equal,
-            (Course::Weighted, _) => Repeats::Weakening,
+        match (self.absorption(), self.event()) {
+            (AbsorptionMode::DirectOnly, _) | (AbsorptionMode::Analog, Event::Absorption) => Repeats::Never,
+            (AbsorptionMode::Analog, Event::Arrival | Event::Survival) => Repeats::Equal,
+            (AbsorptionMode::Implicit, _) => Repeats::Weakening,
         }
     }
 
@@ -147,7 +149,7 @@ impl EstimatorKind {
 
     /// Whether walks may go on after their first hit.
     pub fn goes_on(self) -> bool {
-        self.course() != Course::FirstHit
+        self.absorption() != AbsorptionMode::DirectOnly
     }
 
     /// The probability that a walk scores where it has arrived, on a surface that walks survive with probability σ.
@@ -210,20 +212,20 @@ impl From<EstimatorKind> for Estimator {
     }
 }
 
-/// Runs `$body` with the fate that walks of an estimator meet: `Analog` or `Coloured` where chance alone absorbs them.
-macro_rules! with_fate {
-    ($Chance:ident, $estimator:expr, |$fate:ident| $body:expr) => {
+/// Runs `$body` with the collision model of the walks of an estimator: `Analog` or `Coloured` where chance alone absorbs them.
+macro_rules! with_collision_model {
+    ($Chance:ident, $estimator:expr, |$model:ident| $body:expr) => {
         match $estimator {
             $crate::walk::estimator::Estimator::Infinite(end) => {
-                let $fate = $crate::walk::fate::Infinite::new(end);
+                let $model = $crate::walk::collision::Infinite::new(end);
                 $body
             }
             estimator => {
-                let $fate = $crate::walk::fate::$Chance::of(estimator.kind().goes_on());
+                let $model = $crate::walk::collision::$Chance::of(estimator.kind().goes_on());
                 $body
             }
         }
     };
 }
 
-pub(crate) use with_fate;
+pub(crate) use with_collision_model;

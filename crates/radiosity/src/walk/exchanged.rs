@@ -76,7 +76,7 @@ impl RowCounts {
 pub(crate) struct ExchangedRow<'a> {
     pub(crate) row: &'a mut RowCounts,
     pub(crate) group_of_face: &'a [u32],
-    /// The division of the sky, and the column of its first patch; `None` where rays that leave are not told apart.
+    /// The division of the sky, and the column of its first patch; `None` where rays that leave are not distinguished.
     pub(crate) sky: Option<(&'a SkyPatches, u32)>,
     /// How many walks have left for a patch of it.
     pub(crate) to_sky: u32,

@@ -9,12 +9,12 @@ use crate::geometry::basis::{SLOPE_BITS, SLOPE_UNITS};
 use crate::random::rng::WalkRng;
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::Simd;
-use crate::tally::{LinearBoard, Mark, Word};
+use crate::tally::{LinearBoard, LinearScore, Word};
 
-/// The mark of a number of hits, with the sum of their slopes.
+/// The score of a number of hits, with the sum of their slopes.
 #[inline(always)]
-fn hits(number: u64, slopes: [i64; 2]) -> Mark<u64, 1> {
-    Mark { units: [number], slopes: [slopes.map(u64::from_signed)] }
+fn hits(number: u64, slopes: [i64; 2]) -> LinearScore<u64, 1> {
+    LinearScore { units: [number], slopes: [slopes.map(u64::from_signed)] }
 }
 
 impl HitTally for LinearBoard<u64, (), 1> {
@@ -34,8 +34,8 @@ impl HitTally for LinearBoard<u64, (), 1> {
 /// A fixed-point score with its slopes at a place: `score·ψ_k`, plus `rounding` of a unit and rounded down. |ψ| is below 1 by
 /// a unit, so that no slope exceeds its score where `rounding` is below 1.
 #[inline(always)]
-fn fixed<const C: usize>(scores: [u64; C], place: [i64; 2], rounding: [i64; C]) -> Mark<u64, C> {
-    Mark {
+fn fixed<const C: usize>(scores: [u64; C], place: [i64; 2], rounding: [i64; C]) -> LinearScore<u64, C> {
+    LinearScore {
         units: scores,
         slopes: std::array::from_fn(|c| {
             let whole = |psi: i64| i128::from(scores[c]) * i128::from(psi) + i128::from(rounding[c]);
@@ -46,7 +46,7 @@ fn fixed<const C: usize>(scores: [u64; C], place: [i64; 2], rounding: [i64; C]) 
 
 impl<const C: usize> WeightTally<C> for LinearBoard<u128, u64, C> {
     type Sample = [i64; 2];
-    type Mark = Mark<u64, C>;
+    type VisitScore = LinearScore<u64, C>;
 
     type Units = [[u64; C]; WIDTH];
     const NO_UNITS: Self::Units = [[0; C]; WIDTH];
@@ -57,7 +57,7 @@ impl<const C: usize> WeightTally<C> for LinearBoard<u128, u64, C> {
     }
 
     #[inline(always)]
-    fn mark(units: &Self::Units, lane: usize, place: [i64; 2]) -> Mark<u64, C> {
+    fn visit_score(units: &Self::Units, lane: usize, place: [i64; 2]) -> LinearScore<u64, C> {
         fixed(units[lane], place, [SLOPE_UNITS / 2; C])
     }
 
@@ -67,20 +67,20 @@ impl<const C: usize> WeightTally<C> for LinearBoard<u128, u64, C> {
     }
 
     #[inline(always)]
-    fn add_visit(&mut self, face: u32, before: &Mark<u64, C>, now: &Mark<u64, C>) {
+    fn add_visit(&mut self, face: u32, before: &LinearScore<u64, C>, now: &LinearScore<u64, C>) {
         self.add_event(face, before, now);
     }
 
     #[inline(always)]
-    fn add_first<S: Simd>(&mut self, face: u32, now: &Mark<u64, C>, _: &Self::Units, _: usize) {
-        self.add_event(face, &Mark::none(), now);
+    fn add_first<S: Simd>(&mut self, face: u32, now: &LinearScore<u64, C>, _: &Self::Units, _: usize) {
+        self.add_event(face, &LinearScore::none(), now);
     }
 
     fn add_visits(
         &mut self,
         face: u32,
-        before: impl Iterator<Item = Mark<u64, C>>,
-        now: impl Iterator<Item = Mark<u64, C>>,
+        before: impl Iterator<Item = LinearScore<u64, C>>,
+        now: impl Iterator<Item = LinearScore<u64, C>>,
     ) {
         self.add_more(face, before, now);
     }

@@ -14,7 +14,7 @@ mod tests;
 
 pub(crate) use board::{Amount, MarkBoard, Marked};
 
-use self::board::{BLOCK, FEW_BLOCKS, amounts};
+use self::board::{BLOCK, FEW_BLOCKS, MarkRow, amounts};
 use super::estimator::Event;
 use super::score::Scorer;
 use super::visits::{SEARCHED, Visit, Visits};
@@ -138,7 +138,8 @@ impl<'a, T: Amount, const C: usize> LikelihoodRatio<'a, T, C> {
             for (c, m) in (0..C).flat_map(|c| (0..BLOCK).map(move |m| (c, m))) {
                 let [before, more]: [u128; 2] = [&before, &more].map(|x| x[c][m].into());
                 if more > 0 {
-                    self.board.raise_row((face as usize, block * BLOCK + m, c), before, more);
+                    let row = MarkRow { face: face as usize, material: block * BLOCK + m, channel: c };
+                    self.board.raise_row(row, before, more);
                 }
             }
         }
@@ -184,7 +185,8 @@ impl<'a, T: Amount, const C: usize> LikelihoodRatio<'a, T, C> {
                 let of_block = totals.iter().enumerate().skip(block * BLOCK).take(BLOCK);
                 for ((m, total), c) in of_block.flat_map(|it| (0..C).map(move |c| (it, c))) {
                     let before = before[c][m % BLOCK].into();
-                    self.board.raise_row((face as usize, m, c), before, total[c]);
+                    let row = MarkRow { face: face as usize, material: m, channel: c };
+                    self.board.raise_row(row, before, total[c]);
                 }
             }
         }

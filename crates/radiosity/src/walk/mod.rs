@@ -1,13 +1,13 @@
 //! Walks: one as the papers write it ([`plain`]), and many side by side through the same verbs ([`batch`]): leave, trace,
 //! arrive, survive or die, score.
 
-pub(crate) mod apart;
 pub(crate) mod arrive;
 pub(crate) mod batch;
+pub(crate) mod collision;
 pub(crate) mod depart;
 pub(crate) mod estimator;
 pub(crate) mod exchanged;
-pub(crate) mod fate;
+pub(crate) mod light_groups;
 mod linear;
 pub(crate) mod marks;
 mod newborns;

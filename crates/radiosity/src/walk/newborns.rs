@@ -22,7 +22,7 @@ pub(super) struct Newborns<'a, B, N, I> {
     pub(super) births: &'a B,
     starts: I,
     pub(super) generators: N,
-    /// Cradle, cell, point, direction.
+    /// Source, cell, point, direction.
     pub(super) draws: [[u64; WIDTH]; 4],
     next: usize,
     len: usize,
@@ -108,8 +108,8 @@ impl<'a, B, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, B, N, I> {
         match self.births.only_lamp() {
             Some(lamp) => self.lamps = [lamp; WIDTH],
             None => {
-                for (lamp, &cradle) in self.lamps[..len].iter_mut().zip(&self.draws[0]) {
-                    *lamp = self.births.lamp(cradle).unwrap_or(NO_LAMP);
+                for (lamp, &source) in self.lamps[..len].iter_mut().zip(&self.draws[0]) {
+                    *lamp = self.births.lamp(source).unwrap_or(NO_LAMP);
                 }
             }
         }

@@ -15,8 +15,8 @@
 use super::Space;
 use super::batch::WalkEnd;
 use crate::random::rng::WalkRng;
-use crate::scene::Scene;
 use crate::scene::panes::thin;
+use crate::scene::{Scene, SurfaceCell};
 use crate::trace::ray::Ray;
 
 /// One grey walk from the emitters; `arrived` is told each face that the walk arrives on, and whether it survives there.
@@ -47,7 +47,7 @@ pub fn walk(scene: &Scene, space: Space, mut rng: WalkRng, mut arrived: impl FnM
         // Scatter: from a fresh point of the patch, or from the hit point (BS §2). The cosine of the angle to the normal is the density
         // of directions.
         let (from, point) = match space {
-            Space::Discrete => scene.scatter((hit.surface, cell), face, fresh),
+            Space::Discrete => scene.scatter(SurfaceCell { surface: hit.surface, cell }, face, fresh),
             Space::Continuous => (hit.surface, surface.inside(hit.uv)),
         };
         let surface = &scene.surfaces()[from as usize];

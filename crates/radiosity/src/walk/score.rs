@@ -55,26 +55,26 @@ pub(crate) trait WeightTally<const C: usize> {
     /// What is kept of where a walk scores.
     type Sample: BasisSample;
     /// What a visit scores; or the sum of up to [`SEARCHED`] visits of one walk to a face.
-    type Mark: VisitRecord;
+    type VisitScore: VisitRecord;
     /// What visits of the walks of a batch are worth, computed side by side.
     type Units;
     const NO_UNITS: Self::Units;
     /// Computes that from their weights.
     fn set_units(&mut self, units: &mut Self::Units, weights: &[[f64; C]; WIDTH]);
     /// What a visit scores.
-    fn mark(units: &Self::Units, lane: usize, spot: Self::Sample) -> Self::Mark;
+    fn visit_score(units: &Self::Units, lane: usize, spot: Self::Sample) -> Self::VisitScore;
     /// Counts an event on a face, or a birth.
     fn count_event(&mut self, face: u32);
     /// Counts an event of a walk on a face, where it has scored `before`, and adds what it scores now.
-    fn add_visit(&mut self, face: u32, before: &Self::Mark, now: &Self::Mark);
+    fn add_visit(&mut self, face: u32, before: &Self::VisitScore, now: &Self::VisitScore);
     /// Counts an event of a walk on a face, where it has not scored before, and adds what it scores now: a visit of the batch.
-    fn add_first<S: Simd>(&mut self, face: u32, now: &Self::Mark, units: &Self::Units, lane: usize);
+    fn add_first<S: Simd>(&mut self, face: u32, now: &Self::VisitScore, units: &Self::Units, lane: usize);
     /// Adds what a walk scores on a face by visits, any number, after some that were added already. The events are counted.
     fn add_visits(
         &mut self,
         face: u32,
-        before: impl Iterator<Item = Self::Mark>,
-        now: impl Iterator<Item = Self::Mark>,
+        before: impl Iterator<Item = Self::VisitScore>,
+        now: impl Iterator<Item = Self::VisitScore>,
     );
     /// Adds what a walk has gathered for the face where it was born, rounded at random.
     fn add_gathered(&mut self, birth: u32, scores: [f64; C], spot: Self::Sample, rng: WalkRng);
@@ -98,7 +98,7 @@ impl HitTally for Scoreboard<u64, (), 1> {
 
 impl<const C: usize> WeightTally<C> for Scoreboard<u128, u64, C> {
     type Sample = ();
-    type Mark = [u64; C];
+    type VisitScore = [u64; C];
 
     type Units = [[u64; C]; WIDTH];
     const NO_UNITS: Self::Units = [[0; C]; WIDTH];
@@ -109,7 +109,7 @@ impl<const C: usize> WeightTally<C> for Scoreboard<u128, u64, C> {
     }
 
     #[inline(always)]
-    fn mark(units: &Self::Units, lane: usize, (): ()) -> [u64; C] {
+    fn visit_score(units: &Self::Units, lane: usize, (): ()) -> [u64; C] {
         units[lane]
     }
 

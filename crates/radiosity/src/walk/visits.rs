@@ -2,7 +2,7 @@
 
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::{Isa, Kernel, Simd};
-use crate::tally::Mark;
+use crate::tally::LinearScore;
 
 /// The number of visits of a walk in which an earlier visit to the same face is searched; further visits are scored at
 /// the walk's end.
@@ -58,7 +58,7 @@ macro_rules! score {
 }
 
 score!([u64; C], [0; C], |a: Self, b: Self| std::array::from_fn(|c| a[c] + b[c]));
-score!(Mark<u64, C>, Mark { units: [0; C], slopes: [[0; 2]; C] }, |a: Self, b: Self| Mark::plus(a, b));
+score!(LinearScore<u64, C>, LinearScore { units: [0; C], slopes: [[0; 2]; C] }, |a: Self, b: Self| LinearScore::plus(a, b));
 
 /// Visits of every walk of a batch, each the walk's k-th.
 #[derive(Clone, Copy)]
@@ -95,7 +95,7 @@ impl<P: VisitRecord> Visits<P> {
     #[inline(always)]
     pub(super) fn earlier(&self, isa: Isa, faces: &[u32; WIDTH]) -> Earlier<P> {
         let mut earlier = Earlier { visits: [0; WIDTH], spots: P::NO_SUMS };
-        isa.run(Search { visits: self, faces, earlier: &mut earlier });
+        isa.run(VisitSearch { visits: self, faces, earlier: &mut earlier });
         earlier
     }
 
@@ -141,16 +141,16 @@ impl<P: VisitRecord> Visits<P> {
 }
 
 /// Looks for the faces of a batch among earlier visits.
-struct Search<'a, P: VisitRecord> {
+struct VisitSearch<'a, P: VisitRecord> {
     visits: &'a Visits<P>,
     faces: &'a [u32; WIDTH],
     earlier: &'a mut Earlier<P>,
 }
 
-impl<P: VisitRecord> Kernel for Search<'_, P> {
+impl<P: VisitRecord> Kernel for VisitSearch<'_, P> {
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Search { visits, faces, earlier } = self;
+        let VisitSearch { visits, faces, earlier } = self;
         let longest = visits.len.iter().fold(0, |longest, &len| longest.max(len));
         for (k, visit) in (0..longest).zip(&visits.first) {
             for (lane, face) in faces.iter().enumerate() {

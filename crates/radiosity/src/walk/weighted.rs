@@ -13,7 +13,7 @@ use crate::trace::ray::Hits;
 
 impl WeightTally<3> for ColouredBoard {
     type Sample = ();
-    type Mark = [u64; 3];
+    type VisitScore = [u64; 3];
 
     type Units = ColouredVisits<WIDTH>;
     const NO_UNITS: Self::Units = ColouredVisits::NONE;
@@ -24,7 +24,7 @@ impl WeightTally<3> for ColouredBoard {
     }
 
     #[inline(always)]
-    fn mark(units: &Self::Units, lane: usize, (): ()) -> [u64; 3] {
+    fn visit_score(units: &Self::Units, lane: usize, (): ()) -> [u64; 3] {
         units.units(lane)
     }
 
@@ -68,7 +68,7 @@ impl WeightTally<3> for ColouredBoard {
 /// to 2⁻⁴⁰ is below 10⁻⁹ of the smallest weight that a threshold of 0.001 leaves.
 pub(crate) struct ShootWeights<'a, B: WeightTally<C>, const C: usize> {
     board: &'a mut B,
-    visits: Visits<B::Mark>,
+    visits: Visits<B::VisitScore>,
     /// Where the walks are now, and what visits there are worth.
     spots: <B::Sample as VisitRecord>::Row,
     units: B::Units,
@@ -89,7 +89,11 @@ impl<'a, B: WeightTally<C>, const C: usize> ShootWeights<'a, B, C> {
         for visits in later.chunk_by(|(a, _), (b, _)| a == b) {
             let face = visits[0].0;
             visits.iter().for_each(|_| self.board.count_event(face));
-            self.board.add_visits(face, self.visits.on(lane, face), visits.iter().map(|&(_, mark)| mark));
+            self.board.add_visits(
+                face,
+                self.visits.on(lane, face),
+                visits.iter().map(|&(_, visit_score)| visit_score),
+            );
         }
     }
 }
@@ -135,7 +139,7 @@ struct ScoreVisits<'s, 'a, B: WeightTally<C>, const C: usize> {
     scoring: Lanes,
     faces: &'s [u32; WIDTH],
     weights: &'s [[f64; C]; WIDTH],
-    earlier: &'s Earlier<B::Mark>,
+    earlier: &'s Earlier<B::VisitScore>,
 }
 
 impl<B: WeightTally<C>, const C: usize> Kernel for ScoreVisits<'_, '_, B, C> {
@@ -149,16 +153,16 @@ impl<B: WeightTally<C>, const C: usize> Kernel for ScoreVisits<'_, '_, B, C> {
                 let lane = first + scoring.trailing_zeros() as usize % WORD;
                 scoring &= scoring - 1;
                 let face = self.faces[lane];
-                let mark = B::mark(units, lane, B::Sample::of(spots, lane));
+                let visit_score = B::visit_score(units, lane, B::Sample::of(spots, lane));
                 if self.earlier.visits[lane] == 0 {
-                    if visits.push(lane, face, mark) {
-                        board.add_first::<S>(face, &mark, units, lane);
+                    if visits.push(lane, face, visit_score) {
+                        board.add_first::<S>(face, &visit_score, units, lane);
                     }
                     continue;
                 }
-                let before = visits.on(lane, face).fold(B::Mark::NONE, B::Mark::plus);
-                if visits.push(lane, face, mark) {
-                    board.add_visit(face, &before, &mark);
+                let before = visits.on(lane, face).fold(B::VisitScore::NONE, B::VisitScore::plus);
+                if visits.push(lane, face, visit_score) {
+                    board.add_visit(face, &before, &visit_score);
                 }
             }
         }

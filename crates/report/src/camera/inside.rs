@@ -88,7 +88,7 @@ struct Eye {
 
 /// A way to look: from an eye, in a direction.
 #[derive(Clone, Copy)]
-struct Look {
+struct CameraPose {
     eye: Eye,
     azimuth: f64,
     pitch: f64,
@@ -103,8 +103,8 @@ pub(super) fn inside(
 ) -> Option<Inside> {
     let bounds = Bounds::below_sky(scene);
     let columns = on_all_cores(COLUMNS * COLUMNS, |number| eyes_of_column(scene, frame, &bounds, number));
-    let looks: Vec<Look> =
-        chosen(columns.concat(), frame.height(&bounds)).into_iter().flat_map(Look::around).collect();
+    let looks: Vec<CameraPose> =
+        chosen(columns.concat(), frame.height(&bounds)).into_iter().flat_map(CameraPose::around).collect();
     let size = [TRIAL_SIZE, (f64::from(TRIAL_SIZE) / aspect).ceil() as u32];
     let values = on_all_cores(looks.len(), |number| {
         let camera = Camera::standing(scene, frame, &looks[number].stand(scene, frame), size);
@@ -202,10 +202,10 @@ fn reach(scene: &Scene, place: DVec3) -> Option<[f64; 2]> {
     (met >= ENCLOSED * AROUND as f64).then(|| [distance / met, least])
 }
 
-impl Look {
-    fn around(eye: Eye) -> impl Iterator<Item = Look> {
+impl CameraPose {
+    fn around(eye: Eye) -> impl Iterator<Item = CameraPose> {
         let azimuth = |k: usize| 360.0 * k as f64 / AZIMUTHS as f64;
-        (0..AZIMUTHS).flat_map(move |k| PITCHES.map(|pitch| Look { eye, azimuth: azimuth(k), pitch }))
+        (0..AZIMUTHS).flat_map(move |k| PITCHES.map(|pitch| CameraPose { eye, azimuth: azimuth(k), pitch }))
     }
 
     fn stand(&self, scene: &Scene, frame: &Frame) -> Stand {

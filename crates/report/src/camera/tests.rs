@@ -229,19 +229,25 @@ fn a_size_changes_the_frame_and_not_the_direction() {
 }
 
 #[test]
-fn stands_that_show_nothing_are_told() {
+fn stands_that_show_nothing_are_reported() {
     let scene = cube();
     let middle = DVec3::splat(0.5);
-    let told = |eye: DVec3, look_at: DVec3| view_troubles(&scene, &view(eye, look_at), &[]).join("; ");
-    assert_eq!(told(DVec3::new(0.5, 0.1, 0.5), middle), "");
-    assert_eq!(told(DVec3::new(0.5, -3.0, 0.5), middle), "", "a room is seen through the backs of its walls");
-    assert!(told(DVec3::new(0.5, -3.0, 0.5), DVec3::new(0.5, -9.0, 0.5)).contains("no surface is in front"));
-    assert!(told(DVec3::new(0.5, 1e-5, 0.5), DVec3::new(0.5, -1.0, 0.5)).contains("stands on a wall"));
+    let troubles = |eye: DVec3, look_at: DVec3| view_troubles(&scene, &view(eye, look_at), &[]).join("; ");
+    assert_eq!(troubles(DVec3::new(0.5, 0.1, 0.5), middle), "");
+    assert_eq!(
+        troubles(DVec3::new(0.5, -3.0, 0.5), middle),
+        "",
+        "a room is seen through the backs of its walls"
+    );
+    assert!(
+        troubles(DVec3::new(0.5, -3.0, 0.5), DVec3::new(0.5, -9.0, 0.5)).contains("no surface is in front")
+    );
+    assert!(troubles(DVec3::new(0.5, 1e-5, 0.5), DVec3::new(0.5, -1.0, 0.5)).contains("stands on a wall"));
     // From inside a block one sees the room through its faces' backs.
     let scene = build(&cornell());
     let block = view(DVec3::new(0.67, 0.15, 0.28), DVec3::new(0.5, 0.2, 1.0));
-    let told = view_troubles(&scene, &block, &[]).join("; ");
-    assert!(told.contains("inside a wall or a block"), "{told}");
+    let troubles = view_troubles(&scene, &block, &[]).join("; ");
+    assert!(troubles.contains("inside a wall or a block"), "{troubles}");
     assert!(view_troubles(&scene, &View::default(), &[]).is_empty());
 }
 

@@ -5,7 +5,7 @@ use std::io::{self, Seek, Write};
 use super::matrix_rows::MatrixRows;
 use super::npz::{Archive, Sink};
 
-/// Numbers of all entries of a matrix, by the name of their array.
+/// One array of numbers, with a name, for all entries of a sparse matrix.
 pub struct CsrNumbers<'a> {
     /// The name of the array.
     pub name: &'a str,

@@ -34,7 +34,7 @@ pub fn write_glb(
     readings: Option<&Readings>,
     shot: &Shot,
 ) -> io::Result<()> {
-    let corners = Corners::of(estimates, shot);
+    let corners = VertexBuffers::of(estimates, shot);
     let (views, mut buffer) = corners.buffer();
     let mut scene = corners.scene(views, shot);
     if let Some(readings) = readings {
@@ -126,7 +126,7 @@ fn extras(readings: &Readings, cells: std::ops::Range<usize>) -> Value {
 
 /// What the corners of the faces are drawn by, in the order of the table.
 #[derive(Default)]
-struct Corners {
+struct VertexBuffers {
     places: Vec<f32>,
     colours: Vec<f32>,
     /// B [W/m²], the mean over the channels.
@@ -138,11 +138,15 @@ struct Corners {
     high: [f32; 3],
 }
 
-impl Corners {
+impl VertexBuffers {
     fn of(estimates: &Estimates, shot: &Shot) -> Self {
         let faces = estimates.scene().faces();
         let channels = estimates.scene().channels();
-        let mut all = Corners { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3], ..Corners::default() };
+        let mut all = VertexBuffers {
+            low: [f32::INFINITY; 3],
+            high: [f32::NEG_INFINITY; 3],
+            ..VertexBuffers::default()
+        };
         for (face, piece) in faces.pieces_by_patch() {
             let corners = faces.piece_corners(piece);
             let known = estimates.face(face);

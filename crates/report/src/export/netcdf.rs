@@ -26,7 +26,7 @@ const FLOAT: u32 = 5;
 pub fn write_udales_netcdf(mut writer: impl Write, matrix: &dyn MatrixRows) -> io::Result<()> {
     let facets = u32::try_from(matrix.rows()).map_err(io::Error::other)?;
     writer.write_all(&header(facets))?;
-    let columns = Columns::of(matrix)?;
+    let columns = SparseColumns::of(matrix)?;
     let mut line = vec![0.0_f32; matrix.rows()];
     for column in 0..matrix.rows() {
         columns.entries(column).for_each(|(row, factor)| line[row as usize] = factor);
@@ -67,13 +67,13 @@ fn header(facets: u32) -> Vec<u8> {
 }
 
 /// The entries of a matrix that are not 0, by their columns.
-struct Columns {
+struct SparseColumns {
     /// Where the entries of each column begin, and where the last end.
     begins: Vec<usize>,
     entries: Vec<(u32, f32)>,
 }
 
-impl Columns {
+impl SparseColumns {
     /// Those of the square part.
     fn of(matrix: &dyn MatrixRows) -> io::Result<Self> {
         let mut begins = vec![0; matrix.rows() + 1];
@@ -92,7 +92,7 @@ impl Columns {
             }
             Ok(())
         })?;
-        Ok(Columns { begins, entries })
+        Ok(SparseColumns { begins, entries })
     }
 
     fn entries(&self, column: usize) -> impl Iterator<Item = (u32, f32)> {

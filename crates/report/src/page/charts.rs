@@ -2,7 +2,7 @@
 
 use radiosity::Estimates;
 
-use crate::chart::{Axis, Chart, Point, Series, Style};
+use crate::chart::{Axis, Chart, ChartPoint, Series, Style};
 use crate::summary::TargetReport;
 
 /// Points of the curve of errors over the area.
@@ -21,8 +21,8 @@ pub struct Milestone {
 
 /// The errors at the looks, and the law 1/√N from the last one.
 pub(super) fn convergence(milestones: &[Milestone], target: Option<&TargetReport>) -> Option<Chart> {
-    let known = |error: fn(&Milestone) -> f64| -> Vec<Point> {
-        let points = milestones.iter().map(|at| Point { x: at.paths, y: 100.0 * error(at), error: 0.0 });
+    let known = |error: fn(&Milestone) -> f64| -> Vec<ChartPoint> {
+        let points = milestones.iter().map(|at| ChartPoint { x: at.paths, y: 100.0 * error(at), error: 0.0 });
         points.filter(|point| point.y.is_finite() && point.y > 0.0).collect()
     };
     let half = known(|at| at.median_relative_error);
@@ -30,7 +30,7 @@ pub(super) fn convergence(milestones: &[Milestone], target: Option<&TargetReport
     if half.len() < 2 {
         return None;
     }
-    let law = [first.x, last.x].map(|x| Point { x, y: last.y * (last.x / x).sqrt(), error: 0.0 });
+    let law = [first.x, last.x].map(|x| ChartPoint { x, y: last.y * (last.x / x).sqrt(), error: 0.0 });
     let mut series = vec![
         Series { name: "median by area".into(), style: Style::Joined, points: half },
         Series {
@@ -41,7 +41,8 @@ pub(super) fn convergence(milestones: &[Milestone], target: Option<&TargetReport
         Series { name: "1/√paths through the last look".into(), style: Style::Line, points: law.into() },
     ];
     if let Some(target) = target {
-        let points = [first.x, last.x].map(|x| Point { x, y: 100.0 * target.relative_error, error: 0.0 });
+        let points =
+            [first.x, last.x].map(|x| ChartPoint { x, y: 100.0 * target.relative_error, error: 0.0 });
         series.push(Series { name: "target".into(), style: Style::Line, points: points.into() });
     }
     series.retain(|series| !series.points.is_empty());
@@ -66,12 +67,12 @@ pub(super) fn profile(estimates: &Estimates) -> Option<Chart> {
     errors.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = errors.iter().map(|&(_, area)| area).sum();
     let mut below = 0.0;
-    let mut points: Vec<Point> = Vec::new();
+    let mut points: Vec<ChartPoint> = Vec::new();
     for (error, area) in errors {
         below += area;
         let x = 100.0 * below / total;
         if points.last().is_none_or(|last| x - last.x >= 100.0 / PROFILE_POINTS as f64) {
-            points.push(Point { x, y: 100.0 * error, error: 0.0 });
+            points.push(ChartPoint { x, y: 100.0 * error, error: 0.0 });
         }
     }
     (points.len() > 1).then(|| Chart {

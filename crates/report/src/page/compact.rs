@@ -151,11 +151,11 @@ pub(super) fn compact(estimates: &Estimates, smooth: &Smooth) -> io::Result<(Com
         sides.push(u8::from(face.side == Side::Back));
         patches.push(face.patch);
         for c in 0..channels {
-            let told = known.as_deref().map(|known| {
+            let values = known.as_deref().map(|known| {
                 [known[c].known_radiosity().unwrap_or(f64::NAN), known[c].ci_low, known[c].ci_high]
             });
-            let told = told.unwrap_or([f64::NAN; 3]);
-            for (which, value) in told.into_iter().enumerate().take(if ends { 3 } else { 1 }) {
+            let values = values.unwrap_or([f64::NAN; 3]);
+            for (which, value) in values.into_iter().enumerate().take(if ends { 3 } else { 1 }) {
                 light[which * channels + c].push(log(value, STEPS));
             }
         }

@@ -11,11 +11,11 @@ use glam::{DVec3, Vec3};
 use parallel::on_all_cores;
 use radiosity::{Face, Scene};
 
-use super::filter::{Links, even_gathered, even_noise, even_reach, give_back};
+use super::filter::{PixelLinks, even_gathered, even_noise, even_reach, give_back};
 use super::lamps::{Lamps, SHADOWS};
 use super::sights::Sights;
 use super::spot::Spot;
-use super::tracer::{Sample, Task, Tracer};
+use super::tracer::{PixelLight, PixelTask, Tracer};
 use crate::camera::Camera;
 use crate::smooth::Smooth;
 
@@ -56,13 +56,13 @@ pub(super) struct Lights<'a> {
 /// The irradiance in the middle of each pixel.
 pub(super) struct Field {
     size: [usize; 2],
-    pixels: Vec<Seen>,
+    pixels: Vec<PixelFeatures>,
     irradiance: Vec<Vec3>,
 }
 
 /// What filters know of a pixel.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Seen {
+pub(super) struct PixelFeatures {
     pub(super) place: Vec3,
     /// Of the side in sight; 0 where no light is wanted.
     pub(super) normal: Vec3,
@@ -76,15 +76,15 @@ pub(super) struct Seen {
     pub(super) width: f32,
 }
 
-impl Seen {
+impl PixelFeatures {
     /// What is known before rays are traced.
     fn of(spot: &Spot, lights: &Lights, camera: &Camera) -> Self {
         if spot.piece().is_none_or(|piece| lights.lamps.has(piece)) {
-            return Seen::default();
+            return PixelFeatures::default();
         }
         let surface = &lights.scene.surfaces()[spot.surface as usize];
         let (place, normal) = (surface.point(spot.uv()), surface.normal() * spot.side.sign());
-        Seen {
+        PixelFeatures {
             place: place.as_vec3(),
             normal: normal.as_vec3(),
             surface: spot.surface,
@@ -95,7 +95,7 @@ impl Seen {
     }
 
     /// Whether two pixels show one surface.
-    pub(super) fn goes_on(&self, other: &Seen) -> bool {
+    pub(super) fn goes_on(&self, other: &PixelFeatures) -> bool {
         let is_same = self.surface == other.surface && self.normal == other.normal;
         is_same || is_one_surface(other.place - self.place, self.normal, other.normal)
     }
@@ -122,10 +122,10 @@ impl Field {
         let size = camera.size.map(|side| side as usize);
         let rows = on_all_cores(size[1], |y| {
             let spots = &spots[y * size[0]..][..size[0]];
-            spots.iter().map(|spot| Seen::of(spot, lights, camera)).collect::<Vec<_>>()
+            spots.iter().map(|spot| PixelFeatures::of(spot, lights, camera)).collect::<Vec<_>>()
         });
         let mut pixels = rows.concat();
-        let links = Links::new(&pixels, size, |pixel, axis| sights.are_parted(pixel, axis));
+        let links = PixelLinks::new(&pixels, size, |pixel, axis| sights.are_parted(pixel, axis));
         let counts = counts(&links, samples);
         let traced = traced(lights, camera, spots, (&counts, &links));
         pixels.iter_mut().zip(&traced).for_each(|(pixel, sample)| pixel.reach = 1.0 / sample.near);
@@ -178,7 +178,7 @@ impl Field {
 }
 
 /// Samples of each pixel, of some in all: the fewer pixels show the same surface around it, the more.
-fn counts(links: &Links, samples: u64) -> Vec<u8> {
+fn counts(links: &PixelLinks, samples: u64) -> Vec<u8> {
     let alike = links.alike();
     let mut pixels_of = vec![0; 1 + alike.iter().max().map_or(0, |most| *most as usize)];
     alike.iter().for_each(|&alike| pixels_of[alike as usize] += 1);
@@ -193,22 +193,27 @@ fn counts(links: &Links, samples: u64) -> Vec<u8> {
 }
 
 /// The light of all pixels by their rays.
-fn traced(lights: &Lights, camera: &Camera, spots: &[Spot], (counts, links): (&[u8], &Links)) -> Vec<Sample> {
+fn traced(
+    lights: &Lights,
+    camera: &Camera,
+    spots: &[Spot],
+    (counts, links): (&[u8], &PixelLinks),
+) -> Vec<PixelLight> {
     let [width, height] = camera.size.map(|side| side as usize);
     let bands = on_all_cores(height.div_ceil(TILE), |band| {
         let mut tracer = Tracer::new(lights, camera);
         let rows = band * TILE..((band + 1) * TILE).min(height);
-        let mut samples = vec![Sample::default(); rows.len() * width];
+        let mut samples = vec![PixelLight::default(); rows.len() * width];
         for left in (0..width).step_by(TILE) {
             let columns = left..(left + TILE).min(width);
             let pixels = || rows.clone().flat_map(|y| columns.clone().map(move |x| [x, y]));
-            let task = |[x, y]: [usize; 2]| Task {
+            let task = |[x, y]: [usize; 2]| PixelTask {
                 pixel: [x as u32, y as u32],
                 spot: spots[y * width + x],
                 samples: counts[y * width + x].into(),
                 is_at_edge: links.is_at_edge(y * width + x),
             };
-            let tasks: Vec<Task> = pixels().map(task).collect();
+            let tasks: Vec<PixelTask> = pixels().map(task).collect();
             for ([x, y], sample) in pixels().zip(tracer.trace(&tasks)) {
                 samples[(y - rows.start) * width + x] = sample;
             }
@@ -350,8 +355,9 @@ mod tests {
         let spots = &sights.spots;
         let smooth = Smooth::even(&scene, 1.0);
         let lights = Lights::new(&scene, &smooth, &vec![1.0; scene.faces().len()]);
-        let pixels: Vec<Seen> = spots.iter().map(|spot| Seen::of(spot, &lights, &sights.camera)).collect();
-        let links = Links::new(&pixels, [96, 72], |_, _| false);
+        let pixels: Vec<PixelFeatures> =
+            spots.iter().map(|spot| PixelFeatures::of(spot, &lights, &sights.camera)).collect();
+        let links = PixelLinks::new(&pixels, [96, 72], |_, _| false);
         for each in [6, 12] {
             let budget = each * spots.len() as u64;
             let counts = counts(&links, budget);

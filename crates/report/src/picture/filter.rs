@@ -3,7 +3,7 @@
 use glam::Vec3;
 use parallel::on_all_cores;
 
-use super::field::{Noisy, Seen};
+use super::field::{Noisy, PixelFeatures};
 use super::sights::AXES;
 
 /// Gathered light is taken from within this part of the mean distance to what surrounds a point.
@@ -29,7 +29,7 @@ const RANGE: f32 = 2.5;
 const UNKNOWN: f32 = 3.0;
 const LEAST_RANGE: f32 = 5e-3;
 
-/// Slopes of light are told over this many pixels on both sides, as a power of 2.
+/// Slopes of light are estimated over this many pixels on both sides, as a power of 2.
 const SLOPE: usize = 2;
 
 /// What light of another pixel is multiplied by at most to make up for a slope.
@@ -51,7 +51,7 @@ const MOST_GIVEN: f32 = 0.1;
 const DISTANCES: usize = 6;
 
 /// Which pixels show the same surface.
-pub(super) struct Links {
+pub(super) struct PixelLinks {
     size: [usize; 2],
     /// By pixel: bit `DISTANCES · axis + k` is whether the pixel 2ᵏ further along an axis shows the same surface.
     ahead: Vec<u32>,
@@ -65,15 +65,15 @@ struct Off {
     pixels: f32,
 }
 
-impl Links {
+impl PixelLinks {
     /// The links of pixels, but for those between which something stands: it throws shadows.
     pub(super) fn new(
-        pixels: &[Seen],
+        pixels: &[PixelFeatures],
         size: [usize; 2],
         are_parted: impl Fn(usize, usize) -> bool + Sync,
     ) -> Self {
         let [width, height] = size;
-        let mut links = Links { size, ahead: vec![0; pixels.len()] };
+        let mut links = PixelLinks { size, ahead: vec![0; pixels.len()] };
         for k in 0..DISTANCES {
             let is_in_sight = |own: usize, axis: usize| match k.checked_sub(1) {
                 None => !are_parted(own, axis),
@@ -146,7 +146,7 @@ impl Links {
         self.filtered_along(1, &along_rows, pass, &weights)
     }
 
-    /// [`Links::filtered`] along one axis.
+    /// [`PixelLinks::filtered`] along one axis.
     fn filtered_along(
         &self,
         axis: usize,
@@ -190,7 +190,7 @@ impl Links {
         steps.fold(light.to_vec(), |light, (pass, axis)| self.spread_along(axis, pass, &light))
     }
 
-    /// A pass of [`Links::spread`] along one axis: two pixels take alike from each other, and a pixel keeps the rest.
+    /// A pass of [`PixelLinks::spread`] along one axis: two pixels take alike from each other, and a pixel keeps the rest.
     fn spread_along(&self, axis: usize, pass: usize, light: &[Vec3]) -> Vec<Vec3> {
         let width = self.size[0];
         let pixel = |own: usize| {
@@ -209,14 +209,19 @@ impl Links {
 }
 
 /// Replaces the inverse reach of every pixel by the mean of those around, so that it is not noise.
-pub(super) fn even_reach(pixels: &mut [Seen], links: &Links) {
+pub(super) fn even_reach(pixels: &mut [PixelFeatures], links: &PixelLinks) {
     let near = pixels.iter().map(|pixel| Noisy { light: Vec3::splat(1.0 / pixel.reach), variance: 0.0 });
     let near = links.evened(&near.collect::<Vec<_>>(), 0);
     pixels.iter_mut().zip(near).for_each(|(pixel, near)| pixel.reach = 1.0 / near.light.x);
 }
 
 /// Gathered light, evened out within its reach.
-pub(super) fn even_gathered(pixels: &[Seen], light: Vec<Noisy>, links: &Links, samples: &[u8]) -> Vec<Noisy> {
+pub(super) fn even_gathered(
+    pixels: &[PixelFeatures],
+    light: Vec<Noisy>,
+    links: &PixelLinks,
+    samples: &[u8],
+) -> Vec<Noisy> {
     let weight = &|own: usize, other: usize| {
         let nearest = NEAREST / f32::from(samples[own]).sqrt();
         let (own, other) = (&pixels[own], &pixels[other]);
@@ -239,16 +244,16 @@ pub(super) fn even_gathered(pixels: &[Seen], light: Vec<Noisy>, links: &Links, s
 
 /// Light, evened out within its noise, which is told from shadows by means over a few pixels; and once more by the outcome, whose
 /// slopes are known.
-pub(super) fn even_noise(light: &[Noisy], links: &Links, samples: &[u8]) -> Vec<Noisy> {
+pub(super) fn even_noise(light: &[Noisy], links: &PixelLinks, samples: &[u8]) -> Vec<Noisy> {
     let guide = Guide::flat(&links.evened(light, 0), links, samples);
     let once = even_by(&guide, light, links);
     even_by(&guide.sloping(&once, links), light, links)
 }
 
 /// Gives filtered light back what the filters took from it. They divide by sums of weights, which follow from the same rays as the light:
-/// pixels with bright noise are given smaller weights, and their light is lost. With S for a wide [`Links::spread`] and Sᵀ for the same steps backwards, F becomes
+/// pixels with bright noise are given smaller weights, and their light is lost. With S for a wide [`PixelLinks::spread`] and Sᵀ for the same steps backwards, F becomes
 /// F (1 + Sᵀ[(L − F) / S[F]]). Its sum is that of the light L before filters, and what is dark stays dark.
-pub(super) fn give_back(filtered: Vec<Vec3>, unfiltered: &[Vec3], links: &Links) -> Vec<Vec3> {
+pub(super) fn give_back(filtered: Vec<Vec3>, unfiltered: &[Vec3], links: &PixelLinks) -> Vec<Vec3> {
     let steps = || (0..SPREAD_PASSES).flat_map(|pass| [(pass, 0), (pass, 1)]);
     let round = |filtered: Vec<Vec3>| {
         let around = links.spread(&filtered, steps());
@@ -264,8 +269,8 @@ pub(super) fn give_back(filtered: Vec<Vec3>, unfiltered: &[Vec3], links: &Links)
     (0..ROUNDS).fold(filtered, |filtered, _| round(filtered))
 }
 
-/// Light, evened out where it differs from what a guide foretells by no more than noise.
-fn even_by(guide: &Guide, light: &[Noisy], links: &Links) -> Vec<Noisy> {
+/// Light, evened out where it differs from what a guide predicts by no more than noise.
+fn even_by(guide: &Guide, light: &[Noisy], links: &PixelLinks) -> Vec<Noisy> {
     let pass = |light: &[Noisy], pass: usize| {
         links.filtered(light, pass, |own, [behind, ahead], off| {
             let back = Off { pixels: -off.pixels, ..off };
@@ -278,14 +283,14 @@ fn even_by(guide: &Guide, light: &[Noisy], links: &Links) -> Vec<Noisy> {
     (1..LAMP_PASSES).fold(pass(light, 0), |light, k| pass(&light, k))
 }
 
-/// What is foretold of light.
+/// What is predicted of light.
 struct Guide {
-    of: Vec<Foretold>,
+    of: Vec<PredictedPixel>,
 }
 
-/// What is foretold of a pixel.
+/// What is predicted of a pixel.
 #[derive(Clone, Copy)]
-struct Foretold {
+struct PredictedPixel {
     /// The mean of the channels.
     light: f32,
     /// What that changes by from one pixel to the next, along rows and columns.
@@ -296,22 +301,22 @@ struct Foretold {
 
 impl Guide {
     /// Without slopes.
-    fn flat(light: &[Noisy], links: &Links, samples: &[u8]) -> Self {
+    fn flat(light: &[Noisy], links: &PixelLinks, samples: &[u8]) -> Self {
         // The variance of a variance is large, too.
         let spread: Vec<Noisy> =
             light.iter().map(|of| Noisy { light: Vec3::splat(of.variance), variance: 0.0 }).collect();
         let spread = [1, 2].iter().fold(spread, |spread, &pass| links.evened(&spread, pass));
-        let foretold = |((of, spread), &samples): ((&Noisy, &Noisy), &u8)| {
+        let predicted = |((of, spread), &samples): ((&Noisy, &Noisy), &u8)| {
             let light = mean(of.light);
             let variance = spread.light.x * (1.0 + UNKNOWN / f32::from(samples));
             let noise = RANGE * RANGE * variance + (LEAST_RANGE * light).powi(2);
-            Foretold { light, slopes: [0.0; 2], scale: 1.0 / (noise + f32::MIN_POSITIVE) }
+            PredictedPixel { light, slopes: [0.0; 2], scale: 1.0 / (noise + f32::MIN_POSITIVE) }
         };
-        Guide { of: light.iter().zip(&spread).zip(samples).map(foretold).collect() }
+        Guide { of: light.iter().zip(&spread).zip(samples).map(predicted).collect() }
     }
 
     /// A guide by light with less noise, whose slopes are known, for the same noise.
-    fn sloping(self, light: &[Noisy], links: &Links) -> Self {
+    fn sloping(self, light: &[Noisy], links: &PixelLinks) -> Self {
         let light: Vec<f32> = light.iter().map(|of| mean(of.light)).collect();
         let slope = |own: usize, axis: usize| {
             let [back, ahead] = [links.behind(own, axis, SLOPE), links.ahead(own, axis, SLOPE)];
@@ -319,23 +324,23 @@ impl Guide {
             let rise = light[ahead.unwrap_or(own)] - light[back.unwrap_or(own)];
             rise / ((ends << SLOPE).max(1)) as f32
         };
-        let foretold = |(own, of): (usize, &Foretold)| Foretold {
+        let predicted = |(own, of): (usize, &PredictedPixel)| PredictedPixel {
             light: light[own],
             slopes: [slope(own, 0), slope(own, 1)],
             ..*of
         };
-        Guide { of: self.of.iter().enumerate().map(foretold).collect() }
+        Guide { of: self.of.iter().enumerate().map(predicted).collect() }
     }
 
     /// The weight of another pixel, so far from a pixel, and what its light is multiplied by to be that of the pixel.
     fn weight(&self, own: usize, other: usize, off: Off) -> [f32; 2] {
         let (own, other) = (&self.of[own], &self.of[other]);
-        let foretold = own.light + own.slopes[off.axis] * off.pixels;
-        let difference = foretold - other.light;
+        let predicted = own.light + own.slopes[off.axis] * off.pixels;
+        let difference = predicted - other.light;
         // Near exp(−x), the same on every platform.
         let weight = (1.0 - difference * difference * own.scale / 8.0).max(0.0).powi(8);
         let gain =
-            if foretold > 0.0 { (own.light / foretold).clamp(1.0 / MOST_GAIN, MOST_GAIN) } else { 1.0 };
+            if predicted > 0.0 { (own.light / predicted).clamp(1.0 / MOST_GAIN, MOST_GAIN) } else { 1.0 };
         [weight, gain]
     }
 }
@@ -349,9 +354,9 @@ mod tests {
     use super::*;
 
     /// A plane in 64 × 48 pixels, up to a wall in column 40.
-    fn corner() -> (Vec<Seen>, Links) {
+    fn corner() -> (Vec<PixelFeatures>, PixelLinks) {
         let [width, height] = [64, 48];
-        let pixel = |x: usize, y: usize| Seen {
+        let pixel = |x: usize, y: usize| PixelFeatures {
             place: Vec3::new(x as f32, y as f32, 0.0),
             normal: if x < 40 { Vec3::Z } else { Vec3::X },
             surface: u32::from(x >= 40),
@@ -359,9 +364,9 @@ mod tests {
             reach: 60.0,
             width: 1.0,
         };
-        let pixels: Vec<Seen> =
+        let pixels: Vec<PixelFeatures> =
             (0..width * height).map(|pixel_| pixel(pixel_ % width, pixel_ / width)).collect();
-        let links = Links::new(&pixels, [width, height], |_, _| false);
+        let links = PixelLinks::new(&pixels, [width, height], |_, _| false);
         (pixels, links)
     }
 
@@ -416,7 +421,7 @@ mod tests {
         let (mut pixels, _) = corner();
         let at = |x: usize, y: usize| y * 64 + x;
         (0..40).for_each(|x| (pixels[at(x, 10)].surface, pixels[at(x, 10)].normal) = (2, Vec3::Y));
-        let links = Links::new(&pixels, [64, 48], |pixel, axis| axis != 0 && pixel / 64 == 30);
+        let links = PixelLinks::new(&pixels, [64, 48], |pixel, axis| axis != 0 && pixel / 64 == 30);
         assert_eq!([0, 1, 2].map(|k| links.ahead(at(5, 9), 1, k)), [None; 3]);
         assert_eq!([0, 1, 2].map(|k| links.ahead(at(5, 30), 1, k)), [None; 3]);
         assert_eq!(links.ahead(at(5, 28), 1, 1), Some(at(5, 30)));

@@ -27,7 +27,7 @@ pub(super) struct Lamps {
     lamp_of: Vec<u32>,
     lamps: Vec<Lamp>,
     /// The tree; the root is the last.
-    nodes: Vec<Node>,
+    nodes: Vec<LampNode>,
     /// By node what is below it, apart from the rest, which a way down the tree does not read.
     children: Vec<Children>,
     /// By node, the one above it; the root is above itself.
@@ -90,7 +90,7 @@ impl Odds {
 
 /// A part of the tree.
 #[derive(Clone, Copy)]
-struct Node {
+struct LampNode {
     middle: DVec3,
     /// Half the diagonal of the box around the lamps [m].
     radius: f64,
@@ -152,7 +152,8 @@ impl Lamps {
         }
         let (nodes, children, above) = Default::default();
         let mut tree = Lamps { lamp_of, lamps, nodes, children, above, leaves: Vec::new() };
-        let leaves = (0..).zip(&tree.lamps).map(|(number, lamp)| (Node::of(scene, lamp), number)).collect();
+        let leaves =
+            (0..).zip(&tree.lamps).map(|(number, lamp)| (LampNode::of(scene, lamp), number)).collect();
         tree.grow(leaves);
         tree.above = (0..tree.nodes.len() as u32).collect();
         tree.leaves = vec![NONE; tree.lamps.len()];
@@ -178,7 +179,7 @@ impl Lamps {
     }
 
     /// Puts a tree over some leaves and returns the number of its root.
-    fn grow(&mut self, mut leaves: Vec<(Node, u32)>) -> u32 {
+    fn grow(&mut self, mut leaves: Vec<(LampNode, u32)>) -> u32 {
         let (node, children) = match &leaves[..] {
             [] => return 0,
             &[(leaf, lamp)] => (leaf, Children::Lamp(lamp)),
@@ -317,7 +318,7 @@ impl Lamp {
     }
 }
 
-impl Node {
+impl LampNode {
     fn of(scene: &Scene, lamp: &Lamp) -> Self {
         let surface = &scene.surfaces()[lamp.surface as usize];
         let corners = match lamp.cell {
@@ -329,7 +330,7 @@ impl Node {
         };
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
         let radius = corners.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max);
-        Node {
+        LampNode {
             middle,
             radius,
             axis: scene.surfaces()[lamp.surface as usize].normal() * lamp.side.sign(),
@@ -340,18 +341,18 @@ impl Node {
     }
 
     /// The node above two.
-    fn joined(&self, other: &Node) -> Node {
+    fn joined(&self, other: &LampNode) -> LampNode {
         let way = other.middle - self.middle;
         let distance = way.length();
         let radius = (0.5 * (distance + self.radius + other.radius)).max(self.radius).max(other.radius);
         let part = if distance > 0.0 { ((radius - self.radius) / distance).clamp(0.0, 1.0) } else { 0.0 };
         let axis = (self.axis * self.power + other.axis * other.power).normalize_or_zero();
-        let reach = |node: &Node| {
+        let reach = |node: &LampNode| {
             (node.axis.dot(axis).clamp(-1.0, 1.0).acos() + node.cos_cone.clamp(-1.0, 1.0).acos())
                 .min(std::f64::consts::PI)
         };
         let cone = if axis == DVec3::ZERO { std::f64::consts::PI } else { reach(self).max(reach(other)) };
-        Node {
+        LampNode {
             middle: self.middle + way * part,
             radius,
             axis,

@@ -26,10 +26,10 @@ pub(super) const SHOULDER: f64 = 0.5;
 pub(super) const SHINING: f64 = 6.0;
 
 /// Red, green, blue; 0 … 1. Of a grey scene the first counts.
-pub(super) type Light = [f64; 3];
+pub(super) type Rgb = [f64; 3];
 
 /// The mean of some lights, channel by channel.
-pub(super) fn mean(lights: impl ExactSizeIterator<Item = Light>) -> Light {
+pub(super) fn mean(lights: impl ExactSizeIterator<Item = Rgb>) -> Rgb {
     let count = lights.len() as f64;
     let mut sum = [0.0; 3];
     for light in lights {
@@ -88,7 +88,7 @@ impl Contrast {
     }
 
     /// Light by the curve; its colour is kept.
-    pub(super) fn bend(&self, light: Light) -> Light {
+    pub(super) fn bend(&self, light: Rgb) -> Rgb {
         let part = light.into_iter().fold(0.0, f64::max) / self.bright;
         if self.power == 1.0 || part >= 1.0 {
             return light;
@@ -119,7 +119,7 @@ pub(super) fn rank(values: &[f64], share: f64) -> Option<f64> {
 
 /// Light as a picture shows it: as it is up to [`SHOULDER`], then less and less brighter, up to [`SHINING`], which is white. The
 /// brightest channel is bent so, the others keep their part of it, and what shines turns white.
-pub(super) fn tone(light: Light) -> Light {
+pub(super) fn tone(light: Rgb) -> Rgb {
     let peak = light.into_iter().fold(0.0, f64::max);
     if peak <= SHOULDER {
         return light;

@@ -38,7 +38,7 @@ pub(super) struct Sights {
 
 /// A scene in front of a camera.
 #[derive(Clone, Copy)]
-struct View<'a> {
+struct SceneView<'a> {
     scene: &'a Scene,
     camera: &'a Camera,
     spots: &'a [Spot],
@@ -56,7 +56,7 @@ impl Sights {
             Spot::seen_by(&camera, scene, &points.collect::<Vec<_>>())
         });
         let spots = middles.concat();
-        let view = View { scene, camera: &camera, spots: &spots, is_lit };
+        let view = SceneView { scene, camera: &camera, spots: &spots, is_lit };
         let thin = on_all_cores(bands, |band| {
             let thin = view.thin(rows(band));
             let parted = view.parted(&thin);
@@ -81,7 +81,7 @@ impl Sights {
     }
 }
 
-impl View<'_> {
+impl SceneView<'_> {
     /// The pixels of some rows with something in sight that the middles of them and of the pixels around miss. It is followed from pixel to
     /// pixel, and from edges on, since it may be too thin to be found everywhere.
     fn thin(&self, rows: std::ops::Range<usize>) -> Vec<[usize; 2]> {

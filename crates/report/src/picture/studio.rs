@@ -8,7 +8,7 @@ use radiosity::{Scene, Side};
 use super::field::{Field, Lights, left, samples};
 use super::lamps::Lamps;
 use super::light::{
-    BACKGROUND, Contrast, Light, SHINING, Shades, balanced, exposure, mean, of_piece, tone, value,
+    BACKGROUND, Contrast, Rgb, SHINING, Shades, balanced, exposure, mean, of_piece, tone, value,
     white_balance,
 };
 use super::sights::{AT_ONCE, Sights, around, fine_places, goes_on, within};
@@ -42,7 +42,7 @@ pub(super) struct Studio<'a> {
 /// A pixel: its radiosity [W/m²], as light and as its value.
 #[derive(Clone, Copy, Default)]
 struct Pixel {
-    light: Light,
+    light: Rgb,
     value: [f32; 3],
 }
 
@@ -237,7 +237,7 @@ impl<'a> Studio<'a> {
     }
 
     /// Light from what is seen, in the channels of the scene.
-    fn light(&self, radiosity: Option<[f64; 3]>) -> Light {
+    fn light(&self, radiosity: Option<[f64; 3]>) -> Rgb {
         let Some(radiosity) = radiosity else { return [BACKGROUND; 3] };
         let mut light = [0.0; 3];
         for c in 0..self.scene.channels() {

@@ -135,7 +135,7 @@ fn exposure_is_by_the_middle_pixel_within_what_the_brightest_allow() {
     assert!((of(&[], &[5.0]) - BRIGHT[0] / 5.0).abs() < 1e-12);
 }
 
-/// White things in even light are told apart; what differs as much as it is to, and what is even, stays as it is.
+/// White things in even light are distinguished; what differs as much as it is to, and what is even, stays as it is.
 #[test]
 fn contrast_is_raised_where_there_is_little() {
     let of = |dark: f64| Contrast::of(&[vec![dark; 50], vec![0.5; 50]].concat());

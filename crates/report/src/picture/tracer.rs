@@ -11,7 +11,7 @@ use crate::camera::Camera;
 
 /// Light in a pixel by its rays.
 #[derive(Clone, Default)]
-pub(super) struct Sample {
+pub(super) struct PixelLight {
     pub(super) lamps: Noisy,
     pub(super) gathered: Noisy,
     /// The inverse of the mean distance to what surrounds it, in the sense of Ward et al. [1/m].
@@ -20,7 +20,7 @@ pub(super) struct Sample {
 
 /// A pixel whose rays are to be traced.
 #[derive(Clone, Copy)]
-pub(super) struct Task {
+pub(super) struct PixelTask {
     pub(super) pixel: [u32; 2],
     pub(super) spot: Spot,
     /// How many samples are taken.
@@ -31,7 +31,7 @@ pub(super) struct Task {
 
 /// A point whose irradiance is sampled.
 #[derive(Clone, Copy)]
-struct Point {
+struct ShadingPoint {
     place: DVec3,
     normal: DVec3,
     surface: u32,
@@ -41,7 +41,7 @@ struct Point {
 }
 
 /// A ray on its way from a point.
-struct Errand {
+struct PendingRay {
     point: usize,
     /// The number of its sample.
     index: u32,
@@ -50,7 +50,7 @@ struct Errand {
 }
 
 /// What a ray meets.
-enum Found {
+enum RayOutcome {
     /// The irradiance by lamps that it brings.
     Lamp(DVec3),
     /// A piece that is no lamp, and the part of its light that arrives.
@@ -60,15 +60,15 @@ enum Found {
 }
 
 /// The numbers that the rays of a point are aimed by.
-struct Numbers {
+struct NumberUses {
     direction: Use,
     lamp: Use,
     on_lamps: [Use; 2],
 }
 
-const OF_PIXELS: Numbers =
-    Numbers { direction: Use::Direction, lamp: Use::Lamp, on_lamps: [Use::OnLamp, Use::OnSecond] };
-const OF_HITS: Numbers = Numbers {
+const OF_PIXELS: NumberUses =
+    NumberUses { direction: Use::Direction, lamp: Use::Lamp, on_lamps: [Use::OnLamp, Use::OnSecond] };
+const OF_HITS: NumberUses = NumberUses {
     direction: Use::NextDirection,
     lamp: Use::NextLamp,
     on_lamps: [Use::OnNextLamp, Use::OnNextSecond],
@@ -83,7 +83,7 @@ struct Brought {
 
 /// Sums over the samples of a pixel.
 #[derive(Clone, Copy, Default)]
-struct Sums {
+struct PixelSums {
     lamps: Brought,
     gathered: Brought,
     /// Of inverse distances [1/m].
@@ -97,7 +97,7 @@ struct Close {
     piece: u32,
     /// The part of its light that arrives.
     part: f64,
-    point: Point,
+    point: ShadingPoint,
 }
 
 /// Traces the rays of pixels.
@@ -109,7 +109,7 @@ pub(super) struct Tracer<'a> {
     /// The point that the odds are of.
     odds_of: usize,
     rays: Vec<Ray>,
-    errands: Vec<Errand>,
+    errands: Vec<PendingRay>,
 }
 
 impl<'a> Tracer<'a> {
@@ -120,7 +120,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// The light of some pixels beside each other, in their order.
-    pub(super) fn trace(&mut self, tasks: &[Task]) -> Vec<Sample> {
+    pub(super) fn trace(&mut self, tasks: &[PixelTask]) -> Vec<PixelLight> {
         let points = self.points(tasks);
         for (number, (point, task)) in points.iter().zip(tasks).enumerate() {
             if let Some(point) = point {
@@ -134,11 +134,11 @@ impl<'a> Tracer<'a> {
     }
 
     /// What is seen in the middle of pixels; `None` where no light is wanted. Points on one side of a surface share their odds.
-    fn points(&self, tasks: &[Task]) -> Vec<Option<Point>> {
+    fn points(&self, tasks: &[PixelTask]) -> Vec<Option<ShadingPoint>> {
         let scene = self.lights.scene;
-        let mut points: Vec<Option<Point>> = Vec::with_capacity(tasks.len());
+        let mut points: Vec<Option<ShadingPoint>> = Vec::with_capacity(tasks.len());
         let mut firsts: Vec<(u32, Side, usize)> = Vec::new();
-        for (number, Task { spot, .. }) in tasks.iter().enumerate() {
+        for (number, PixelTask { spot, .. }) in tasks.iter().enumerate() {
             let wanted = spot.piece().filter(|piece| !self.lights.lamps.has(*piece));
             points.push(wanted.map(|_| {
                 let surface = &scene.surfaces()[spot.surface as usize];
@@ -148,14 +148,14 @@ impl<'a> Tracer<'a> {
                 if odds == number {
                     firsts.push((spot.surface, spot.side, number));
                 }
-                Point { place, normal, surface: spot.surface, side: spot.side, odds }
+                ShadingPoint { place, normal, surface: spot.surface, side: spot.side, odds }
             }));
         }
         points
     }
 
     /// Aims the rays of a pixel, from places all over it.
-    fn aim_from_pixel(&mut self, number: usize, point: &Point, task: &Task) {
+    fn aim_from_pixel(&mut self, number: usize, point: &ShadingPoint, task: &PixelTask) {
         let surface = &self.lights.scene.surfaces()[point.surface as usize];
         let [x, y] = task.pixel.map(f64::from);
         let first = z_order(task.pixel).wrapping_mul(task.samples);
@@ -169,7 +169,7 @@ impl<'a> Tracer<'a> {
             if task.is_at_edge { self.in_sight(task, &within) } else { self.on_plane(surface, &within) };
         for (index, uv) in indices().zip(places) {
             let place = uv.map_or(point.place, |uv| surface.point(surface.inside(uv)));
-            self.aim(number, &Point { place, ..*point }, index, &OF_PIXELS);
+            self.aim(number, &ShadingPoint { place, ..*point }, index, &OF_PIXELS);
         }
     }
 
@@ -180,7 +180,7 @@ impl<'a> Tracer<'a> {
 
     /// As many places of a pixel on the surface in its middle as there are points in it: those behind points that show it. Where other things stand
     /// in front of it, a floor under furniture, say, it has other light, or none.
-    fn in_sight(&self, task: &Task, points: &[[f64; 2]]) -> Vec<Option<[f64; 2]>> {
+    fn in_sight(&self, task: &PixelTask, points: &[[f64; 2]]) -> Vec<Option<[f64; 2]>> {
         let spots = Spot::seen_by(self.camera, self.lights.scene, points);
         let seen: Vec<[f64; 2]> =
             spots.iter().filter(|spot| spot.is_beside(&task.spot)).map(Spot::uv).collect();
@@ -188,7 +188,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Takes the odds of another point.
-    fn look_from(&mut self, of: usize, points: &[Option<Point>]) {
+    fn look_from(&mut self, of: usize, points: &[Option<ShadingPoint>]) {
         if self.odds_of != of {
             let point = points[of].as_ref().expect("only points are looked from");
             self.odds.look_from(point.place, point.normal);
@@ -197,13 +197,13 @@ impl<'a> Tracer<'a> {
     }
 
     /// Aims a ray that gathers, and those to lamps, by the odds at hand.
-    fn aim(&mut self, number: usize, from: &Point, index: u32, numbers: &Numbers) {
+    fn aim(&mut self, number: usize, from: &ShadingPoint, index: u32, numbers: &NumberUses) {
         let (scene, lamps) = (self.lights.scene, &self.lights.lamps);
         let [polar, turn] = point(index, numbers.direction);
         let bits = u64::from(polar) << 32 | u64::from(turn);
         let direction = scene.surfaces()[from.surface as usize].direction(from.side, bits);
         self.rays.push(Ray { origin: from.place, direction, from: from.surface });
-        self.errands.push(Errand { point: number, index, aim: None });
+        self.errands.push(PendingRay { point: number, index, aim: None });
         if lamps.is_empty() {
             return;
         }
@@ -211,25 +211,25 @@ impl<'a> Tracer<'a> {
             let place = numbers_of(index, on);
             if let Some(aim) = lamps.aim(scene, &mut self.odds, from.place, unit(choice), place) {
                 self.rays.push(Ray { origin: from.place, direction: aim.direction, from: from.surface });
-                self.errands.push(Errand { point: number, index, aim: Some(aim) });
+                self.errands.push(PendingRay { point: number, index, aim: Some(aim) });
             }
         }
     }
 
     /// Traces the rays of pixels, and says which places that they met are close.
-    fn gather(&mut self, points: &[Option<Point>]) -> (Vec<Sums>, Vec<Close>) {
+    fn gather(&mut self, points: &[Option<ShadingPoint>]) -> (Vec<PixelSums>, Vec<Close>) {
         let (lights, mut close) = (self.lights, Vec::new());
-        let mut sums = vec![Sums::default(); points.len()];
+        let mut sums = vec![PixelSums::default(); points.len()];
         self.follow(points, |errand, hit, found| {
             let sum = &mut sums[errand.point];
             if errand.aim.is_none() {
                 sum.near += 1.0 / hit.t.max(f64::MIN_POSITIVE);
             }
             match found {
-                Found::Lamp(light) => sum.lamps.add(light),
-                Found::Piece(piece, part) if lights.is_close(piece, hit.t) => {
+                RayOutcome::Lamp(light) => sum.lamps.add(light),
+                RayOutcome::Piece(piece, part) if lights.is_close(piece, hit.t) => {
                     let surface = &lights.scene.surfaces()[hit.surface as usize];
-                    let point = Point {
+                    let point = ShadingPoint {
                         place: surface.point(hit.uv),
                         normal: surface.normal() * hit.side.sign(),
                         surface: hit.surface,
@@ -238,15 +238,15 @@ impl<'a> Tracer<'a> {
                     };
                     close.push(Close { pixel: errand.point, index: errand.index, piece, part, point });
                 }
-                Found::Piece(piece, part) => sum.gathered.add(part * lights.radiosity(piece, hit.uv)),
-                Found::Dark => {}
+                RayOutcome::Piece(piece, part) => sum.gathered.add(part * lights.radiosity(piece, hit.uv)),
+                RayOutcome::Dark => {}
             }
         });
         (sums, close)
     }
 
     /// Adds what close places reflect, each by rays from there, which end in the solution.
-    fn gather_on(&mut self, mut sums: Vec<Sums>, mut close: Vec<Close>) -> Vec<Sums> {
+    fn gather_on(&mut self, mut sums: Vec<PixelSums>, mut close: Vec<Close>) -> Vec<PixelSums> {
         let lights = self.lights;
         // Places on one piece share their odds, and come one after the other.
         close.sort_by_key(|close| close.piece);
@@ -257,7 +257,7 @@ impl<'a> Tracer<'a> {
         if let Some(first) = close.first_mut() {
             first.point.odds = 0;
         }
-        let points: Vec<Option<Point>> = close.iter().map(|close| Some(close.point)).collect();
+        let points: Vec<Option<ShadingPoint>> = close.iter().map(|close| Some(close.point)).collect();
         for (number, Close { index, point, .. }) in close.iter().enumerate() {
             self.look_from(point.odds, &points);
             self.aim(number, point, *index, &OF_HITS);
@@ -267,9 +267,11 @@ impl<'a> Tracer<'a> {
             .map(|close| lights.straight(close.point.place, close.point.normal, close.point.surface))
             .collect();
         self.follow(&points, |errand, hit, found| match found {
-            Found::Lamp(light) => irradiance[errand.point] += light,
-            Found::Piece(piece, part) => irradiance[errand.point] += part * lights.radiosity(piece, hit.uv),
-            Found::Dark => {}
+            RayOutcome::Lamp(light) => irradiance[errand.point] += light,
+            RayOutcome::Piece(piece, part) => {
+                irradiance[errand.point] += part * lights.radiosity(piece, hit.uv)
+            }
+            RayOutcome::Dark => {}
         });
         for (close, irradiance) in close.iter().zip(irradiance) {
             sums[close.pixel].gathered.add(close.part * lights.reflected(close.piece, irradiance));
@@ -278,7 +280,11 @@ impl<'a> Tracer<'a> {
     }
 
     /// Traces the rays that are aimed from some points, and hands on in order what each of them has met.
-    fn follow(&mut self, points: &[Option<Point>], mut see: impl FnMut(&Errand, &Hit, Found)) {
+    fn follow(
+        &mut self,
+        points: &[Option<ShadingPoint>],
+        mut see: impl FnMut(&PendingRay, &Hit, RayOutcome),
+    ) {
         let (scene, lights) = (self.lights.scene, self.lights);
         let (rays, errands) = (std::mem::take(&mut self.rays), std::mem::take(&mut self.errands));
         let (odds, mut odds_of) = (&mut self.odds, usize::MAX);
@@ -289,10 +295,10 @@ impl<'a> Tracer<'a> {
             let piece = || surface.piece(surface.cell_at(hit.uv), hit.side);
             let passed = || scene.passed_panes(ray, hit.t);
             let found = match &errand.aim {
-                Some(aim) if (aim.surface, aim.side) != (hit.surface, hit.side) => Found::Dark,
-                Some(aim) => Found::Lamp(passed() * aim.weight * lights.radiosity(piece(), hit.uv)),
-                None if !surface.is_active(hit.side) => Found::Dark,
-                None if !lights.lamps.has(piece()) => Found::Piece(piece(), passed()),
+                Some(aim) if (aim.surface, aim.side) != (hit.surface, hit.side) => RayOutcome::Dark,
+                Some(aim) => RayOutcome::Lamp(passed() * aim.weight * lights.radiosity(piece(), hit.uv)),
+                None if !surface.is_active(hit.side) => RayOutcome::Dark,
+                None if !lights.lamps.has(piece()) => RayOutcome::Piece(piece(), passed()),
                 None => {
                     let of = points[errand.point].as_ref().map_or(errand.point, |point| point.odds);
                     if std::mem::replace(&mut odds_of, of) != of {
@@ -300,7 +306,7 @@ impl<'a> Tracer<'a> {
                         odds.look_from(from.place, from.normal);
                     }
                     let weight = lights.lamps.met(scene, odds, piece(), ray.direction, hit.t);
-                    Found::Lamp(passed() * weight * lights.radiosity(piece(), hit.uv))
+                    RayOutcome::Lamp(passed() * weight * lights.radiosity(piece(), hit.uv))
                 }
             };
             see(errand, &hit, found);
@@ -328,11 +334,11 @@ impl Brought {
     }
 }
 
-impl Sums {
+impl PixelSums {
     /// The light of a pixel from the sums over its samples.
-    fn sample(&self, samples: u32) -> Sample {
+    fn sample(&self, samples: u32) -> PixelLight {
         let count = f64::from(samples);
-        Sample {
+        PixelLight {
             lamps: self.lamps.mean(count, 1 + SHADOWS),
             gathered: self.gathered.mean(count, 1),
             near: (self.near / count) as f32,

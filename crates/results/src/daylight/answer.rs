@@ -9,8 +9,8 @@ use report::{DaylightArrays, DaylightRow, DaylightSummary, LevelSummary, OutputF
 use sky::{BoundedValue, Encoding, Level, Matrix, Metrics, STANDARD_SKIES, Sky, SkyPatchCounts, TARGETS};
 
 use super::count::{DaylightCounted, row};
-use super::kept::COUNTS;
 use super::question::DaylightQuestion;
+use super::stored::COUNTS;
 use crate::error::Error;
 use crate::rounds::ROUND;
 

@@ -10,10 +10,10 @@ use radiosity::{
 use report::OutputFolder;
 use sky::SkyPatchCounts;
 
-use super::kept::{COUNTS, KeptCounts};
 use super::question::DaylightQuestion;
+use super::stored::{COUNTS, DaylightCounts};
 use crate::error::Error;
-use crate::rounds::{Cost, Round, RoundCounts, RoundPlan, Walked, walk_rounds};
+use crate::rounds::{Cost, Round, RoundCounts, RoundPlan, RoundResult, walk_rounds};
 use crate::settings::Settings;
 
 /// Walks of each cell at the first look.
@@ -52,15 +52,15 @@ pub fn count<E: From<Error>>(
     question: &DaylightQuestion,
     build: &str,
     (folder, resume): (&OutputFolder, bool),
-    walk: &mut dyn FnMut(Round<'_>) -> Result<Option<Walked>, E>,
+    walk: &mut dyn FnMut(Round<'_>) -> Result<Option<RoundResult>, E>,
     watch: &dyn Fn(f64),
 ) -> Result<DaylightCounted, E> {
     let path = folder.file(COUNTS);
     let counts = match resume && path.exists() {
-        true => KeptCounts::of_question(&path, question)?,
-        false => KeptCounts::none(question),
+        true => DaylightCounts::of_question(&path, question)?,
+        false => DaylightCounts::none(question),
     };
-    let mut looks = Looks { question, counts, under_way: None };
+    let mut looks = DaylightRounds { question, counts, under_way: None };
     let done = walk_rounds(&mut looks, (&question.job, build), folder, walk, watch)?;
     Ok(looks.end(done))
 }
@@ -72,7 +72,7 @@ pub fn count_here(
     threads: usize,
     watch: &mut dyn FnMut(f64) -> bool,
 ) -> DaylightCounted {
-    let mut looks = Looks { question, counts: KeptCounts::none(question), under_way: None };
+    let mut looks = DaylightRounds { question, counts: DaylightCounts::none(question), under_way: None };
     let sequence = Sequence::new(question.job.seed);
     let (began, mut done) = (Instant::now(), true);
     while done {
@@ -107,14 +107,14 @@ fn pieces(Segment { group, first, walks }: Segment) -> impl Iterator<Item = Segm
 }
 
 /// The counts of a question, look by look.
-struct Looks<'a> {
+struct DaylightRounds<'a> {
     question: &'a DaylightQuestion,
-    counts: KeptCounts,
+    counts: DaylightCounts,
     /// What the round under way walks.
     under_way: Option<DaylightSpec>,
 }
 
-impl RoundCounts for Looks<'_> {
+impl RoundCounts for DaylightRounds<'_> {
     fn next(&mut self) -> Result<Option<RoundPlan>, Error> {
         let job = &self.question.job;
         let mut missing = self.missing();
@@ -150,10 +150,10 @@ impl RoundCounts for Looks<'_> {
     }
 }
 
-impl Looks<'_> {
+impl DaylightRounds<'_> {
     /// What was counted, where walks are `done` or given up.
     fn end(self, done: bool) -> DaylightCounted {
-        let KeptCounts { tallies, cost, .. } = self.counts;
+        let DaylightCounts { tallies, cost, .. } = self.counts;
         let reached = done && tallies.iter().all(|tally| excess(self.question, tally) <= 1.0);
         DaylightCounted { tallies, cost, reached, interrupted: !done }
     }

@@ -5,8 +5,8 @@
 
 mod answer;
 mod count;
-mod kept;
 mod question;
+mod stored;
 
 pub use answer::{DaylightAnswer, DaylightFile, FILES as DAYLIGHT_FILES};
 pub use count::{DaylightCounted, count, count_here};

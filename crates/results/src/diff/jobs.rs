@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use job::{Beside, WalkKind, Word};
+use job::{Beside, Keyword, WalkKind};
 use protocol::Checkpoint;
-use radiosity::{Course, Space};
+use radiosity::{AbsorptionMode, Space};
 use serde::Deserialize;
 
 use crate::replica;
@@ -71,7 +71,8 @@ impl JobFacts {
     /// How infinite walks end; `None` where walks end by absorption.
     fn end(&self) -> Option<String> {
         let method = &self.settings.as_ref()?.method;
-        let infinite = method.walk != WalkKind::Jacobi && method.estimator.course() == Course::Weighted;
+        let infinite =
+            method.walk != WalkKind::Jacobi && method.estimator.absorption() == AbsorptionMode::Implicit;
         infinite.then(|| format!("{:?}", method.infinite))
     }
 
@@ -79,9 +80,10 @@ impl JobFacts {
     fn sources(&self) -> Option<String> {
         let Settings { sources, mixture, .. } = self.settings.as_ref()?;
         let factor = |i: usize| mixture.get(i).copied().unwrap_or(1.0);
-        let told = sources.iter().enumerate().filter(|(i, _)| factor(*i) != 1.0);
-        let told: Vec<String> = told.map(|(i, source)| format!("{} × {}", source.name, factor(i))).collect();
-        Some(if told.is_empty() { "as written".into() } else { told.join(", ") })
+        let scaled = sources.iter().enumerate().filter(|(i, _)| factor(*i) != 1.0);
+        let scaled: Vec<String> =
+            scaled.map(|(i, source)| format!("{} × {}", source.name, factor(i))).collect();
+        Some(if scaled.is_empty() { "as written".into() } else { scaled.join(", ") })
     }
 }
 
@@ -129,14 +131,14 @@ pub(super) fn differences([a, b]: [&JobFacts; 2]) -> Vec<JobDifference> {
         let seeds = [first.seed, second.seed];
         if seeds[0] == seeds[1] {
             let same = "walks of one seed take the same random numbers: differences may be smaller than chance makes them";
-            let told = JobDifference {
+            let difference = JobDifference {
                 subject: "seed",
                 values: seeds.map(|seed| seed.to_string()),
                 meaning: same,
                 other_answer: false,
             };
             let other_walks = !found.is_empty();
-            found.extend(other_walks.then_some(told));
+            found.extend(other_walks.then_some(difference));
         } else {
             hold(
                 "seed",

@@ -8,10 +8,10 @@ use radiosity::{
 use report::OutputFolder;
 
 use super::counted::{COUNTS, Counted};
-use super::kept::KeptCounts;
 use super::question::FactorsQuestion;
+use super::stored::FactorCounts;
 use crate::error::Error;
-use crate::rounds::{Cost, Round, RoundCounts, RoundPlan, Walked, walk_rounds};
+use crate::rounds::{Cost, Round, RoundCounts, RoundPlan, RoundResult, walk_rounds};
 use crate::settings::Settings;
 
 /// Walks until the budget is spent or the tolerance is met; every look is kept in the folder, from which `resume` goes on.
@@ -23,30 +23,30 @@ pub fn count<E: From<Error>>(
     question: &FactorsQuestion,
     build: &str,
     (folder, resume): (&OutputFolder, bool),
-    walk: &mut dyn FnMut(Round<'_>) -> Result<Option<Walked>, E>,
+    walk: &mut dyn FnMut(Round<'_>) -> Result<Option<RoundResult>, E>,
     watch: &dyn Fn(f64),
 ) -> Result<Counted, E> {
     let groups = question.groups.count();
-    let mut looks = Looks { question, counts: ExchangeCounts::none(groups), cost: Cost::default() };
+    let mut looks = FactorsRounds { question, counts: ExchangeCounts::none(groups), cost: Cost::default() };
     let path = folder.file(COUNTS);
     if resume && path.exists() {
-        let kept = KeptCounts::of_question(&path, question).map_err(Error::from)?;
+        let kept = FactorCounts::of_question(&path, question).map_err(Error::from)?;
         looks.counts.add(&kept.rows);
         looks.cost = kept.cost;
     }
     let done = walk_rounds(&mut looks, (&question.job, build), folder, walk, watch)?;
-    let Looks { counts, cost, .. } = looks;
+    let FactorsRounds { counts, cost, .. } = looks;
     Ok(Counted { seeds: vec![question.job.seed], counts, cost, interrupted: !done })
 }
 
 /// The counts of a question, look by look.
-struct Looks<'a> {
+struct FactorsRounds<'a> {
     question: &'a FactorsQuestion,
     counts: ExchangeCounts,
     cost: Cost,
 }
 
-impl RoundCounts for Looks<'_> {
+impl RoundCounts for FactorsRounds<'_> {
     fn next(&mut self) -> Result<Option<RoundPlan>, Error> {
         let FactorsQuestion { job, scene, groups, tolerance, .. } = self.question;
         let budget = job.budget.paths;
@@ -69,7 +69,7 @@ impl RoundCounts for Looks<'_> {
     }
 
     fn keep(&self, folder: &OutputFolder) -> Result<(), Error> {
-        KeptCounts::new(self.question, &self.counts, self.cost).write(folder)
+        FactorCounts::new(self.question, &self.counts, self.cost).write(folder)
     }
 }
 

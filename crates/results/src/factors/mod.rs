@@ -7,17 +7,17 @@ mod answer;
 mod count;
 mod counted;
 mod fault;
-mod kept;
 mod question;
 mod sparse;
+mod stored;
 mod subject;
 
 pub use answer::{FILES, FactorsAnswer, MatrixFile, matrices_in};
 pub use count::count;
 pub use counted::Counted;
 pub use fault::FactorsFault;
-pub use kept::{KeptCounts, is_counted, merge};
 pub use question::{Asked, FactorsQuestion};
 pub use sparse::{
     RowWalks, RowWatcher, SparseAnswer, SparseAsked, SparseCounted, SparseFile, count_rows, sparse_files,
 };
+pub use stored::{FactorCounts, is_counted, merge};

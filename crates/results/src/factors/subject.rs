@@ -5,7 +5,7 @@ use radiosity::exchange::FactorKind;
 use report::GroupRow;
 use serde::{Deserialize, Serialize};
 
-/// Groups, and what is to be told of them.
+/// Groups, and what is to be reported of them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Subject {
     /// Digest of the surfaces.

@@ -18,7 +18,7 @@ pub(crate) const ARRIVALS: &str = "pilot.arrivals.bin";
 const SOON: Duration = Duration::from_secs(1);
 
 /// The arrivals of a group, and its walks and rays.
-pub(crate) type Group = (Vec<Arrival>, [u64; 2]);
+pub(crate) type GroupArrivals = (Vec<Arrival>, [u64; 2]);
 
 /// What the groups of a control are kept in.
 pub(crate) struct ArrivalsFile {
@@ -37,7 +37,7 @@ impl ArrivalsFile {
         path: &Path,
         control: [u8; 32],
         resumed: bool,
-    ) -> io::Result<(Self, Vec<(usize, Group)>)> {
+    ) -> io::Result<(Self, Vec<(usize, GroupArrivals)>)> {
         let mut file = OpenOptions::new().read(true).append(true).create(true).open(path)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes)?;
@@ -57,7 +57,7 @@ impl ArrivalsFile {
     ///
     /// # Errors
     /// Those of the operating system.
-    pub(crate) fn keep(&self, number: usize, group: &Group) -> io::Result<()> {
+    pub(crate) fn keep(&self, number: usize, group: &GroupArrivals) -> io::Result<()> {
         if Instant::now() < self.from {
             return Ok(());
         }
@@ -84,7 +84,7 @@ fn seal(control: [u8; 32], content: &[u8]) -> [u8; 32] {
 }
 
 /// The bytes of a group: its number, walks and rays, then the piece, the place and the weights of each arrival.
-fn pack(number: usize, (arrivals, counts): &Group) -> Vec<u8> {
+fn pack(number: usize, (arrivals, counts): &GroupArrivals) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(24 + 44 * arrivals.len());
     [number as u64, counts[0], counts[1]].iter().for_each(|n| bytes.extend(n.to_le_bytes()));
     for Arrival { piece, uv, weights } in arrivals {
@@ -95,7 +95,7 @@ fn pack(number: usize, (arrivals, counts): &Group) -> Vec<u8> {
 }
 
 /// The group at the front of some records, and what follows it.
-fn read(control: [u8; 32], bytes: &[u8]) -> Option<((usize, Group), &[u8])> {
+fn read(control: [u8; 32], bytes: &[u8]) -> Option<((usize, GroupArrivals), &[u8])> {
     let (length, rest) = bytes.split_first_chunk::<8>()?;
     let (sealed, rest) = rest.split_first_chunk::<32>()?;
     let (content, behind) = rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
@@ -119,7 +119,7 @@ fn word(bytes: &[u8]) -> u64 {
 mod tests {
     use super::*;
 
-    fn group(of: usize) -> Group {
+    fn group(of: usize) -> GroupArrivals {
         let arrival = |i: usize| Arrival {
             piece: i as u32,
             uv: [0.1 * of as f64, -0.0],

@@ -18,7 +18,7 @@ const FEW_WALKS: u64 = 1 << 18;
 const FEW_WALKS_OF_SURFACE: u64 = 8;
 
 /// The walks of one look of a pilot, on cells of its own. Group g has walks g·n … (g + 1)·n − 1 of the sequence.
-pub struct Stage<'a> {
+pub struct PilotStage<'a> {
     pub(super) job: &'a Job,
     pub(super) experiment: Experiment,
     /// The cut of each surface, and the patch of each cell.
@@ -29,8 +29,8 @@ pub struct Stage<'a> {
     walks_of_group: u64,
 }
 
-/// What a stage is about.
-pub(super) struct Task {
+/// The settings of a stage: its cells, its basis, and its walks.
+pub(super) struct StageSpec {
     /// The cut of each surface, and the patch of each cell.
     pub(super) cells: (Vec<Cut>, Vec<u32>),
     /// Whether linear functions are fitted.
@@ -41,14 +41,14 @@ pub(super) struct Task {
     pub(super) walks: u64,
 }
 
-impl<'a> Stage<'a> {
+impl<'a> PilotStage<'a> {
     /// The stage of a task in its scene.
-    pub(super) fn new(job: &'a Job, scene: Scene, task: Task) -> Result<Self, Error> {
-        let Task { cells, linear, seed, groups, walks } = task;
+    pub(super) fn new(job: &'a Job, scene: Scene, task: StageSpec) -> Result<Self, Error> {
+        let StageSpec { cells, linear, seed, groups, walks } = task;
         let method = method(job, linear);
         let experiment = Experiment::new(scene, method.walks())?;
         let walks_of_group = walks.div_ceil(groups);
-        Ok(Stage { job, experiment, cells, method, seed, groups, walks_of_group })
+        Ok(PilotStage { job, experiment, cells, method, seed, groups, walks_of_group })
     }
 
     /// The experiment whose walks they are.
@@ -115,10 +115,10 @@ impl<'a> Stage<'a> {
     ///
     /// # Errors
     /// Where a sum overflows.
-    pub fn walk_here(&self, threads: usize) -> Result<Walked, Error> {
+    pub fn walk_here(&self, threads: usize) -> Result<StageResult, Error> {
         let (experiment, sequence) = (&self.experiment, Sequence::new(self.seed));
         let part = self.walks_of_group.div_ceil(threads as u64).clamp(1, PART);
-        let (all, mut groups) = (Mutex::new(experiment.tally()), Groups::none(self));
+        let (all, mut groups) = (Mutex::new(experiment.tally()), EndedGroups::none(self));
         for end in self.looks() {
             let parts: Vec<u64> = (end - self.walks_of_group..end).step_by(part as usize).collect();
             let boards = || experiment.board();
@@ -129,7 +129,7 @@ impl<'a> Stage<'a> {
             walked.into_iter().collect::<Result<(), Overflow>>().map_err(|_| Error::Overflow)?;
             groups.end_next(&all.lock().unwrap_or_else(PoisonError::into_inner));
         }
-        Ok(Walked::new(groups, all.into_inner().unwrap_or_else(PoisonError::into_inner).into()))
+        Ok(StageResult::new(groups, all.into_inner().unwrap_or_else(PoisonError::into_inner).into()))
     }
 }
 
@@ -148,18 +148,18 @@ fn method(job: &Job, linear: bool) -> MethodTable {
     }
 }
 
-/// What the walks of a stage have come to.
-pub struct Walked {
+/// The tallies of the walks of a stage: of each group, and of all groups together.
+pub struct StageResult {
     /// The sums of each group, without squares.
     pub(super) groups: Vec<Tally>,
     /// All groups together.
     pub(super) all: Arc<Tally>,
 }
 
-impl Walked {
+impl StageResult {
     /// What the groups say together, of which all have ended.
-    pub fn new(groups: Groups, all: Arc<Tally>) -> Self {
-        Walked { groups: groups.ended, all }
+    pub fn new(groups: EndedGroups, all: Arc<Tally>) -> Self {
+        StageResult { groups: groups.ended, all }
     }
 
     pub(super) fn tallies(&self) -> PilotTallies<'_> {
@@ -168,22 +168,22 @@ impl Walked {
 }
 
 /// The groups of a stage that have ended, while its walks go on.
-pub struct Groups {
+pub struct EndedGroups {
     pub(super) ended: Vec<Tally>,
     /// The sums of all of them.
     sum: Tally,
 }
 
-impl Groups {
+impl EndedGroups {
     /// No group of a stage.
-    pub fn none(stage: &Stage) -> Self {
+    pub fn none(stage: &PilotStage) -> Self {
         let layout = stage.experiment.layout().without_squares();
-        Groups { ended: Vec::new(), sum: Tally::new(stage.experiment.rows(), layout) }
+        EndedGroups { ended: Vec::new(), sum: Tally::new(stage.experiment.rows(), layout) }
     }
 
     /// Groups that have ended.
-    pub(super) fn of(stage: &Stage, ended: Vec<Tally>) -> Option<Self> {
-        let mut groups = Groups::none(stage);
+    pub(super) fn of(stage: &PilotStage, ended: Vec<Tally>) -> Option<Self> {
+        let mut groups = EndedGroups::none(stage);
         ended.iter().try_for_each(|group| groups.sum.merge(group)).ok()?;
         groups.ended = ended;
         Some(groups)

@@ -8,19 +8,19 @@ use report::OutputFolder;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::arrivals::{ARRIVALS, ArrivalsFile, Group};
-use super::kept::PilotBooks;
-use super::stage::{Stage, Walked};
+use super::arrivals::{ARRIVALS, ArrivalsFile, GroupArrivals};
+use super::books::PilotBooks;
+use super::stage::{PilotStage, StageResult};
 use crate::error::Error;
 use crate::settings::Settings;
 
-/// Who walks the stages of a pilot, and where a choice is kept.
-pub trait PilotCrew<E> {
+/// The caller of a pilot, which traces the walks of its stages and may keep the choice on disk.
+pub trait PilotRunner<E> {
     /// Walks a stage.
     ///
     /// # Errors
     /// Where its walks come to no end.
-    fn walk(&mut self, stage: &Stage) -> Result<Walked, E>;
+    fn walk(&mut self, stage: &PilotStage) -> Result<StageResult, E>;
 
     /// What is kept of the choice, and where; `None` where nothing is.
     ///
@@ -39,15 +39,15 @@ pub trait PilotCrew<E> {
     fn trouble(&mut self, _: Error) {}
 }
 
-impl<E, F: FnMut(&Stage) -> Result<Walked, E>> PilotCrew<E> for F {
-    fn walk(&mut self, stage: &Stage) -> Result<Walked, E> {
+impl<E, F: FnMut(&PilotStage) -> Result<StageResult, E>> PilotRunner<E> for F {
+    fn walk(&mut self, stage: &PilotStage) -> Result<StageResult, E> {
         self(stage)
     }
 }
 
 /// The steps of a choice: each is a function of the job and of those before.
 pub(crate) struct Steps<'c, E> {
-    crew: &'c mut dyn PilotCrew<E>,
+    runner: &'c mut dyn PilotRunner<E>,
     of: (&'c Job, &'c Auto),
     /// The digest of all that the choice depends on, once it is asked for.
     choice: Option<[u8; 32]>,
@@ -57,8 +57,8 @@ pub(crate) struct Steps<'c, E> {
 
 impl<'c, E: From<Error>> Steps<'c, E> {
     /// The steps of the choice for a job, none of which is taken.
-    pub(crate) fn new(of: (&'c Job, &'c Auto), crew: &'c mut dyn PilotCrew<E>) -> Self {
-        Steps { crew, of, choice: None, next: 0 }
+    pub(crate) fn new(of: (&'c Job, &'c Auto), runner: &'c mut dyn PilotRunner<E>) -> Self {
+        Steps { runner, of, choice: None, next: 0 }
     }
 
     /// The digest of all that the choice depends on, where it is kept.
@@ -66,7 +66,7 @@ impl<'c, E: From<Error>> Steps<'c, E> {
         if let Some(known) = self.choice {
             return Ok(known);
         }
-        let choice = match self.crew.books()? {
+        let choice = match self.runner.books()? {
             Some(_) => choice(self.of)?,
             None => [0; 32],
         };
@@ -77,21 +77,21 @@ impl<'c, E: From<Error>> Steps<'c, E> {
     /// Walks a stage.
     ///
     /// # Errors
-    /// Those of the crew.
-    pub(super) fn walk(&mut self, stage: &Stage) -> Result<Walked, E> {
-        self.crew.walk(stage)
+    /// Those of the runner.
+    pub(super) fn walk(&mut self, stage: &PilotStage) -> Result<StageResult, E> {
+        self.runner.walk(stage)
     }
 
     /// What the next step came to, where it is kept: it counts as taken then.
     ///
     /// # Errors
-    /// Those of the crew.
+    /// Those of the runner.
     pub(crate) fn kept<T: DeserializeOwned>(&mut self) -> Result<Option<T>, E> {
-        if !self.crew.has_past() {
+        if !self.runner.has_past() {
             return Ok(None);
         }
         let choice = self.choice()?;
-        let Some((books, _)) = self.crew.books()? else { return Ok(None) };
+        let Some((books, _)) = self.runner.books()? else { return Ok(None) };
         let step = books.step(choice, self.next);
         self.next += usize::from(step.is_some());
         Ok(step)
@@ -100,15 +100,15 @@ impl<'c, E: From<Error>> Steps<'c, E> {
     /// Keeps what the next step came to.
     ///
     /// # Errors
-    /// Those of the crew; that it cannot be kept is none.
+    /// Those of the runner; that it cannot be kept is none.
     pub(crate) fn keep<T: Serialize>(&mut self, step: &T) -> Result<(), E> {
         let number = (self.choice()?, self.next);
         self.next += 1;
-        let Some((books, folder)) = self.crew.books()? else { return Ok(()) };
+        let Some((books, folder)) = self.runner.books()? else { return Ok(()) };
         let kept = books.keep_step(number, step, folder);
         let kept = kept.and_then(|()| Ok(folder.remove(&[ARRIVALS])?));
         if let Err(error) = kept {
-            self.crew.trouble(error);
+            self.runner.trouble(error);
         }
         Ok(())
     }
@@ -117,28 +117,28 @@ impl<'c, E: From<Error>> Steps<'c, E> {
     /// end.
     ///
     /// # Errors
-    /// Those of the crew.
+    /// Those of the runner.
     pub(crate) fn groups(
         &mut self,
         all: usize,
         threads: usize,
-        make: impl Fn(usize) -> Group + Sync,
-    ) -> Result<Vec<Group>, E> {
+        make: impl Fn(usize) -> GroupArrivals + Sync,
+    ) -> Result<Vec<GroupArrivals>, E> {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.choice()?).update(&(self.next as u64).to_le_bytes());
         let control = *hasher.finalize().as_bytes();
         let opened = self
-            .crew
+            .runner
             .books()?
             .map(|(books, folder)| ArrivalsFile::open(&folder.file(ARRIVALS), control, books.is_resumed));
         let (file, kept) = match opened.transpose() {
             Ok(opened) => opened.unzip(),
             Err(source) => {
-                self.crew.trouble(Error::System { doing: "keeping the walks of a control", source });
+                self.runner.trouble(Error::System { doing: "keeping the walks of a control", source });
                 (None, None)
             }
         };
-        let mut groups: Vec<Option<Group>> = (0..all).map(|_| None).collect();
+        let mut groups: Vec<Option<GroupArrivals>> = (0..all).map(|_| None).collect();
         kept.into_iter()
             .flatten()
             .filter(|(number, _)| *number < all)
@@ -160,7 +160,7 @@ impl<'c, E: From<Error>> Steps<'c, E> {
             },
         );
         if let Some(source) = trouble.into_inner().expect("no thread panics with it") {
-            self.crew.trouble(Error::System { doing: "keeping the walks of a control", source });
+            self.runner.trouble(Error::System { doing: "keeping the walks of a control", source });
         }
         missing.into_iter().zip(made).for_each(|(number, group)| groups[number] = Some(group));
         Ok(groups.into_iter().flatten().collect())
@@ -186,7 +186,7 @@ mod tests {
     use super::super::{Chosen, choose, choose_by};
     use super::*;
 
-    /// A crew that dies when it is asked for its books once too often.
+    /// A runner that dies when it is asked for its books once too often.
     struct Mortal<'a> {
         folder: &'a OutputFolder,
         books: PilotBooks,
@@ -206,8 +206,8 @@ mod tests {
         }
     }
 
-    impl PilotCrew<End> for Mortal<'_> {
-        fn walk(&mut self, stage: &Stage) -> Result<Walked, End> {
+    impl PilotRunner<End> for Mortal<'_> {
+        fn walk(&mut self, stage: &PilotStage) -> Result<StageResult, End> {
             self.stages.set(self.stages.get() + 1);
             Ok(stage.walk_here(2)?)
         }
@@ -227,8 +227,8 @@ mod tests {
     }
 
     fn live(job: &Job, folder: &OutputFolder, left: usize, stages: &Cell<usize>) -> Result<Chosen, End> {
-        let mut crew = Mortal { folder, books: PilotBooks::read(folder), left, stages };
-        Ok(choose_by(job, 2, &mut crew)?.expect("patches are left open"))
+        let mut runner = Mortal { folder, books: PilotBooks::read(folder), left, stages };
+        Ok(choose_by(job, 2, &mut runner)?.expect("patches are left open"))
     }
 
     fn room(folder: &Path, set: &[&str]) -> Job {
@@ -289,10 +289,10 @@ mod tests {
             (vec![arrival; number], [number as u64, 1])
         };
         let stages = Cell::new(0);
-        let groups = |all: usize, make: &(dyn Fn(usize) -> Group + Sync)| {
+        let groups = |all: usize, make: &(dyn Fn(usize) -> GroupArrivals + Sync)| {
             let books = PilotBooks::read(&folder);
-            let mut crew = Mortal { folder: &folder, books, left: usize::MAX, stages: &stages };
-            let mut steps = Steps::new((&job, job.auto.as_ref().unwrap()), &mut crew);
+            let mut runner = Mortal { folder: &folder, books, left: usize::MAX, stages: &stages };
+            let mut steps = Steps::new((&job, job.auto.as_ref().unwrap()), &mut runner);
             steps.groups(all, 2, make).unwrap()
         };
         // A process that dies after ten groups.

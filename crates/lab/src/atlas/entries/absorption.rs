@@ -7,9 +7,9 @@ use report::{Axis, Chart};
 use crate::arithmetic::ratio;
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
 use crate::walking::{Failure, experiment, receivers, squared_error};
 use report::words::{measured, number};
 
@@ -80,8 +80,8 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = AbsorptionSweep::drive(lab)?;
     let (brightest, mut claims) = (sweep.brightest, sweep.claims.clone());
     let dim = experiment(&scene(brightest), Method::shooting(EstimatorKind::Absorption))?;
-    let told = run(&dim, 1, 4000, None).told();
-    claims.push(Claim::told(&told, "collision has up to"));
+    let messages = run(&dim, 1, 4000, None).messages();
+    claims.push(Claim::messages(&messages, "collision has up to"));
     let [worse, better] = [0, 1].map(|kind: usize| sweep.curves[kind].last());
     let what = "squared error of collision at the brightest, below half that of absorption";
     claims.push(Claim::below(what, better, 0.5 * worse.value).instead());
@@ -97,7 +97,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(worse),
             measured(better)
         ),
-        told,
+        messages,
         instead: format!(
             "Write estimator = \"collision\": {} times less at R = {brightest}, as measured; or chains, which the \
              entry on long walks compares.",

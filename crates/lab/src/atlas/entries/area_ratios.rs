@@ -8,9 +8,9 @@ use stats::Measured;
 use crate::arithmetic::{ratio, root};
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
 use crate::walking::{Failure, coverage, experiment, squared_error};
 use report::words::{measured, number};
 
@@ -98,9 +98,9 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = AreaRatiosSweep::drive(lab)?;
     let (walks, mut claims) = (sweep.walks, sweep.claims.clone());
     let smallest_of_all = experiment(&scene(1e-8), Method::shooting(EstimatorKind::Collision))?;
-    let told = run(&smallest_of_all, 1, walks, None).told();
-    claims.push(Claim::told(&told, "`unhit`"));
-    claims.push(Claim::told(&told, "about as rarely hit"));
+    let messages = run(&smallest_of_all, 1, walks, None).messages();
+    claims.push(Claim::messages(&messages, "`unhit`"));
+    claims.push(Claim::messages(&messages, "about as rarely hit"));
     let last = sweep.parts.len() - 1;
     let [largest, smallest] = [0, last].map(|point| sweep.gathered[point].1);
     let what = "relative error of gathering at the smallest, twice that at the largest";
@@ -117,7 +117,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(smallest_shot),
             measured(sweep.covers[last].1)
         ),
-        told,
+        messages,
         instead: format!(
             "Let walks start there: walk = \"gathering\", birth = {{ patches = [{TILE}] }}. Its error with as many \
              walks is {} at 10⁻⁸ and {} at 10⁻²: {} times less than shooting's, whatever the size.",

@@ -8,10 +8,10 @@ use stats::Measured;
 use crate::arithmetic::{ratio, root};
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
-use crate::walking::{Failure, experiment, squared_error, variance_over};
+use crate::walking::{Failure, SeededWalks, experiment, squared_error, variance_over};
 use report::words::{measured, number};
 
 pub(crate) const ENTRY: Entry = Entry {
@@ -55,7 +55,7 @@ impl BlackEmittersSweep {
                 let born = birth_probabilities(experiment.scene(), &birth());
                 let variance =
                     exact.gathering_variances(kind, &born)[PATCH].ok_or("walks are born on the patch")?;
-                let over = variance_over(&experiment, (5, walks), PATCH, variance);
+                let over = variance_over(&experiment, SeededWalks { seed: 5, walks }, PATCH, variance);
                 let what = format!("R = {reflectance}: variance of {} over theory", kind.word());
                 claims.push(Claim::equal(what, over, 1.0));
                 let scale = variance / exact.solution().reflected[PATCH].powi(2);
@@ -82,23 +82,23 @@ impl BlackEmittersSweep {
 }
 
 /// The program's words about an emitter that reflects nothing, and about one that hardly reflects.
-fn told(claims: &mut Vec<Claim>) -> Result<Vec<String>, Failure> {
+fn messages(claims: &mut Vec<Claim>) -> Result<Vec<String>, Failure> {
     let by_survival = |reflectance| {
         experiment(&scene(reflectance), Method::gathering(Birth::Area, EstimatorKind::Survival))
     };
     let refused = by_survival(0.0).err().map(|why| format!("at R = 0: {why}"));
-    let mut told: Vec<String> = refused.into_iter().collect();
-    claims.push(Claim::told(&told, "its light would be lost"));
+    let mut messages: Vec<String> = refused.into_iter().collect();
+    claims.push(Claim::messages(&messages, "its light would be lost"));
     let dim = by_survival(0.01)?;
-    told.extend(run(&dim, 1, 20_000, None).told().into_iter().filter(|line| line.contains("`fit`")));
-    claims.push(Claim::told(&told, "collision has up to 100 times less variance"));
-    Ok(told)
+    messages.extend(run(&dim, 1, 20_000, None).messages().into_iter().filter(|line| line.contains("`fit`")));
+    claims.push(Claim::messages(&messages, "collision has up to 100 times less variance"));
+    Ok(messages)
 }
 
 fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = BlackEmittersSweep::drive(lab)?;
     let mut claims = sweep.claims.clone();
-    let told = told(&mut claims)?;
+    let messages = messages(&mut claims)?;
     let at_zero = experiment(&scene(0.0), Method::gathering(birth(), EstimatorKind::Collision))?;
     let truth = Exact::of_scene(&scene(0.0))?.solution().radiosity.clone();
     let (runs, few) = lab.pick((40, 20_000), (100, 100_000));
@@ -117,7 +117,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(sweep.curves[0].last()),
             measured(sweep.curves[1].last())
         ),
-        told,
+        messages,
         instead: format!(
             "Write estimator = \"collision\": at R_s = 0 its rms relative error after {few} \
              walks is {}, where theory has {}.",

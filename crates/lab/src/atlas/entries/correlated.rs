@@ -90,7 +90,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(worst.1),
             number(worst.1.value.sqrt())
         ),
-        told: vec![
+        messages: vec![
             "nothing: no option places walks; a job has one sequence, and walk n its place in it. `drift` compares \
              halves of a run, but walks that move together do so in both"
                 .into(),

@@ -8,9 +8,9 @@ use stats::Measured;
 use super::absorption;
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
 use crate::walking::{Failure, estimate, experiment, receivers, solve};
 use report::words::{measured, number};
 
@@ -132,9 +132,9 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let biased = experiment(&scene(), method(InfiniteEnd::Length { length: 2 }))?;
     let biased_run = run(&biased, 1, sweep.walks, None);
     let flags = biased_run.flags(&biased, 20);
-    let mut told = biased_run.told();
-    told.push(format!("flags of patch 20 in patches.csv: `{flags}`"));
-    claims.push(Claim::told(&told, "walks were cut off"));
+    let mut messages = biased_run.messages();
+    messages.push(format!("flags of patch 20 in patches.csv: `{flags}`"));
+    claims.push(Claim::messages(&messages, "walks were cut off"));
     claims.push(Claim::sure("the patch is flagged `bias`", flags.split('|').any(|flag| flag == "bias")));
     let (roulette, _) = missing(lab, sweep.runs, sweep.walks, InfiniteEnd::default(), &exact)?;
     claims.push(Claim::equal("light lost under roulette", roulette, 0.0).instead());
@@ -152,7 +152,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(sweep.cut.seen_at(0)),
             measured(sweep.short[0].1)
         ),
-        told,
+        messages,
         instead: format!(
             "infinite = {{ end = \"roulette\" }}, the default, has no bias: the runs miss {} of the light.",
             measured(roulette)

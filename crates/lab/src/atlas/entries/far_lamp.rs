@@ -8,9 +8,9 @@ use stats::Measured;
 use crate::arithmetic::{ratio, root};
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 use report::words::{measured, number};
 
@@ -82,8 +82,8 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = FarLampSweep::drive(lab)?;
     let (walks, mut claims) = (sweep.walks, sweep.claims.clone());
     let (exact, experiment) = lamp(1000.0, 1.0)?;
-    let told = run(&experiment, 1, walks, None).told();
-    claims.push(Claim::told(&told, "a lamp that is smaller and nearer"));
+    let messages = run(&experiment, 1, walks, None).messages();
+    claims.push(Claim::messages(&messages, "a lamp that is smaller and nearer"));
     let (off, remedy) = nearer(lab, &sweep, &exact.solution().radiosity)?;
     let far_error = sweep.curve.last();
     let what = format!("the near lamp lights the floor as the far one does, to {}", number(off.abs()));
@@ -101,7 +101,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(far_error),
             sweep.distances[sweep.distances.len() - 1]
         ),
-        told,
+        messages,
         instead: format!(
             "Write a `quad` for the lamp that has the same exitance and looks as large from nearer by, which gives the \
              same light: at 10 m instead of 1000 m, and a hundredth as wide, the floor's middle differs by {} (exactly solved), and the error of as \

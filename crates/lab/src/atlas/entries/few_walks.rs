@@ -8,8 +8,8 @@ use stats::Measured;
 use crate::arithmetic::proportion;
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
-use crate::told::run;
 use crate::walking::{Failure, covered, estimate, experiment, receivers, solve};
 use report::words::measured;
 
@@ -83,11 +83,11 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     claims.push(Claim::sure("one walk has no standard error", silent));
     let open = patches.iter().all(|&i| estimate(&one, i).ci_high > estimate(&one, i).ci_low);
     claims.push(Claim::sure("no interval is a point", open));
-    let told = run(&experiment, 1, 1, None).told();
+    let messages = run(&experiment, 1, 1, None).messages();
     for word in ["`unhit`", "`rare`"] {
-        claims.push(Claim::told(&told, word));
+        claims.push(Claim::messages(&messages, word));
     }
-    let after = run(&experiment, 1, 200_000, None).told();
+    let after = run(&experiment, 1, 200_000, None).messages();
     claims.push(Claim::sure("after 200,000 walks no check fails", after.is_empty()).instead());
     let last = sweep.walks.len() - 1;
     Ok(StudyFinding {
@@ -106,7 +106,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(sweep.naive[last].1),
             measured(sweep.ours[last].1)
         ),
-        told,
+        messages,
         instead: "Walk on, with `--resume --paths 200000`: then every check passes. Until then trust intervals, which are true from \
                   the first walk on."
             .into(),

@@ -8,8 +8,8 @@ use stats::Measured;
 
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::{Claim, ClaimJudge};
+use crate::judged_run::run;
 use crate::lab::Lab;
-use crate::told::run;
 use crate::walking::{CONFIDENCE, Failure, estimate, experiment, walk};
 use report::words::{measured, number};
 
@@ -142,14 +142,14 @@ enum ShapeOutcome {
     Refused(String),
     /// The mean B of the patch that is furthest off in standard errors (`None` if nothing arrives), the number of
     /// patches, the part of the walks that escaped, and the program's words.
-    Walked { radiosity: Option<Measured>, among: usize, escaped: f64, told: Vec<String> },
+    Walked { radiosity: Option<Measured>, among: usize, escaped: f64, messages: Vec<String> },
 }
 
 /// The outcome of all shapes.
 #[derive(Default)]
 struct Answers {
     claims: Vec<Claim>,
-    told: Vec<String>,
+    messages: Vec<String>,
     radiosities: Vec<(f64, Measured)>,
     losses: Vec<(f64, f64)>,
     /// The points of the sweep where nothing may go wrong, with the B that was measured there.
@@ -162,10 +162,10 @@ impl Answers {
         match answer {
             ShapeOutcome::Refused(why) => {
                 self.claims.push(Claim::sure(format!("{at:e} is refused"), !is_safe));
-                self.told.push(format!("at {at:e}: {why}"));
+                self.messages.push(format!("at {at:e}: {why}"));
                 self.refused += 1;
             }
-            ShapeOutcome::Walked { radiosity, among, escaped, told } => {
+            ShapeOutcome::Walked { radiosity, among, escaped, messages } => {
                 self.losses.push((at, escaped));
                 self.radiosities.extend(radiosity.map(|radiosity| (at, radiosity)));
                 let unknown = Measured { value: f64::NAN, standard_error: f64::NAN };
@@ -176,11 +176,11 @@ impl Answers {
                     self.claims.push(right);
                     self.safe.push((at, radiosity));
                 } else {
-                    let said = told.iter().any(|line| line.contains("left the scene"));
+                    let said = messages.iter().any(|line| line.contains("left the scene"));
                     let what = format!("{at:e}: B is right, or the program says that it may not be");
                     self.claims.push(Claim::sure(what, said || ClaimJudge::EACH.passes(&right)));
-                    let told = told.iter().filter(|_| escaped > 0.0);
-                    self.told.extend(told.map(|line| format!("at {at:e}: {line}")));
+                    let messages = messages.iter().filter(|_| escaped > 0.0);
+                    self.messages.extend(messages.map(|line| format!("at {at:e}: {line}")));
                 }
             }
         }
@@ -204,10 +204,10 @@ impl GeometrySweep {
         let worst = answers.worst().ok_or("no point of the sweep is safe")?;
         let (first, last) = (answers.safe[0].0, answers.safe[answers.safe.len() - 1].0);
         let refused = answers.refused;
-        let Answers { mut claims, mut told, radiosities, losses, .. } = answers;
+        let Answers { mut claims, mut messages, radiosities, losses, .. } = answers;
         claims.extend(remedied);
-        if told.is_empty() {
-            told.push("nothing: every check passes, and the answer is right".into());
+        if messages.is_empty() {
+            messages.push("nothing: every check passes, and the answer is right".into());
         }
         Ok(StudyFinding {
             predicted: self.predicted.into(),
@@ -219,7 +219,7 @@ impl GeometrySweep {
                 measured(worst),
                 runs * walks
             ),
-            told,
+            messages,
             instead: format!(
                 "{} B = {} on the patch that is furthest off, and no walk escapes.",
                 self.instead,
@@ -278,5 +278,10 @@ fn answer(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> ShapeOutcome {
     let doubt = |b: &Measured| b.z(1.0).abs();
     let radiosity = (0..patches).filter(often).map(of_patch).max_by(|a, b| doubt(a).total_cmp(&doubt(b)));
     let escaped = found.iter().map(|&(_, escaped)| escaped).sum::<f64>() / runs as f64;
-    ShapeOutcome::Walked { radiosity, among: patches, escaped, told: run(&experiment, 1, walks, None).told() }
+    ShapeOutcome::Walked {
+        radiosity,
+        among: patches,
+        escaped,
+        messages: run(&experiment, 1, walks, None).messages(),
+    }
 }

@@ -8,9 +8,9 @@ use stats::Measured;
 use crate::arithmetic::ratio;
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
 use crate::walking::{CONFIDENCE, Failure, estimate, experiment, walk};
 use report::words::{measured, number};
 
@@ -23,14 +23,21 @@ pub(crate) const BACKS: Entry = Entry {
     study: backs,
 };
 
+/// The number of runs, and the walks of each.
+#[derive(Clone, Copy)]
+struct SampleSize {
+    runs: u64,
+    walks: u64,
+}
+
 /// The part of walks that an ending took, over runs of different seeds.
 fn part(
     lab: &Lab,
     spec: &SceneSpec,
-    size: (u64, u64),
+    size: SampleSize,
     of: fn(&radiosity::Counts) -> u64,
 ) -> Result<Measured, Failure> {
-    let (runs, walks) = size;
+    let SampleSize { runs, walks } = size;
     let experiment = experiment(spec, Method::shooting(EstimatorKind::Collision))?;
     let parts = lab.each_seed(runs, |seed| of(&walk(&experiment, seed, walks).counts) as f64 / walks as f64);
     Ok(proportion_of_walks(&parts, walks))
@@ -59,7 +66,7 @@ fn gap_in_the_ceiling(gap: f64) -> SceneSpec {
 /// The sweep over widths of the gap.
 struct Gaps {
     /// The number of runs, and the walks of each.
-    size: (u64, u64),
+    size: SampleSize,
     curve: SweepCurve,
     claims: Vec<Claim>,
 }
@@ -67,7 +74,8 @@ struct Gaps {
 impl Gaps {
     fn drive(lab: &Lab) -> Result<Self, Failure> {
         let gaps = lab.pick(vec![1e-3, 1.0], vec![1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0]);
-        let size = lab.pick((20, 50_000), (100, 300_000));
+        let [runs, walks] = lab.pick([20, 50_000], [100, 300_000]);
+        let size = SampleSize { runs, walks };
         let mut sweep = Gaps { size, curve: SweepCurve::new(), claims: Vec::new() };
         for gap in gaps {
             let spec = gap_in_the_ceiling(gap);
@@ -107,12 +115,12 @@ fn said_of_a_gap(gap: f64, walks: u64) -> Result<Vec<String>, Failure> {
 
 fn open(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = Gaps::drive(lab)?;
-    let ((runs, walks), mut claims) = (sweep.size, sweep.claims.clone());
+    let (SampleSize { runs, walks }, mut claims) = (sweep.size, sweep.claims.clone());
     let closed = part(lab, &gap_in_the_ceiling(0.0), sweep.size, |counts| counts.escaped)?;
     claims.push(Claim::sure("none escapes where there is no gap", closed.value == 0.0).instead());
-    let told = [said_of_a_gap(1e-3, walks)?, said_of_a_gap(1.0, walks)?].concat();
-    claims.push(Claim::told(&told, "if it is meant to be closed, it has a gap"));
-    claims.push(Claim::told(&told, "passed"));
+    let messages = [said_of_a_gap(1e-3, walks)?, said_of_a_gap(1.0, walks)?].concat();
+    claims.push(Claim::messages(&messages, "if it is meant to be closed, it has a gap"));
+    claims.push(Claim::messages(&messages, "passed"));
     let (narrowest, escaped) = sweep.curve.marks()[0];
     Ok(StudyFinding {
         predicted: "Walks that leave carry their power away: what escapes is Φ_T − Σ(1 − R_i)φ_i, by the exact \
@@ -120,7 +128,7 @@ fn open(lab: &Lab) -> Result<StudyFinding, Failure> {
                     mistake that darkens everything by about as much as it lets out, and no interval knows."
             .into(),
         seen: format!("Through a gap of {narrowest} m {} of the walks escape.", measured(escaped)),
-        told,
+        messages,
         instead: format!(
             "Close the gap: with the ceiling at full width {} of {} walks escape. Below 10⁻¹⁴ of the scene's size gaps \
              need no care: facets are made larger by as much.",
@@ -157,14 +165,15 @@ const PATCH: usize = 13;
 /// The sweep over walls that are turned round.
 struct Turned {
     /// The number of runs, and the walks of each.
-    size: (u64, u64),
+    size: SampleSize,
     curve: SweepCurve,
     claims: Vec<Claim>,
 }
 
 impl Turned {
     fn drive(lab: &Lab) -> Result<Self, Failure> {
-        let size = lab.pick((20, 50_000), (100, 500_000));
+        let [runs, walks] = lab.pick([20, 50_000], [100, 500_000]);
+        let size = SampleSize { runs, walks };
         let mut sweep = Turned { size, curve: SweepCurve::new(), claims: Vec::new() };
         for walls in lab.pick(vec![1, 3], vec![0, 1, 2, 3, 4]) {
             let black = Exact::of_scene(&blackened(walls))?;
@@ -196,7 +205,7 @@ impl Turned {
 }
 
 /// The mean B of [`PATCH`] over runs [W/m²].
-fn radiosity(lab: &Lab, experiment: &Experiment, (runs, walks): (u64, u64)) -> Measured {
+fn radiosity(lab: &Lab, experiment: &Experiment, SampleSize { runs, walks }: SampleSize) -> Measured {
     Measured::of(&lab.each_seed(runs, |seed| {
         let solution = Solution::new(experiment, &walk(experiment, seed, walks), CONFIDENCE);
         estimate(&solution, PATCH).radiosity
@@ -214,8 +223,8 @@ fn backs(lab: &Lab) -> Result<StudyFinding, Failure> {
     let what = "one wall: B of patch 13 over that of black walls";
     claims.push(Claim::equal(what, ratio(found, expected), 1.0));
     claims.push(Claim::below("… over what was meant", ratio(found, meant), 1.0));
-    let told = run(&wrong, 1, size.1, None).told();
-    claims.push(Claim::told(&told, "ended on the back of a one-sided surface"));
+    let messages = run(&wrong, 1, size.walks, None).messages();
+    claims.push(Claim::messages(&messages, "ended on the back of a one-sided surface"));
     let two_sided = experiment(&turned(1, Sides::Both), Method::shooting(EstimatorKind::Collision))?;
     let right = ratio(radiosity(lab, &two_sided, size), meant);
     let what = "with `sides = 2`: B of patch 13 over what was meant";
@@ -230,7 +239,7 @@ fn backs(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(sweep.of_one_wall()?),
             measured(ratio(found, meant))
         ),
-        told,
+        messages,
         instead: format!(
             "Turn the wall (swap u and v), or write `sides = 2`: then patch {PATCH} has {} of what was meant.",
             measured(right)

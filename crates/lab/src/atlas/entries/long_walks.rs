@@ -11,9 +11,9 @@ use super::absorption;
 use crate::arithmetic::{ratio, root};
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
 use crate::walking::{Failure, experiment, receivers, squared_error};
 use report::words::{measured, number};
 
@@ -119,8 +119,8 @@ impl LongWalkRoom {
         let what = "error of chains at the brightest, half that of walks";
         claims.push(Claim::below(what, chain, 0.5 * walks.value).instead());
         let bright = experiment(&(self.scene)(0.999), Method::shooting(EstimatorKind::Collision))?;
-        let told = run(&bright, 1, 20, None).told();
-        claims.push(Claim::told(&told, "a walk may take 1000 rays"));
+        let messages = run(&bright, 1, 20, None).messages();
+        claims.push(Claim::messages(&messages, "a walk may take 1000 rays"));
         Ok(StudyFinding {
             predicted: self.theory.into(),
             seen: format!(
@@ -129,7 +129,7 @@ impl LongWalkRoom {
                 measured(sweep.walked.seen_at(0)),
                 measured(walks)
             ),
-            told,
+            messages,
             instead: format!(
                 "walk = \"jacobi\": {} at R = {first} and {} at R = {brightest}, from as many rays: {} times less.",
                 measured(sweep.chained[0].1),

@@ -141,7 +141,7 @@ fn moment(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(last.1),
             measured(first)
         ),
-        told: vec![
+        messages: vec![
             "nothing of stops by hand: the program writes the walks it has, and cannot know why it was stopped. \
              `paths` in summary.json is then short of the job's budget, and on screen “… of … paths” says so"
                 .into(),
@@ -249,7 +249,7 @@ fn seed(lab: &Lab) -> Result<StudyFinding, Failure> {
             coverage_of_brightest(most)
         ),
         seen: format!("The brightest of {most} runs covers {}.", measured(last)),
-        told: vec![
+        messages: vec![
             "nothing, and it cannot: a run does not know of others that were thrown away. `provenance` in summary.json \
              names the seed and the walks, so that a reader may ask why that seed"
                 .into(),
@@ -299,8 +299,8 @@ fn twice(lab: &Lab) -> Result<StudyFinding, Failure> {
         marks.push((f64::from(times), found));
     }
     let refusal = checkpoint(&experiment, 0, 1000).merge(checkpoint(&experiment, 900, 1000));
-    let told: Vec<String> = refusal.err().map(|fault| fault.to_string()).into_iter().collect();
-    claims.push(Claim::told(&told, "walks 900 to 999 of seed 1 are in two of the runs"));
+    let messages: Vec<String> = refusal.err().map(|fault| fault.to_string()).into_iter().collect();
+    claims.push(Claim::messages(&messages, "walks 900 to 999 of seed 1 are in two of the runs"));
     let apart = checkpoint(&experiment, 0, 1000).merge(checkpoint(&experiment, 1000, 1000));
     claims.push(Claim::sure("ranges that do not overlap are merged", apart.is_ok()).instead());
     let honest = lab.each_seed(runs, |seed| covered(&solve(&experiment, seed, 4 * walks), &patches, &truth));
@@ -312,7 +312,7 @@ fn twice(lab: &Lab) -> Result<StudyFinding, Failure> {
             "Walks that count k times make intervals √k too narrow: they cover 2Φ(1.96/√k) − 1 of the truths."
                 .into(),
         seen: format!("Tallies added to themselves cover {} where k = {}.", measured(last.1), last.0),
-        told,
+        messages,
         instead: format!(
             "Runs of other ranges of walks (budget.first_path) or of other seeds (seed): four ranges cover {}.",
             measured(honest)

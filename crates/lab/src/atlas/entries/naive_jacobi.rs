@@ -11,9 +11,9 @@ use stats::Measured;
 use crate::arithmetic::{proportion, ratio};
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
 use crate::walking::{Failure, coverage, experiment, receivers};
 use report::words::{measured, number};
 
@@ -243,9 +243,9 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     claims.push(Claim::at_least("coverage of eight chains' intervals", honest, 0.94).instead());
     let checks = run(&eight, 1, 8, None).checks;
     let of_spread = checks.iter().filter(|check| check.name == "vov");
-    let told: Vec<String> =
+    let messages: Vec<String> =
         of_spread.map(|check| format!("check `vov`, passes: {}", check.message)).collect();
-    claims.push(Claim::told(&told, "Student's"));
+    claims.push(Claim::messages(&messages, "Student's"));
     let [first, last] = sweep.ends();
     Ok(StudyFinding {
         predicted: format!(
@@ -261,7 +261,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(sweep.coverage.seen_at(0)),
             measured(sweep.coverage.last())
         ),
-        told,
+        messages,
         instead: format!(
             "radwalk never takes the iterations, or the rays, of a chain for a sample: walk = \"jacobi\" runs eight \
              independent chains at least, whose intervals (Student's t) cover {} here. A single chain has no \

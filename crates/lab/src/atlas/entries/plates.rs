@@ -7,9 +7,9 @@ use stats::Measured;
 
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::{Claim, ClaimJudge};
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
 use crate::walking::{Failure, estimate, experiment, solve};
 use report::words::{measured, number};
 
@@ -31,7 +31,7 @@ struct PlatesSweep {
     /// The least gap at which B is right [m].
     least: f64,
     /// The program's words where B is wrong.
-    told: Vec<String>,
+    messages: Vec<String>,
     claims: Vec<Claim>,
 }
 
@@ -40,8 +40,13 @@ impl PlatesSweep {
         let all = vec![1.0, 0.1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 1e-14, 1e-15, 1e-16];
         let gaps = lab.pick(vec![1.0, 1e-3, 1e-10, 1e-15], all);
         let (runs, walks) = lab.pick((20, 20_000), (100, 200_000));
-        let mut sweep =
-            PlatesSweep { walks, curve: SweepCurve::new(), least: 1.0, told: Vec::new(), claims: Vec::new() };
+        let mut sweep = PlatesSweep {
+            walks,
+            curve: SweepCurve::new(),
+            least: 1.0,
+            messages: Vec::new(),
+            claims: Vec::new(),
+        };
         for gap in gaps {
             sweep.at(lab, gap, runs)?;
         }
@@ -65,12 +70,12 @@ impl PlatesSweep {
             self.least = gap;
             return Ok(());
         }
-        let words = run(&experiment, 1, walks, None).told();
+        let words = run(&experiment, 1, walks, None).messages();
         let said = words.iter().any(|line| line.contains("left the scene"));
         let what = format!("{gap:e} m: B is {}, and the program says why", measured(found));
         self.claims.push(Claim::sure(what, said));
-        if self.told.is_empty() {
-            self.told = words.iter().map(|line| format!("at {gap:e} m: {line}")).collect();
+        if self.messages.is_empty() {
+            self.messages = words.iter().map(|line| format!("at {gap:e} m: {line}")).collect();
         }
         Ok(())
     }
@@ -88,19 +93,19 @@ impl PlatesSweep {
 fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = PlatesSweep::drive(lab)?;
     let (walks, least) = (sweep.walks, sweep.least);
-    let (mut claims, mut told) = (sweep.claims.clone(), sweep.told.clone());
+    let (mut claims, mut messages) = (sweep.claims.clone(), sweep.messages.clone());
     let mut twice = scenes::plates(1.0, REFLECTANCE);
     twice.surfaces.push(twice.surfaces[DARK].clone());
     let doubled = experiment(&twice, Method::shooting(EstimatorKind::Collision))?;
-    let words = run(&doubled, 1, walks, None).told();
-    told.extend(words.iter().map(|line| format!("of a plate that is there twice: {line}")));
-    claims.push(Claim::told(&told, "is sealed"));
+    let words = run(&doubled, 1, walks, None).messages();
+    messages.extend(words.iter().map(|line| format!("of a plate that is there twice: {line}")));
+    claims.push(Claim::messages(&messages, "is sealed"));
     let once = experiment(&scenes::plates(1.0, REFLECTANCE), Method::shooting(EstimatorKind::Collision))?;
     let once = run(&once, 1, walks, None);
     claims.push(
         Claim::sure(
             "without the double no patch is sealed",
-            !once.told().iter().any(|line| line.contains("is sealed")),
+            !once.messages().iter().any(|line| line.contains("is sealed")),
         )
         .instead(),
     );
@@ -117,7 +122,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
              once: its double is in the dark.",
             number(least)
         ),
-        told,
+        messages,
         instead: "Remove what is there twice: `radwalk check` names the pairs. Leave a gap of more than the slack between \
                   plates that face each other."
             .into(),

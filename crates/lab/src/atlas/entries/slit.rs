@@ -9,9 +9,9 @@ use stats::Measured;
 use crate::arithmetic::proportion;
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::{JudgedRun, run};
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::{ToldRun, run};
 use crate::walking::{Failure, covered, estimate, experiment, receivers, solve};
 use report::words::{measured, number};
 
@@ -150,7 +150,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let rooms = Rooms::new()?;
     let sweep = SlitSweep::drive(lab, &rooms);
     let mut claims = sweep.claims.clone();
-    let (few, told) = silence(lab, &rooms, 3.0 / rooms.mean_rate(), &mut claims);
+    let (few, messages) = silence(lab, &rooms, 3.0 / rooms.mean_rate(), &mut claims);
     let [remedy, reached, taken] = stopped(lab, &rooms);
     claims.push(Claim::at_least("coverage where a target ends the run", remedy, 0.95).instead());
     claims.push(Claim::equal("runs that reach the target", reached, 1.0).instead());
@@ -168,7 +168,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(sweep.ours[0].1),
             measured(sweep.ours[1].1)
         ),
-        told,
+        messages,
         instead: format!(
             "Trust the interval, not the value, of what is flagged `rare`; or set a target: with target.relative_error = 0.5 \
              and target.fraction = 1 (10 scores a patch at least) runs end after {} walks instead of {few:.0}, and their \
@@ -183,7 +183,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
 
 /// Whether some check fails in every run in which the usual interval misses; and the words of one run.
 fn silence(lab: &Lab, rooms: &Rooms, walks: f64, claims: &mut Vec<Claim>) -> (f64, Vec<String>) {
-    let word = |run: &ToldRun| run.fails("unhit") || run.fails("rare") || run.fails("vov");
+    let word = |run: &JudgedRun| run.fails("unhit") || run.fails("rare") || run.fails("vov");
     let heard = lab.each_seed(lab.pick(30, 200), |seed| {
         let run = run(&rooms.experiment, seed, walks as u64, None);
         let misses = |&i: &usize| !normal_holds(&estimate(&run.solution, i), rooms.truth[i]);
@@ -194,9 +194,9 @@ fn silence(lab: &Lab, rooms: &Rooms, walks: f64, claims: &mut Vec<Claim>) -> (f6
     let what = format!("{silent} of {} runs whose usual intervals miss are silent", heard.len());
     claims.push(Claim::sure(what, silent == 0));
     let run = &heard[0].1;
-    let mut told = run.told();
+    let mut messages = run.messages();
     let rare = rooms.dark.iter().find(|&&i| run.flags(&rooms.experiment, i) == "rare");
-    told.extend(rare.map(|i| format!("flags of patch {i} in patches.csv: `rare`")));
-    claims.push(Claim::told(&told, "`rare`"));
-    (walks, told)
+    messages.extend(rare.map(|i| format!("flags of patch {i} in patches.csv: `rare`")));
+    claims.push(Claim::messages(&messages, "`rare`"));
+    (walks, messages)
 }

@@ -8,9 +8,9 @@ use stats::Measured;
 use crate::arithmetic::ratio;
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
-use crate::told::run;
-use crate::walking::{Failure, estimate, experiment, solve, variance_over};
+use crate::walking::{Failure, SeededWalks, estimate, experiment, solve, variance_over};
 use report::words::{measured, number};
 
 pub(crate) const ENTRY: Entry = Entry {
@@ -43,11 +43,11 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let points = sweep.iter().map(|&dark| point(dark, walks)).collect::<Result<Vec<_>, Failure>>()?;
     let last = points.last().expect("a sweep has points");
     let survival = experiment(&scene(0.001), Method::shooting(EstimatorKind::Survival))?;
-    let told = run(&survival, 1, 20_000, None).told();
+    let messages = run(&survival, 1, 20_000, None).messages();
     let gain = last.predicted[0] / last.predicted[1];
     let mut claims: Vec<Claim> = points.iter().flat_map(of_point).collect();
-    claims.push(Claim::told(&told, "collision has up to 1000 times less variance"));
-    claims.push(Claim::told(&told, "`rare`"));
+    claims.push(Claim::messages(&messages, "collision has up to 1000 times less variance"));
+    claims.push(Claim::messages(&messages, "`rare`"));
     let (remedy, truth) = irradiance_of_black(walks)?;
     claims.push(
         Claim::equal("R = 0: irradiance by collision over theory", ratio(remedy, truth), 1.0).instead(),
@@ -78,7 +78,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(last.ratio[1]),
             last.dark
         ),
-        told,
+        messages,
         instead: format!(
             "Write estimator = \"collision\": at R = {} its variance is {} times less, as measured above, and its \
              irradiances are known down to R = 0: there that of the dark patch is {} of what theory says.",
@@ -102,7 +102,7 @@ fn point(dark: f64, walks: u64) -> Result<SurvivalPoint, Failure> {
     let of = |kind: EstimatorKind| -> Result<(f64, Measured), Failure> {
         let variance = exact.shooting_variances(kind)[PATCH];
         let experiment = experiment(&spec, Method::shooting(kind))?;
-        let ratio = variance_over(&experiment, (3, walks), PATCH, variance);
+        let ratio = variance_over(&experiment, SeededWalks { seed: 3, walks }, PATCH, variance);
         Ok((variance / exact.solution().reflected[PATCH].powi(2), ratio))
     };
     let survival = of(EstimatorKind::Survival)?;

@@ -8,9 +8,9 @@ use stats::Measured;
 use crate::arithmetic::{ratio, root};
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 use report::words::measured;
 
@@ -77,9 +77,9 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = TinyEmitterSweep::drive(lab)?;
     let (walks, mut claims) = (sweep.walks, sweep.claims.clone());
     let tiniest = experiment(&scene(1e-8), Method::gathering(Birth::Area, EstimatorKind::Collision))?;
-    let told = run(&tiniest, 1, walks, None).told();
-    claims.push(Claim::told(&told, "about as rarely met"));
-    claims.push(Claim::told(&told, "`unhit`"));
+    let messages = run(&tiniest, 1, walks, None).messages();
+    claims.push(Claim::messages(&messages, "about as rarely met"));
+    claims.push(Claim::messages(&messages, "`unhit`"));
     let [first, last] = [sweep.shot[0].1, sweep.shot[sweep.shot.len() - 1].1];
     let what = "error of shooting at the tiniest, twice that at the largest";
     claims.push(Claim::below(what, last, 2.0 * first.value).instead());
@@ -94,7 +94,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(sweep.gathered.seen_at(0)),
             measured(sweep.gathered.last())
         ),
-        told,
+        messages,
         instead: format!(
             "Shoot: walk = \"shooting\" errs by {} at 10⁻² and by {} at 10⁻⁸.",
             measured(first),

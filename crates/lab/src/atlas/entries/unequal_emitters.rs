@@ -8,9 +8,9 @@ use stats::Measured;
 use crate::arithmetic::{ratio, root};
 use crate::atlas::entry::{Entry, StudyFinding};
 use crate::claim::Claim;
+use crate::judged_run::run;
 use crate::lab::Lab;
 use crate::series::SweepCurve;
-use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 use report::words::measured;
 
@@ -75,8 +75,9 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
     let sweep = UnequalEmittersSweep::drive(lab)?;
     let (walks, mut claims) = (sweep.walks, sweep.claims.clone());
     let spec = scenes::unequal_rooms(1e-12);
-    let told = run(&experiment(&spec, Method::shooting(EstimatorKind::Collision))?, 1, walks, None).told();
-    claims.push(Claim::told(&told, "`unhit`"));
+    let messages =
+        run(&experiment(&spec, Method::shooting(EstimatorKind::Collision))?, 1, walks, None).messages();
+    claims.push(Claim::messages(&messages, "`unhit`"));
     let [first, last] = [sweep.gathered[0].1, sweep.gathered[sweep.gathered.len() - 1].1];
     let what = "error of gathering at the dimmest, twice that of equals";
     claims.push(Claim::below(what, last, 2.0 * first.value).instead());
@@ -92,7 +93,7 @@ fn study(lab: &Lab) -> Result<StudyFinding, Failure> {
             measured(sweep.shot.seen_at(0)),
             measured(sweep.shot.last())
         ),
-        told,
+        messages,
         instead: format!(
             "Gather: walk = \"gathering\". Walks are born in both rooms alike, and the light of the dim lamp is rounded at random, so that \
              none is lost: the error is {} for ε = 1 and {} for ε = {dimmest:e}.",

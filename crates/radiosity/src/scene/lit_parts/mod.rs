@@ -16,7 +16,7 @@ use std::sync::Mutex;
 
 use glam::DVec3;
 
-use self::paths::{Ground, Kinds, LENGTH, Paths, Point, Seen};
+use self::paths::{Ground, Kinds, LENGTH, PathHit, Paths, SurfacePoint};
 use super::Scene;
 use super::sealed::Joined;
 use super::view::Lookout;
@@ -40,7 +40,7 @@ const POINTS_PER_FACE: usize = 64;
 const PATHS_PER_GROUP: usize = 1 << 12;
 
 /// All groups together start at most [`PATHS`] paths, or [`PATHS_PER_POINT`] for each point where that is more, and no more than [`MOST_PATHS`]
-/// once each point has had one: 83,000 closed boxes among a million triangles took 60 s with seven paths a point, in which a coordinator answers nobody.
+/// once each point has had one: 83,000 closed boxes among a million triangles took 60 s with seven paths a point, in which a coordinator answers no worker.
 const PATHS: usize = 1 << 16;
 const PATHS_PER_POINT: usize = 7;
 const MOST_PATHS: usize = 1 << 21;
@@ -63,14 +63,14 @@ pub(crate) struct LitParts {
     groups: Vec<u32>,
     count: usize,
     /// Places known to be lit.
-    lit_places: Vec<Point>,
+    lit_places: Vec<SurfacePoint>,
     kinds: Kinds,
     /// Of faces that walks have hit, and of which every point is dark: the lit part that was found, if any.
     slivers: Mutex<HashMap<u32, Option<f64>>>,
 }
 
 /// Runs a number of independent jobs, each once, in any order and on any threads.
-pub type Executor<'a> = dyn Fn(usize, &(dyn Fn(usize) + Sync)) + 'a;
+pub type ParallelFor<'a> = dyn Fn(usize, &(dyn Fn(usize) + Sync)) + 'a;
 
 /// Runs jobs one after the other.
 pub fn in_turn(jobs: usize, job: &(dyn Fn(usize) + Sync)) {
@@ -78,13 +78,13 @@ pub fn in_turn(jobs: usize, job: &(dyn Fn(usize) + Sync)) {
 }
 
 impl LitParts {
-    pub(super) fn new(scene: &Scene, executor: &Executor) -> Self {
+    pub(super) fn new(scene: &Scene, executor: &ParallelFor) -> Self {
         let mut rng = Sequence::new(SEED).walk(0);
         let kinds = Kinds::of(scene);
         let (points, first) = points_of_faces(scene, &mut rng);
         let lit_places = places_from_light(scene, &kinds, &mut rng);
         let places: Vec<DVec3> = points.iter().map(|point| point.place(scene)).collect();
-        let mut search = Search {
+        let mut search = PathSearch {
             ground: Ground { scene, kinds: &kinds, places: &places, points: &points, first: &first },
             executor,
             blocks: 0,
@@ -146,12 +146,13 @@ impl LitParts {
             let mut paths = Paths { ground: &ground, rng: Sequence::new(SEED).walk(1 + u64::from(face)) };
             let mut tried = 0;
             while tried < SLIVER_POINTS {
-                let batch: Vec<Point> = (0..64).map(|_| point_of(scene, face, &mut paths.rng)).collect();
+                let batch: Vec<SurfacePoint> =
+                    (0..64).map(|_| point_of(scene, face, &mut paths.rng)).collect();
                 tried += batch.len();
                 let mut lit = 0;
                 let nothing = |_, _| false;
                 paths.follow(&batch, &self.lit_places, nothing, |_, seen| {
-                    lit += usize::from(matches!(seen, Seen::Light))
+                    lit += usize::from(matches!(seen, PathHit::Light))
                 });
                 if lit > 0 {
                     return Some(lit as f64 / tried as f64);
@@ -171,7 +172,7 @@ fn faces_of(first: &[u32]) -> impl Iterator<Item = usize> {
 }
 
 /// Points of all faces, by face, and the first of each: by number or by area, where that is more, and one at least.
-fn points_of_faces(scene: &Scene, rng: &mut WalkRng) -> (Vec<Point>, Vec<u32>) {
+fn points_of_faces(scene: &Scene, rng: &mut WalkRng) -> (Vec<SurfacePoint>, Vec<u32>) {
     let all: f64 = scene.faces().iter().map(|face| face.area).sum();
     let (mut points, mut first) = (Vec::new(), vec![0]);
     let by_number = POINTS / scene.faces().len();
@@ -185,21 +186,21 @@ fn points_of_faces(scene: &Scene, rng: &mut WalkRng) -> (Vec<Point>, Vec<u32>) {
 }
 
 /// A uniform point of a face.
-fn point_of(scene: &Scene, face: u32, rng: &mut WalkRng) -> Point {
+fn point_of(scene: &Scene, face: u32, rng: &mut WalkRng) -> SurfacePoint {
     let faces = scene.faces();
     let piece = faces.piece(faces.pieces(face as usize).next().expect("a face has a piece"));
-    let cell = (piece.surface, scene.surfaces()[piece.surface as usize].cell_of(&piece));
+    let cell = scene.cell_of(&piece);
     let (surface, uv) = scene.scatter(cell, face, rng.bits());
-    Point { surface, side: piece.side, uv }
+    SurfacePoint { surface, side: piece.side, uv }
 }
 
 /// Reflecting places that paths from emitters arrive at.
-fn places_from_light(scene: &Scene, kinds: &Kinds, rng: &mut WalkRng) -> Vec<Point> {
+fn places_from_light(scene: &Scene, kinds: &Kinds, rng: &mut WalkRng) -> Vec<SurfacePoint> {
     let mut places = Vec::new();
     let mut lookout = Lookout::new(scene);
     let mut rays: Vec<Ray> = (0..FROM_LIGHT).map(|_| scene.emit(rng)).collect();
     for _ in 0..LENGTH {
-        let arrived: Vec<Point> = lookout
+        let arrived: Vec<SurfacePoint> = lookout
             .closest_hits(&rays)
             .into_iter()
             .flatten()
@@ -212,9 +213,9 @@ fn places_from_light(scene: &Scene, kinds: &Kinds, rng: &mut WalkRng) -> Vec<Poi
 }
 
 /// What paths have found so far.
-struct Search<'a> {
+struct PathSearch<'a> {
     ground: Ground<'a>,
-    executor: &'a Executor<'a>,
+    executor: &'a ParallelFor<'a>,
     /// How many blocks of paths were followed.
     blocks: u64,
     /// By point: whether its face reflects.
@@ -227,9 +228,9 @@ struct Search<'a> {
     waiting: Vec<[u32; 2]>,
 }
 
-impl Search<'_> {
+impl PathSearch<'_> {
     /// Searches until every point is lit or its group has started enough paths; returns the points that are dark.
-    fn run(&mut self, mut lit_places: Vec<Point>) -> Vec<u32> {
+    fn run(&mut self, mut lit_places: Vec<SurfacePoint>) -> Vec<u32> {
         let from_light = lit_places.len();
         let all = self.lit.len() as u32;
         let most = PATHS.max((PATHS_PER_POINT * all as usize).min(MOST_PATHS));
@@ -272,15 +273,16 @@ impl Search<'_> {
     }
 
     /// Follows a path from each of these points, in blocks.
-    fn follow(&mut self, from: &[u32], lit_places: &[Point]) {
+    fn follow(&mut self, from: &[u32], lit_places: &[SurfacePoint]) {
         let roots: Vec<u32> = (0..self.lit.len() as u32).map(|point| self.joined.root(point)).collect();
         let blocks: Vec<&[u32]> = from.chunks(BLOCK).collect();
-        let found: Vec<Mutex<Vec<(u32, Seen)>>> = blocks.iter().map(|_| Mutex::default()).collect();
+        let found: Vec<Mutex<Vec<(u32, PathHit)>>> = blocks.iter().map(|_| Mutex::default()).collect();
         let (ground, reflects, before) = (&self.ground, &self.reflects, self.blocks);
         (self.executor)(blocks.len(), &|number| {
             let block = blocks[number];
             let rng = Sequence::new(SEED_OF_PATHS).walk(before + number as u64);
-            let starts: Vec<Point> = block.iter().map(|&point| ground.points[point as usize]).collect();
+            let starts: Vec<SurfacePoint> =
+                block.iter().map(|&point| ground.points[point as usize]).collect();
             let news = |start: usize, point: u32| {
                 reflects[point as usize] && roots[block[start] as usize] != roots[point as usize]
             };
@@ -290,15 +292,15 @@ impl Search<'_> {
             *found[number].lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = seen;
         });
         self.blocks += blocks.len() as u64;
-        let seen: Vec<(u32, Seen)> = found
+        let seen: Vec<(u32, PathHit)> = found
             .into_iter()
             .flat_map(|found| found.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()))
             .collect();
         for (start, what) in seen {
             match what {
-                Seen::Light => self.light(start),
-                Seen::Point(point) if !self.reflects[start as usize] => self.waiting.push([start, point]),
-                Seen::Point(point) => {
+                PathHit::Light => self.light(start),
+                PathHit::Point(point) if !self.reflects[start as usize] => self.waiting.push([start, point]),
+                PathHit::Point(point) => {
                     let lit = self.is_lit(start) || self.is_lit(point);
                     let root = self.joined.join(start, point);
                     self.lit[root as usize] = lit;

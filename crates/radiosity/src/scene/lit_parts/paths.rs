@@ -34,17 +34,17 @@ impl Kinds {
     }
 
     /// Where a hit is on an active side that reflects: the point, and its face.
-    pub(super) fn reflecting(&self, scene: &Scene, hit: &Hit) -> Option<(Point, u32)> {
+    pub(super) fn reflecting(&self, scene: &Scene, hit: &Hit) -> Option<(SurfacePoint, u32)> {
         let face = face_met(scene, hit)?;
         let uv = scene.surfaces()[hit.surface as usize].inside(hit.uv);
-        let point = Point { surface: hit.surface, side: hit.side, uv };
+        let point = SurfacePoint { surface: hit.surface, side: hit.side, uv };
         self.reflects[face as usize].then_some((point, face))
     }
 }
 
 /// A point on one side of a surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
+pub(super) struct SurfacePoint {
     pub(super) surface: u32,
     pub(super) side: Side,
     pub(super) uv: [f64; 2],
@@ -56,7 +56,7 @@ fn face_met(scene: &Scene, hit: &Hit) -> Option<u32> {
     surface.is_active(hit.side).then(|| scene.face_at(hit.surface, surface.cell_at(hit.uv), hit.side))
 }
 
-impl Point {
+impl SurfacePoint {
     pub(super) fn place(&self, scene: &Scene) -> DVec3 {
         scene.surfaces()[self.surface as usize].point(self.uv)
     }
@@ -86,7 +86,7 @@ impl Point {
 }
 
 /// What a path has seen.
-pub(super) enum Seen {
+pub(super) enum PathHit {
     /// An emitter, or a place known to be lit.
     Light,
     /// One of the points of faces.
@@ -97,7 +97,7 @@ pub(super) enum Seen {
 pub(super) struct Ground<'a> {
     pub(super) scene: &'a Scene,
     pub(super) kinds: &'a Kinds,
-    pub(super) points: &'a [Point],
+    pub(super) points: &'a [SurfacePoint],
     /// By point: where it is.
     pub(super) places: &'a [DVec3],
     pub(super) first: &'a [u32],
@@ -114,18 +114,18 @@ impl Paths<'_> {
     /// sees light, leaves the scene, or meets what does not reflect. Whether a start sees a point is looked for where that is `news`.
     pub(super) fn follow(
         &mut self,
-        starts: &[Point],
-        lit_places: &[Point],
+        starts: &[SurfacePoint],
+        lit_places: &[SurfacePoint],
         news: impl Fn(usize, u32) -> bool,
-        mut tell: impl FnMut(usize, Seen),
+        mut tell: impl FnMut(usize, PathHit),
     ) {
         let mut lookout = Lookout::new(self.ground.scene);
-        let mut at: Vec<(usize, Point)> = starts.iter().copied().enumerate().collect();
+        let mut at: Vec<(usize, SurfacePoint)> = starts.iter().copied().enumerate().collect();
         for _ in 0..LENGTH {
             at.retain(|&(start, point)| {
                 let is_lit = self.sees_lamp(&point);
                 if is_lit {
-                    tell(start, Seen::Light);
+                    tell(start, PathHit::Light);
                 }
                 !is_lit
             });
@@ -135,27 +135,27 @@ impl Paths<'_> {
     }
 
     /// Whether a lamp without area, chosen at random, lights a point.
-    fn sees_lamp(&mut self, point: &Point) -> bool {
+    fn sees_lamp(&mut self, point: &SurfacePoint) -> bool {
         let scene = self.ground.scene;
         if scene.lamp_count() == 0 {
             return false;
         }
         let [lamp, bits] = std::array::from_fn(|_| self.rng.bits());
         let facing = Response::Flat { facing: point.normal(scene) };
-        let at = (point.place(scene), facing, point.surface);
-        scene.lamp_light(choice(lamp, scene.lamp_count()), at, bits).is_some()
+        let lamp = choice(lamp, scene.lamp_count());
+        scene.lamp_light(lamp, point.place(scene), facing, point.surface, bits).is_some()
     }
 
     /// From each point, a ray to an emitter or to a place known to be lit.
     fn look_for_light(
         &mut self,
         lookout: &mut Lookout,
-        at: &mut Vec<(usize, Point)>,
-        lit_places: &[Point],
-        tell: &mut impl FnMut(usize, Seen),
+        at: &mut Vec<(usize, SurfacePoint)>,
+        lit_places: &[SurfacePoint],
+        tell: &mut impl FnMut(usize, PathHit),
     ) {
         let scene = self.ground.scene;
-        let mut aimed: Vec<(usize, Option<Point>)> = Vec::new();
+        let mut aimed: Vec<(usize, Option<SurfacePoint>)> = Vec::new();
         let mut rays = Vec::new();
         for (number, (_, point)) in at.iter().enumerate() {
             let lit = lit_places.get(choice(self.rng.bits(), lit_places.len())).copied();
@@ -177,7 +177,7 @@ impl Paths<'_> {
         at.retain(|&(start, _)| {
             number += 1;
             if lit[number - 1] {
-                tell(start, Seen::Light);
+                tell(start, PathHit::Light);
             }
             !lit[number - 1]
         });
@@ -187,9 +187,9 @@ impl Paths<'_> {
     fn go_on(
         &mut self,
         lookout: &mut Lookout,
-        at: &mut Vec<(usize, Point)>,
+        at: &mut Vec<(usize, SurfacePoint)>,
         news: &impl Fn(usize, u32) -> bool,
-        tell: &mut impl FnMut(usize, Seen),
+        tell: &mut impl FnMut(usize, PathHit),
     ) {
         let Ground { scene, kinds, .. } = *self.ground;
         let rays: Vec<Ray> = at.iter().map(|(_, point)| point.scattered(scene, &mut self.rng)).collect();
@@ -198,7 +198,7 @@ impl Paths<'_> {
             let Some(hit) = hit else { return };
             let (start, from) = at[ray];
             if kinds.emits(scene, &hit) {
-                return tell(start, Seen::Light);
+                return tell(start, PathHit::Light);
             }
             let Some((met, face)) = kinds.reflecting(scene, &hit) else { return };
             let beside_it = self.beside(&met, face).filter(|&number| news(start, number));
@@ -212,14 +212,14 @@ impl Paths<'_> {
         lookout.each_closest_hit(&to_points, |ray, hit| {
             let (start, number) = beside[ray];
             if hit.is_some_and(|hit| self.ground.points[number as usize].is_met(&hit)) {
-                tell(start, Seen::Point(number));
+                tell(start, PathHit::Point(number));
             }
         });
         *at = next;
     }
 
     /// The point of faces that is nearest to where a face was met.
-    fn beside(&self, met: &Point, face: u32) -> Option<u32> {
+    fn beside(&self, met: &SurfacePoint, face: u32) -> Option<u32> {
         let Ground { scene, places, first, .. } = *self.ground;
         let (start, end) = first.get(face as usize).zip(first.get(face as usize + 1))?;
         let met = met.place(scene);
@@ -228,7 +228,7 @@ impl Paths<'_> {
     }
 
     /// The ray from a place to a point of faces.
-    fn ray(&self, from: &Point, number: u32) -> Option<Ray> {
+    fn ray(&self, from: &SurfacePoint, number: u32) -> Option<Ray> {
         from.towards(self.ground.scene, self.ground.places[number as usize])
     }
 

@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{COMPRESS_GROUP, GROUPS, LANE_BITS, LANES, Lanes, NO_KEY, Quad, Row};
+use super::{COMPRESS_GROUP, GROUPS, LANE_BITS, LANES, NO_KEY, Quad, Row, Sixteen};
 use crate::simd::intrinsics::registers;
 
 /// The number of each lane.
@@ -59,7 +59,7 @@ fn keys(x: __m256, mask: __m256, numbers: __m256i) -> __m256 {
     })
 }
 
-impl Lanes for Avx2 {
+impl Sixteen for Avx2 {
     type Mask = [__m256; 2];
 
     #[inline(always)]

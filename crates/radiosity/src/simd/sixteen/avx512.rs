@@ -3,14 +3,14 @@
 use std::arch::x86_64::*;
 
 use super::avx2::{NUMBERS, compress_group, least_u32};
-use super::{GROUPS, LANE_BITS, Lanes, NO_KEY, Quad, Row};
+use super::{GROUPS, LANE_BITS, NO_KEY, Quad, Row, Sixteen};
 use crate::simd::intrinsics::registers;
 
 /// AVX-512: foundation, VL and DQ.
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Avx512(__m512);
 
-impl Lanes for Avx512 {
+impl Sixteen for Avx512 {
     type Mask = __mmask16;
 
     #[inline(always)]

@@ -17,13 +17,13 @@ pub(super) use avx512::Avx512;
 #[cfg(target_arch = "aarch64")]
 pub(super) use neon::Neon;
 
-/// Lanes of a vector: children of a node.
+/// Sixteen of a vector: children of a node.
 pub(crate) const LANES: usize = 16;
 
 /// A vector in memory.
 pub(crate) type Row = [f32; LANES];
 
-/// Lanes of a group: facets of a leaf.
+/// Sixteen of a group: facets of a leaf.
 pub(crate) const GROUP: usize = 4;
 
 /// Groups of a vector.
@@ -36,7 +36,7 @@ pub(crate) type Quad = [f32; GROUP];
 const LANE_BITS: u32 = LANES as u32 - 1;
 
 /// Sixteen f32 lanes. Comparisons with a NaN are false.
-pub(crate) trait Lanes: Copy {
+pub(crate) trait Sixteen: Copy {
     /// A truth value for each lane.
     type Mask: Copy;
 
@@ -124,7 +124,7 @@ impl Portable {
     }
 }
 
-impl Lanes for Portable {
+impl Sixteen for Portable {
     /// All ones or none.
     type Mask = [u32; LANES];
 

@@ -2,7 +2,7 @@
 
 use std::arch::aarch64::*;
 
-use super::{COMPRESS_GROUP, GROUP, GROUPS, LANE_BITS, LANES, Lanes, NO_KEY, Quad, Row};
+use super::{COMPRESS_GROUP, GROUP, GROUPS, LANE_BITS, LANES, NO_KEY, Quad, Row, Sixteen};
 use crate::simd::intrinsics::registers;
 
 /// NEON with fused multiply-add, four registers for a vector.
@@ -98,7 +98,7 @@ impl Neon {
     }
 }
 
-impl Lanes for Neon {
+impl Sixteen for Neon {
     type Mask = Mask;
 
     #[inline(always)]

@@ -118,7 +118,7 @@ impl<'a> Fold<'a> {
     fn emit(&self, tree: &mut Tree, facets: &Facets) {
         let lines = &mut tree.lines;
         lines.extend(empty_node());
-        let mut open = vec![(Part::Subtree(0), 0, 1)];
+        let mut open = vec![(SlotContents::Subtree(0), 0, 1)];
         while let Some((source, first, level)) = open.pop() {
             for (slot, child) in self.parts(source, level).into_iter().enumerate() {
                 let (next, bounds) = (lines.len(), self.bounds(&child));
@@ -141,39 +141,39 @@ impl<'a> Fold<'a> {
 
     /// What fills the slots of the wide node of a level: the best for a ray, but where the tree would become too deep for that as many facets
     /// for each.
-    fn parts(&self, source: Part, level: usize) -> Vec<Part> {
+    fn parts(&self, source: SlotContents, level: usize) -> Vec<SlotContents> {
         let subtree = match source {
-            Part::Subtree(node) if level + levels_of(self.facets[node]) <= LEVELS => node,
+            SlotContents::Subtree(node) if level + levels_of(self.facets[node]) <= LEVELS => node,
             other => {
                 let surfaces = self.surfaces_of(other);
                 let each = surfaces.len().div_ceil(LANES);
-                return surfaces.chunks(each).map(|part| Part::Surfaces(part.to_vec())).collect();
+                return surfaces.chunks(each).map(|part| SlotContents::Surfaces(part.to_vec())).collect();
             }
         };
-        self.slots(subtree).into_iter().map(Part::Subtree).collect()
+        self.slots(subtree).into_iter().map(SlotContents::Subtree).collect()
     }
 
-    fn bounds(&self, part: &Part) -> Aabb {
+    fn bounds(&self, part: &SlotContents) -> Aabb {
         match part {
-            Part::Subtree(node) => self.binary.nodes[*node].aabb,
-            Part::Surfaces(surfaces) => {
+            SlotContents::Subtree(node) => self.binary.nodes[*node].aabb,
+            SlotContents::Surfaces(surfaces) => {
                 let boxes = surfaces.iter().map(|&surface| self.boxes[surface as usize]);
                 boxes.reduce(|all, one| all.union(&one)).expect("no part is empty")
             }
         }
     }
 
-    fn makes_leaf(&self, part: &Part) -> bool {
+    fn makes_leaf(&self, part: &SlotContents) -> bool {
         match part {
-            Part::Subtree(node) => self.is_leaf(*node),
-            Part::Surfaces(surfaces) => surfaces.len() <= GROUP,
+            SlotContents::Subtree(node) => self.is_leaf(*node),
+            SlotContents::Surfaces(surfaces) => surfaces.len() <= GROUP,
         }
     }
 
-    fn surfaces_of(&self, part: Part) -> Vec<u32> {
+    fn surfaces_of(&self, part: SlotContents) -> Vec<u32> {
         match part {
-            Part::Subtree(node) => self.surfaces(node),
-            Part::Surfaces(surfaces) => surfaces,
+            SlotContents::Subtree(node) => self.surfaces(node),
+            SlotContents::Surfaces(surfaces) => surfaces,
         }
     }
 
@@ -196,7 +196,7 @@ impl<'a> Fold<'a> {
 }
 
 /// What a slot of a wide node is filled with: a subtree of the binary tree, or surfaces.
-enum Part {
+enum SlotContents {
     Subtree(usize),
     Surfaces(Vec<u32>),
 }

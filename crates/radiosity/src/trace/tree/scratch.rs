@@ -2,7 +2,7 @@
 
 use super::layout::{Item, LEVELS, Line, Tree};
 use crate::simd::batch::WIDTH;
-use crate::simd::sixteen::{GROUP, GROUPS, LANES, Lanes, NO_KEY, Quad, Row, lane_of};
+use crate::simd::sixteen::{GROUP, GROUPS, LANES, NO_KEY, Quad, Row, Sixteen, lane_of};
 use crate::trace::ray::{Hits, Rays};
 
 /// Rays under way at once. More hide more latency, until they do not fit the first-level cache.
@@ -172,7 +172,7 @@ impl Stacks {
 
     /// Puts the children of a node on the stack, whose keys are given.
     #[inline(always)]
-    pub(super) fn push<L: Lanes>(&mut self, slot: usize, node: usize, keys: L) {
+    pub(super) fn push<L: Sixteen>(&mut self, slot: usize, node: usize, keys: L) {
         let level = self.top[slot] as usize % LEVELS;
         keys.store(&mut self.keys[level][slot].0);
         self.nodes[level][slot] = node as u32;
@@ -180,13 +180,13 @@ impl Stacks {
 
     /// Takes the child with the least `key` from those that were put on the stack last.
     #[inline(always)]
-    pub(super) fn take_nearest<L: Lanes>(&mut self, slot: usize, key: u32) {
+    pub(super) fn take_nearest<L: Sixteen>(&mut self, slot: usize, key: u32) {
         self.take::<L>(slot, self.top[slot] as usize % LEVELS, key);
     }
 
     /// Takes the child with the least key of a level.
     #[inline(always)]
-    fn take<L: Lanes>(&mut self, slot: usize, level: usize, key: u32) {
+    fn take<L: Sixteen>(&mut self, slot: usize, level: usize, key: u32) {
         let keys = &mut self.keys[level][slot].0;
         let others = L::load(keys).without(key);
         others.store(keys);
@@ -198,7 +198,7 @@ impl Stacks {
     /// The first line of a node and its nearest child that is left, on the deepest level with one that the ray enters by
     /// `best`. What deeper levels have is farther away, and forgotten.
     #[inline(always)]
-    pub(super) fn pop<L: Lanes>(&mut self, slot: usize, best: f32) -> Option<(usize, usize)> {
+    pub(super) fn pop<L: Sixteen>(&mut self, slot: usize, best: f32) -> Option<(usize, usize)> {
         let live = L::load(&self.least[slot].0).below(best.to_bits() + LANES as u32);
         let level = live.checked_ilog2().unwrap_or(0) as usize % LEVELS;
         let (key, node) = (self.least[slot].0[level].to_bits(), self.nodes[level][slot] as usize);

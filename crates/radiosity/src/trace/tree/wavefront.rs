@@ -18,23 +18,23 @@ use super::scratch::{
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::{Kernel, Simd};
 use crate::simd::prefetch::prefetch;
-use crate::simd::sixteen::{GROUP, GROUPS, LANES, Lanes, NO_KEY, lane_of};
+use crate::simd::sixteen::{GROUP, GROUPS, LANES, NO_KEY, Sixteen, lane_of};
 use crate::trace::facet::Facets;
 use crate::trace::meet::{Best, meet_alone, meet_each};
 use crate::trace::ray::{Hit, Hits, Ray, Rays};
 
 /// The leaves that four rays have come to.
-struct Leaves<'a>([Leaf<'a>; GROUPS]);
+struct FourLeaves<'a>([Leaf<'a>; GROUPS]);
 
-impl Leaves<'_> {
+impl FourLeaves<'_> {
     #[inline(always)]
-    fn load<L: Lanes>(&self, row: usize) -> L {
+    fn load<L: Sixteen>(&self, row: usize) -> L {
         L::groups(self.0.map(|leaf| leaf.row(row)))
     }
 
     /// The dot product of three rows and a vector.
     #[inline(always)]
-    fn dot<L: Lanes>(&self, first: usize, v: &[L; 3]) -> L {
+    fn dot<L: Sixteen>(&self, first: usize, v: &[L; 3]) -> L {
         let sum = self.load::<L>(first).mul(v[0]);
         let sum = self.load::<L>(first + 1).mul_add(v[1], sum);
         self.load::<L>(first + 2).mul_add(v[2], sum)
@@ -94,14 +94,14 @@ impl Gate {
     /// Where the ray enters sixteen slabs of an axis. A closure would not always be inlined, and then not be compiled for the
     /// instruction set.
     #[inline(always)]
-    fn enters<L: Lanes>(&self, node: &Node, axis: usize) -> L {
+    fn enters<L: Sixteen>(&self, node: &Node, axis: usize) -> L {
         let plane = &node[2 * axis + usize::from(self.downwards[axis])].0;
         L::load(plane).mul_sub(L::splat(self.inverse[axis]), L::splat(self.enter[axis]))
     }
 
     /// Where the ray leaves sixteen slabs of an axis.
     #[inline(always)]
-    fn leaves<L: Lanes>(&self, node: &Node, axis: usize) -> L {
+    fn leaves<L: Sixteen>(&self, node: &Node, axis: usize) -> L {
         let plane = &node[2 * axis + usize::from(!self.downwards[axis])].0;
         L::load(plane).mul_sub(L::splat(self.inverse[axis]), L::splat(self.leave[axis]))
     }
@@ -117,7 +117,7 @@ struct Call<'a, O> {
 impl<O: Oracle> Call<'_, O> {
     /// The whole batch: `ACTIVE` rays at once, the next one as soon as one is done.
     #[inline(always)]
-    fn run<L: Lanes>(&self, scratch: &mut Scratch, hits: &mut Hits) {
+    fn run<L: Sixteen>(&self, scratch: &mut Scratch, hits: &mut Hits) {
         scratch.finalists.others.clear();
         scratch.forms.set(self.rays, self.tree);
         let mut next = self.rays.len.min(ACTIVE);
@@ -183,7 +183,7 @@ impl<O: Oracle> Call<'_, O> {
 
     /// Takes a ray's next item from its stack.
     #[inline(always)]
-    fn pop<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
+    fn pop<L: Sixteen>(&self, step: Step, scratch: &mut Scratch) {
         self.oracle.see(Step { item: Item::new(Item::POP, 0), ..step });
         let slot = step.slot as usize % ACTIVE;
         let next = scratch.stacks.pop::<L>(slot, scratch.flights[slot].best());
@@ -202,7 +202,7 @@ impl<O: Oracle> Call<'_, O> {
     /// Takes a step with the rays that are at a node. What a step waits for is a long chain: in two loops of shorter chains the processor
     /// has more rays in sight at a time.
     #[inline(always)]
-    fn visit_nodes<L: Lanes>(&self, scratch: &mut Scratch) {
+    fn visit_nodes<L: Sixteen>(&self, scratch: &mut Scratch) {
         let len = std::mem::take(&mut scratch.queues.lens[Item::NODE]);
         for i in 0..len {
             let step = scratch.queues.steps[Item::NODE][i % ACTIVE];
@@ -218,7 +218,7 @@ impl<O: Oracle> Call<'_, O> {
 
     /// Puts the boxes of a node that a ray enters on its stack; the key of the nearest.
     #[inline(always)]
-    fn enter_boxes<L: Lanes>(&self, step: Step, scratch: &mut Scratch) -> u32 {
+    fn enter_boxes<L: Sixteen>(&self, step: Step, scratch: &mut Scratch) -> u32 {
         let slot = step.slot as usize % ACTIVE;
         let gate = &scratch.gates[slot];
         let node = node_at(&self.tree.lines, step.item.line());
@@ -233,7 +233,7 @@ impl<O: Oracle> Call<'_, O> {
 
     /// Of the boxes that a ray enters, the nearest is next.
     #[inline(always)]
-    fn go_down<L: Lanes>(&self, step: Step, nearest: u32, scratch: &mut Scratch) -> Item {
+    fn go_down<L: Sixteen>(&self, step: Step, nearest: u32, scratch: &mut Scratch) -> Item {
         let child = self.child(step.item.line(), lane_of(nearest));
         scratch.stacks.take_nearest::<L>(step.slot as usize % ACTIVE, nearest);
         select_unpredictable(nearest == NO_KEY, Item::new(Item::POP, 0), child)
@@ -242,7 +242,7 @@ impl<O: Oracle> Call<'_, O> {
     /// Takes a step with the rays that are at a leaf, four at a time; what is left waits until there are four, or
     /// nothing else is to do.
     #[inline(always)]
-    fn visit_leaves<L: Lanes>(&self, scratch: &mut Scratch) {
+    fn visit_leaves<L: Sixteen>(&self, scratch: &mut Scratch) {
         let len = std::mem::take(&mut scratch.queues.lens[Item::LEAF]);
         let rest = if scratch.queues.lens == [0; Item::KINDS] { 0 } else { len % GROUPS };
         for first in (0..len - rest).step_by(GROUPS) {
@@ -280,9 +280,9 @@ impl<O: Oracle> Call<'_, O> {
     /// u + v. The errors of the f64 arithmetic are 2⁻²⁹ of these. A facet that is met with |a| ≤ 16 e is
     /// taken without looking. None of those is *surely* met: there E > 1.8 |t| + 3.
     #[inline(always)]
-    fn look_at_four<L: Lanes>(&self, steps: &[Step; GROUPS], four: usize, scratch: &mut Scratch) {
+    fn look_at_four<L: Sixteen>(&self, steps: &[Step; GROUPS], four: usize, scratch: &mut Scratch) {
         let slots = steps.map(|step| step.slot as usize % ACTIVE);
-        let leaves = Leaves(steps.map(|step| Leaf::at(&self.tree.lines, step.item.line())));
+        let leaves = FourLeaves(steps.map(|step| Leaf::at(&self.tree.lines, step.item.line())));
         let flights = &scratch.flights;
         let start = L::groups(slots.map(|slot| &flights[slot].start));
         let way = L::groups(slots.map(|slot| &flights[slot].way));
@@ -323,7 +323,7 @@ impl<O: Oracle> Call<'_, O> {
 
     /// Notes what [`Call::look_at_four`] has found for ray i of the queue.
     #[inline(always)]
-    fn note_candidates<L: Lanes>(&self, step: Step, i: usize, scratch: &mut Scratch) {
+    fn note_candidates<L: Sixteen>(&self, step: Step, i: usize, scratch: &mut Scratch) {
         let (slot, k) = (step.slot as usize % ACTIVE, i % GROUPS);
         let glances = &scratch.glances[i / GROUPS];
         scratch.flights[slot].way[Flight::BEST] = glances.best.0[GROUP * k];
@@ -358,7 +358,7 @@ impl<O: Oracle> Call<'_, O> {
     /// Keeps the candidates that are near enough, hardly ever more than one. There are fewer than a row of them:
     /// else [`Call::note_candidates`] has met them.
     #[inline(always)]
-    fn finish<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
+    fn finish<L: Sixteen>(&self, step: Step, scratch: &mut Scratch) {
         let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
         let (candidates, finalists) = (&scratch.candidates[slot], &mut scratch.finalists);
         let near = L::load(row(&candidates.t, 0)).le(L::splat(scratch.flights[slot].best()));

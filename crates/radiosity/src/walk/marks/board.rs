@@ -99,6 +99,14 @@ pub(super) fn amounts<T: Amount, const C: usize>(units: &[T; C], counts: u64) ->
     std::array::from_fn(|c| std::array::from_fn(|m| units[c].times(counts[m].into())))
 }
 
+/// The row of a tally that holds the marks of a material on a face, and the channel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MarkRow {
+    pub(super) face: usize,
+    pub(super) material: usize,
+    pub(super) channel: usize,
+}
+
 /// The boards of marks that there are.
 #[derive(Clone, Debug)]
 pub(crate) enum MarkBoard {
@@ -170,18 +178,19 @@ impl<T: Amount, const C: usize> Marked<T, C> {
     }
 
     /// Raises what a walk has scored in a row.
-    pub(super) fn raise_row(&mut self, row: (usize, usize, usize), before: u128, more: u128) {
+    pub(super) fn raise_row(&mut self, row: MarkRow, before: u128, more: u128) {
         let square = |x: u128| x.div_ceil(1 << self.shift).pow(2);
         let grown = square(before + more) - square(before);
         self.add_to_row(row, more, grown);
     }
 
-    /// Adds to the sums of a row: of a face and a material, in a channel.
-    fn add_to_row(&mut self, (face, material, c): (usize, usize, usize), sum: u128, squares: u128) {
+    /// Adds to the sums of a row.
+    fn add_to_row(&mut self, row: MarkRow, sum: u128, squares: u128) {
+        let MarkRow { face, material, channel } = row;
         if self.rows.is_empty() {
             self.rows = vec![0; self.materials * self.faces * self.columns];
         }
-        let first = (material * self.faces + face) * self.columns + c * MOMENTS;
+        let first = (material * self.faces + face) * self.columns + channel * MOMENTS;
         for (row, part) in
             self.rows[first..][..2].iter_mut().zip([Some(sum), squares.checked_shl(2 * self.shift)])
         {
@@ -202,7 +211,8 @@ impl<T: Amount, const C: usize> Marked<T, C> {
             for (c, m) in (0..C).flat_map(|c| (0..BLOCK).map(move |m| (c, m))) {
                 let sum: u64 = sums[c][m].into();
                 if sum > 0 {
-                    self.add_to_row((face, first + m, c), sum.into(), squares[c][m].into());
+                    let row = MarkRow { face, material: first + m, channel: c };
+                    self.add_to_row(row, sum.into(), squares[c][m].into());
                 }
             }
         }

@@ -120,7 +120,7 @@ fn full_cells_are_emptied() {
         board.cells[1].begin(&[[0, 0, 60_000, 0, 0, 0, 0, 0]], 0);
     }
     assert!(!board.make_room(70_000), "its square has no room in 32 bits");
-    board.raise_row((1, 2, 0), 10, 70_000);
+    board.raise_row(MarkRow { face: 1, material: 2, channel: 0 }, 10, 70_000);
     let square = |x: u128| x * x;
     let expected = [250_000, 3 * square(60_000) + square(70_010) - square(10)];
     assert_eq!(board.take().unwrap()[10..], expected);

@@ -16,7 +16,7 @@ use radiosity::{
 use report::OutputFolder;
 
 use super::super::question::FactorsQuestion;
-use super::journal::{Heading, Journal, KeptRow, join};
+use super::journal::{Heading, Journal, StoredRow, join};
 use super::{RowWalks, SparseAsked};
 use crate::error::Error;
 
@@ -60,8 +60,10 @@ pub struct SparseCounted {
 pub fn count_rows(
     question: &FactorsQuestion,
     asked: &SparseAsked,
-    (folder, resume, parts): (&OutputFolder, bool, &[PathBuf]),
-    hands: RowWatcher<'_>,
+    folder: &OutputFolder,
+    resume: bool,
+    parts: &[PathBuf],
+    watcher: RowWatcher<'_>,
 ) -> Result<SparseCounted, Error> {
     let began = Instant::now();
     let rows = exchange_rows(question, asked)?;
@@ -80,7 +82,7 @@ pub fn count_rows(
         range: heading.rows.clone(),
         stopped: AtomicBool::new(false),
     };
-    count.run(&mut journal, hands)?;
+    count.run(&mut journal, watcher)?;
     let interrupted = journal.next < heading.rows.end;
     journal.close()?;
     Ok(SparseCounted { heading, seconds: began.elapsed().as_secs_f64(), interrupted })
@@ -110,17 +112,17 @@ struct Count<'a> {
 }
 
 impl Count<'_> {
-    fn run(&self, journal: &mut Journal, hands: RowWatcher<'_>) -> Result<(), Error> {
+    fn run(&self, journal: &mut Journal, watcher: RowWatcher<'_>) -> Result<(), Error> {
         let (sender, receiver) = sync_channel(WAITING);
         thread::scope(|scope| {
-            for _ in 0..hands.threads.max(1) {
+            for _ in 0..watcher.threads.max(1) {
                 let sender = sender.clone();
                 thread::Builder::new()
                     .spawn_scoped(scope, move || self.work(&sender))
                     .map_err(|source| Error::System { doing: "starting a thread", source })?;
             }
             drop(sender);
-            let written = self.write(journal, receiver, hands.watch);
+            let written = self.write(journal, receiver, watcher.watch);
             self.stopped.store(true, Ordering::Relaxed);
             written
         })
@@ -146,10 +148,10 @@ impl Count<'_> {
 
     /// Counts a row: all its walks; or what its variance asks for, by the first quarter of them; or until its error is what is asked for, with
     /// twice as many at each look.
-    fn row(&self, group: u32, board: &mut RowBoard, intervals: &mut Intervals) -> KeptRow {
+    fn row(&self, group: u32, board: &mut RowBoard, intervals: &mut Intervals) -> StoredRow {
         let most = u64::from(self.most[group as usize]);
-        let mut kept = KeptRow { reached: true, ..KeptRow::default() };
-        let mut walk = |kept: &mut KeptRow, walks: Range<u64>| {
+        let mut kept = StoredRow { reached: true, ..StoredRow::default() };
+        let mut walk = |kept: &mut StoredRow, walks: Range<u64>| {
             self.rows.walk(&self.sequence, group, walks, board);
             let (row, rays) = taken(board);
             kept.row = kept.row.plus(&row);
@@ -180,7 +182,7 @@ impl Count<'_> {
         receiver: Receiver<(usize, Vec<u8>)>,
         watch: &mut dyn FnMut(f64) -> bool,
     ) -> Result<(), Error> {
-        let (mut waiting, mut told, mut flushed) = (BTreeMap::new(), Instant::now(), Instant::now());
+        let (mut waiting, mut reported, mut flushed) = (BTreeMap::new(), Instant::now(), Instant::now());
         let all = self.range.len().max(1) as f64;
         loop {
             match receiver.recv_timeout(WATCH) {
@@ -195,8 +197,8 @@ impl Count<'_> {
                 journal.flush()?;
                 flushed = Instant::now();
             }
-            if told.elapsed() > WATCH {
-                told = Instant::now();
+            if reported.elapsed() > WATCH {
+                reported = Instant::now();
                 if !watch((journal.next - self.range.start) as f64 / all) {
                     return journal.flush();
                 }

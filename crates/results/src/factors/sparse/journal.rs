@@ -75,7 +75,7 @@ impl Heading {
 
 /// A row as it is kept.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct KeptRow {
+pub(super) struct StoredRow {
     pub(super) row: SparseRow,
     /// The number of rays of its walks.
     pub(super) rays: u64,
@@ -83,7 +83,7 @@ pub(super) struct KeptRow {
     pub(super) reached: bool,
 }
 
-impl KeptRow {
+impl StoredRow {
     /// The content of its record.
     pub(super) fn pack(&self) -> Vec<u8> {
         let mut bytes = self.rays.to_le_bytes().to_vec();
@@ -95,7 +95,7 @@ impl KeptRow {
     fn unpack(bytes: &[u8]) -> Option<Self> {
         let (rays, rest) = bytes.split_first_chunk::<8>()?;
         let (reached, row) = rest.split_first()?;
-        Some(KeptRow {
+        Some(StoredRow {
             row: SparseRow::unpack(row)?,
             rays: u64::from_le_bytes(*rays),
             reached: *reached == 1,
@@ -207,7 +207,7 @@ impl RowsReader {
     ///
     /// # Errors
     /// Where the file ends before the last row, or its bytes are not those that were written.
-    pub(super) fn next(&mut self) -> io::Result<Option<KeptRow>> {
+    pub(super) fn next(&mut self) -> io::Result<Option<StoredRow>> {
         if self.next == self.heading.rows.end {
             return Ok(None);
         }
@@ -219,7 +219,7 @@ impl RowsReader {
         let length = u32::from_le_bytes(length);
         self.file.by_ref().take(length.into()).read_to_end(&mut self.content)?;
         let whole = self.content.len() == length as usize && seal(self.next, &self.content) == sealed;
-        let row = KeptRow::unpack(&self.content).filter(|_| whole).ok_or_else(|| {
+        let row = StoredRow::unpack(&self.content).filter(|_| whole).ok_or_else(|| {
             io::Error::new(io::ErrorKind::InvalidData, format!("row {} is damaged", self.next))
         })?;
         self.next += 1;

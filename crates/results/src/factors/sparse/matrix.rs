@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use exchange::{Dropped, Intervals, SmoothedRows, SparseRow};
 use report::{MatrixRow, MatrixRows};
 
-use super::journal::{KeptRow, RowsReader};
+use super::journal::{RowsReader, StoredRow};
 use crate::error::Error;
 
 /// The rows of a file, below whose threshold factors are dropped.
@@ -27,7 +27,7 @@ impl RowsFile {
     /// Those of `visit`, and where the file is not whole.
     pub(super) fn each(
         &self,
-        visit: &mut dyn FnMut(usize, &KeptRow, Dropped) -> io::Result<()>,
+        visit: &mut dyn FnMut(usize, &StoredRow, Dropped) -> io::Result<()>,
     ) -> Result<(), Error> {
         let mut reader = RowsReader::open(&self.path)?;
         let failed = |source| Error::Rows { path: self.path.clone(), source };

@@ -36,14 +36,14 @@ impl RowWalks {
     }
 }
 
-/// What is asked of sparse factors, beside what is asked of all.
+/// The options of sparse factors, beside the options of all factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SparseAsked {
     /// The walks of rows.
     pub walks: RowWalks,
     /// Factors below this are dropped from what is written.
     pub least: f64,
-    /// The patches of the sky that rays which leave the scene are told apart by.
+    /// The patches of the sky that rays which leave the scene are distinguished by.
     pub sky: Option<u32>,
     /// The steps at which the scene repeats along x and y [m], 0 along an axis where it does not; `None` where there is one copy of it.
     pub periods: Option<[f64; 2]>,

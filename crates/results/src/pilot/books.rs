@@ -9,9 +9,9 @@ use report::OutputFolder;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::stage::{Groups, Stage, Walked};
+use super::stage::{EndedGroups, PilotStage, StageResult};
 use crate::error::Error;
-use crate::kept_tally::{KeptTally, sealed, unsealed};
+use crate::packed_tally::{PackedTally, sealed, unsealed};
 
 /// The file of a pilot that is under way.
 pub const PILOT: &str = "pilot.bin";
@@ -20,7 +20,7 @@ pub const PILOT: &str = "pilot.bin";
 #[derive(Default, Serialize, Deserialize)]
 pub struct PilotBooks {
     /// The stages since the last step.
-    stages: Vec<KeptStage>,
+    stages: Vec<StoredStage>,
     /// The digest of the job whose choice it is.
     choice: [u8; 32],
     /// What the steps of the choice came to, in their order.
@@ -32,10 +32,10 @@ pub struct PilotBooks {
 
 /// A stage as it is kept.
 #[derive(Serialize, Deserialize)]
-struct KeptStage {
+struct StoredStage {
     hash: [u8; 32],
-    prefix: KeptTally,
-    groups: Vec<KeptTally>,
+    prefix: PackedTally,
+    groups: Vec<PackedTally>,
 }
 
 impl PilotBooks {
@@ -45,20 +45,20 @@ impl PilotBooks {
     }
 
     /// The walks of a stage that are kept, and the groups of them that have ended.
-    pub fn past(&self, stage: &Stage) -> Option<(Arc<Tally>, Groups)> {
+    pub fn past(&self, stage: &PilotStage) -> Option<(Arc<Tally>, EndedGroups)> {
         let hash = stage.hash();
         let kept = self.stages.iter().find(|kept| kept.hash == hash)?;
         let (rows, layout) = (stage.experiment().rows(), stage.experiment().layout());
         let prefix = kept.prefix.unpack(rows, layout)?;
-        let group = |group: &KeptTally| group.unpack(rows, layout.without_squares());
+        let group = |group: &PackedTally| group.unpack(rows, layout.without_squares());
         let groups = kept.groups.iter().map(group).collect::<Option<_>>()?;
-        Some((prefix.into(), Groups::of(stage, groups)?))
+        Some((prefix.into(), EndedGroups::of(stage, groups)?))
     }
 
     /// A stage of which all walks are kept.
-    pub fn walked(&self, stage: &Stage) -> Option<Walked> {
+    pub fn walked(&self, stage: &PilotStage) -> Option<StageResult> {
         let (prefix, groups) = self.past(stage)?;
-        (prefix.counts.walks == stage.walks()).then(|| Walked::new(groups, prefix))
+        (prefix.counts.walks == stage.walks()).then(|| StageResult::new(groups, prefix))
     }
 
     /// Keeps a stage in a folder, as far as it is walked, beside those before it.
@@ -67,19 +67,19 @@ impl PilotBooks {
     /// Where the file cannot be written.
     pub fn keep(
         &mut self,
-        stage: &Stage,
-        (prefix, groups): (&Tally, &Groups),
+        stage: &PilotStage,
+        (prefix, groups): (&Tally, &EndedGroups),
         folder: &OutputFolder,
     ) -> Result<(), Error> {
         let hash = stage.hash();
         let at = self.stages.iter().position(|kept| kept.hash == hash).unwrap_or_else(|| {
-            self.stages.push(KeptStage { hash, prefix: KeptTally::of(prefix), groups: Vec::new() });
+            self.stages.push(StoredStage { hash, prefix: PackedTally::of(prefix), groups: Vec::new() });
             self.stages.len() - 1
         });
         let kept = &mut self.stages[at];
-        kept.prefix = KeptTally::of(prefix);
+        kept.prefix = PackedTally::of(prefix);
         let further = groups.ended.get(kept.groups.len()..).unwrap_or_default();
-        kept.groups.extend(further.iter().map(KeptTally::of));
+        kept.groups.extend(further.iter().map(PackedTally::of));
         let content = sealed(self).map_err(unpackable)?;
         Ok(folder.write(PILOT, |file| file.write_all(&content))?)
     }

@@ -26,15 +26,15 @@ pub(crate) fn unsealed<T: DeserializeOwned>(path: &Path) -> Option<T> {
 
 /// A tally whose sums are packed.
 #[derive(Serialize, Deserialize)]
-pub(crate) struct KeptTally {
+pub(crate) struct PackedTally {
     counts: [u128; 15],
     sums: Vec<u8>,
 }
 
-impl KeptTally {
+impl PackedTally {
     /// Packs a tally.
     pub(crate) fn of(tally: &Tally) -> Self {
-        KeptTally { counts: tally.counts.to_array(), sums: pack(tally.sums()) }
+        PackedTally { counts: tally.counts.to_array(), sums: pack(tally.sums()) }
     }
 
     /// The tally, where it has this shape.

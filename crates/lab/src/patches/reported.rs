@@ -5,6 +5,7 @@ use radiosity::{Estimates, SceneSpec};
 
 use super::runs::{Failure, experiment, noise, walk};
 use super::truth::Truth;
+use crate::walking::SeededWalks;
 
 /// What a run tells is true enough within this factor.
 pub const FACTOR: f64 = 1.5;
@@ -12,27 +13,27 @@ pub const FACTOR: f64 = 1.5;
 /// Walks that tell the true noise of a patch.
 pub const LONG: u64 = 1 << 23;
 
-/// The part of the area whose spread, and whose error, is told within [`FACTOR`]; and what the whole run tells of its total error, over
+/// The part of the area whose spread, and whose error, is reported within [`FACTOR`]; and what the whole run tells of its total error, over
 /// the truth.
 #[derive(Clone, Copy)]
-pub struct ToldSpread {
+pub struct ReportedSpread {
     pub spread: f64,
     pub error: f64,
     pub total: f64,
 }
 
-/// Whether something is told truly enough.
-pub fn near(told: f64, truth: f64) -> bool {
-    truth > 0.0 && told <= FACTOR * truth && truth <= FACTOR * told
+/// Whether a reported figure is near enough to the truth.
+pub fn near(reported: f64, truth: f64) -> bool {
+    truth > 0.0 && reported <= FACTOR * truth && truth <= FACTOR * reported
 }
 
-impl ToldSpread {
+impl ReportedSpread {
     /// Of a run of some walks with the linear basis on a grid, whose means are taken for the light of their patches.
     pub fn new(
         spec: &SceneSpec,
         truth: &Truth,
         cuts: &[Cut],
-        (seed, walks): (u64, u64),
+        SeededWalks { seed, walks }: SeededWalks,
     ) -> Result<Self, Failure> {
         let experiment = experiment(spec, cuts, true)?;
         let (tally, long) = (walk(&experiment, seed, walks), walk(&experiment, 1 << 41, LONG));
@@ -62,7 +63,7 @@ impl ToldSpread {
             }
         }
         let total = ((noise(&experiment, &long)[0] / walks as f64 + lost) / light).sqrt();
-        let told = estimates.accuracy().map_or(f64::NAN, |accuracy| accuracy.total);
-        Ok(ToldSpread { spread: of_spread / area, error: of_error / area, total: told / total })
+        let reported = estimates.accuracy().map_or(f64::NAN, |accuracy| accuracy.total);
+        Ok(ReportedSpread { spread: of_spread / area, error: of_error / area, total: reported / total })
     }
 }

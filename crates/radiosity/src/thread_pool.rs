@@ -1,12 +1,12 @@
-//! What a long sample asks of its caller: whether it is still wanted, and threads to share its parts.
+//! The thread pool that the caller of a long sample lends, which also says whether the sample is still wanted.
 
 /// Parts of the work for each thread: threads that are faster, or come first, do more of them.
-pub(crate) const PARTS_PER_HAND: usize = 4;
+pub(crate) const PARTS_PER_THREAD: usize = 4;
 
-/// The caller of a long sample. This crate starts no threads; a caller that has some lends them here.
+/// The threads of the caller of a long sample. This crate starts no threads: the caller lends its own.
 ///
-/// A function that tells whether to go on is a caller with one thread.
-pub trait Hands: Sync {
+/// A function that says whether to go on is a pool of one thread.
+pub trait ThreadPool: Sync {
     /// Whether the sample is still wanted. It is asked many times a second, by every thread that does a part.
     fn go_on(&self) -> bool;
 
@@ -21,7 +21,7 @@ pub trait Hands: Sync {
     }
 }
 
-impl<F: Fn() -> bool + Sync> Hands for F {
+impl<F: Fn() -> bool + Sync> ThreadPool for F {
     fn go_on(&self) -> bool {
         self()
     }

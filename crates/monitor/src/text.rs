@@ -6,10 +6,10 @@ use report::words::{counted, duration, percent, quantity};
 use serde_json::Value;
 
 use crate::run_status::{FaultCounts, Goal, RunStatus};
-use crate::status::{Hand, Report};
+use crate::status::{Report, WorkerStatus};
 
 /// The most workers that are listed one by one.
-const TOLD: usize = 40;
+const LISTED: usize = 40;
 
 impl RunStatus {
     /// Where the run will probably end: at its targets or its budget.
@@ -26,7 +26,7 @@ impl RunStatus {
 impl Report {
     /// The state of the job, a sentence or two a line.
     pub fn lines(&self) -> Vec<String> {
-        let Report { status, crew, .. } = self;
+        let Report { status, workers, .. } = self;
         let error = |error: Option<f64>| percent(error.unwrap_or(f64::INFINITY));
         let mut lines = vec![self.progress()];
         lines.extend(status.target.iter().map(of_target));
@@ -37,7 +37,7 @@ impl Report {
             error(status.median_relative_error),
             error(status.max_relative_error)
         ));
-        lines.extend(of_crew(status, crew));
+        lines.extend(of_workers(status, workers));
         lines.push(status.checkpoint.map_or("no checkpoint in this session yet".into(), |saved| {
             let (ago, paths) = (duration(saved.seconds_ago), quantity(saved.paths as f64));
             format!("last checkpoint: {ago} ago, {paths} paths")
@@ -76,7 +76,7 @@ fn expected(paths: u64) -> String {
 }
 
 /// The workers and their rates.
-fn of_crew(status: &RunStatus, crew: &[Hand]) -> Vec<String> {
+fn of_workers(status: &RunStatus, workers: &[WorkerStatus]) -> Vec<String> {
     let left = status.seconds_left.map_or(String::new(), |left| format!(", {} left", duration(left)));
     let mut lines = vec![match status.workers {
         0 => "no worker is there: nothing is walked".into(),
@@ -87,38 +87,38 @@ fn of_crew(status: &RunStatus, crew: &[Hand]) -> Vec<String> {
             quantity(status.rays_per_second)
         ),
     }];
-    lines.extend(crew.iter().take(TOLD).map(|hand| {
-        let faults = match hand.faults {
+    lines.extend(workers.iter().take(LISTED).map(|worker| {
+        let faults = match worker.faults {
             0 => String::new(),
             faults => format!(", {faults} of its results were impossible"),
         };
         format!(
             "  {}: {}, {} paths/s, {} paths in the result, {}{faults}",
-            hand.name,
-            counted(hand.threads as u64, "thread"),
-            quantity(hand.paths_per_second),
-            quantity(hand.paths as f64),
-            counted(hand.leases as u64, "lease")
+            worker.name,
+            counted(worker.threads as u64, "thread"),
+            quantity(worker.paths_per_second),
+            quantity(worker.paths as f64),
+            counted(worker.leases as u64, "lease")
         )
     }));
-    if status.workers > TOLD {
-        lines.push(format!("  and {} more", status.workers - TOLD));
+    if status.workers > LISTED {
+        lines.push(format!("  and {} more", status.workers - LISTED));
     }
     lines
 }
 
 fn of_faults(faults: FaultCounts) -> String {
     let FaultCounts { workers_lost, workers_refused, connections_failed, checkpoints_failed } = faults;
-    let told = [
+    let faults = [
         (workers_lost, "worker", "lost or left early"),
         (workers_refused, "worker", "not let in"),
         (connections_failed, "connection", "failed"),
         (checkpoints_failed, "checkpoint", "could not be written"),
     ];
-    let told = told.iter().filter(|(number, ..)| *number > 0);
-    let told: Vec<String> =
-        told.map(|(number, noun, what)| format!("{} {what}", counted(*number, noun))).collect();
-    if told.is_empty() { "no faults seen".into() } else { format!("faults: {}", told.join(", ")) }
+    let faults = faults.iter().filter(|(number, ..)| *number > 0);
+    let faults: Vec<String> =
+        faults.map(|(number, noun, what)| format!("{} {what}", counted(*number, noun))).collect();
+    if faults.is_empty() { "no faults seen".into() } else { format!("faults: {}", faults.join(", ")) }
 }
 
 /// What a summary says of a job that has ended; `of` is what the user asked about.

@@ -1,6 +1,6 @@
 //! The summary of a run, for people.
 
-use job::{OutputFile, Unhit, Word};
+use job::{Keyword, OutputFile, Unhit};
 use radiosity::Scene;
 use report::words::{counted, duration, percent, quantity};
 use report::{
@@ -62,7 +62,7 @@ impl RunOutput {
 
     /// Where all digits are, where the table has not all of them.
     pub fn digits_line(&self, settings: &Settings, scene: &Scene) -> Option<String> {
-        let is_short = self.digits(settings, scene) == Digits::Told;
+        let is_short = self.digits(settings, scene) == Digits::Rounded;
         is_short.then(|| {
             format!(
                 "patches.csv has {} rows, each number to three digits of its error; patches.parquet has all digits",
@@ -99,7 +99,7 @@ fn workers(seen: u64, sessions: u64, joined: Option<u64>) -> String {
     }
 }
 
-/// Which patches were chosen, and what was foretold of them.
+/// Which patches were chosen, and what was predicted of them.
 fn of_partition(partition: &PartitionSummary) -> String {
     let PartitionSummary { surfaces, grouped, patches, basis, pilot_paths, for_paths, total, .. } =
         *partition;

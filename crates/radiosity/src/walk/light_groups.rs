@@ -1,4 +1,4 @@
-//! Walks that are told apart by where they are born.
+//! Walks that are distinguished by where they are born.
 //!
 //! This scorer and the one of marks ([`super::marks`]) stand between the kernel and the scorer of a method, which is reached by
 //! reference: once for a batch of walks, so that this costs little, and the kernel is compiled once for all of them.

@@ -11,9 +11,9 @@ use crate::error::Error;
 use crate::replica::{self, check_shape};
 use crate::settings::Settings;
 
-/// What stands in a `tally.bin`.
+/// The contents of a `tally.bin`.
 #[derive(Clone)]
-pub struct Kept {
+pub struct StoredRun {
     /// The tally and its books.
     pub checkpoint: Checkpoint,
     /// The settings of its job.
@@ -22,7 +22,7 @@ pub struct Kept {
     pub experiment: Experiment,
 }
 
-impl Kept {
+impl StoredRun {
     /// Reads the result of a run from its output folder.
     ///
     /// # Errors
@@ -33,7 +33,7 @@ impl Kept {
         let (settings, experiment) =
             replica::unpack(&checkpoint.book.job).map_err(|reason| unusable(run, &checkpoint, reason))?;
         check_shape(&checkpoint.tally, &experiment).map_err(|fault| CheckpointError { path, fault })?;
-        Ok(Kept { checkpoint, settings, experiment })
+        Ok(StoredRun { checkpoint, settings, experiment })
     }
 
     /// What the tally says of every face.
@@ -57,7 +57,7 @@ impl Kept {
 
 /// The partition that a pilot has chosen for the run in a folder. `None` where there is no usable tally, or
 /// there was no pilot.
-pub fn kept_partition(run: &Path) -> Option<Partition> {
+pub fn stored_partition(run: &Path) -> Option<Partition> {
     let read = |name: &str| Checkpoint::read(&run.join(name)).ok();
     let kept = read(CURRENT).or_else(|| read(PREVIOUS))?;
     replica::partition(&kept.book.job).ok().flatten()
@@ -65,7 +65,7 @@ pub fn kept_partition(run: &Path) -> Option<Partition> {
 
 /// The job that a tally keeps cannot be used, for a reason.
 pub(crate) fn unusable(run: &Path, checkpoint: &Checkpoint, reason: String) -> Error {
-    Error::Kept { path: run.into(), reason, build: builds(checkpoint) }
+    Error::StoredRun { path: run.into(), reason, build: builds(checkpoint) }
 }
 
 /// The builds that wrote a result.

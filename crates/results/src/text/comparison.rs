@@ -3,7 +3,7 @@
 use report::words::counted;
 use serde_json::{Value, json};
 
-use crate::diff::{Comparison, Difference, FALSE_ALARM, FEWEST_HITS, JobDifference, TOLD};
+use crate::diff::{Comparison, Difference, FALSE_ALARM, FEWEST_HITS, JobDifference, LISTED};
 
 impl JobDifference {
     /// What the jobs differ in, or share where that matters, and what it means, in words.
@@ -40,8 +40,8 @@ impl Comparison {
         if !same_tally {
             lines.push(format!("mean squared z: {mean_squared:.3} (1 is expected of runs with other seeds)"));
         }
-        let told = if same_tally { beyond } else { beyond.max(1) };
-        lines.extend(largest.iter().take(told).map(|Difference { place, channel, z, values }| {
+        let shown = if same_tally { beyond } else { beyond.max(1) };
+        lines.extend(largest.iter().take(shown).map(|Difference { place, channel, z, values }| {
             let [first, second] = values.map(|(value, error)| format!("{value:.6e} ± {error:.1e}"));
             let which = match beyond {
                 0 => "largest |z|:",
@@ -50,8 +50,8 @@ impl Comparison {
             };
             format!("{which} patch {}, {channel}: {first} and {second}, z = {z:.2}", place.join(" "))
         }));
-        if beyond > TOLD {
-            lines.push(format!("and {} more", beyond - TOLD));
+        if beyond > LISTED {
+            lines.push(format!("and {} more", beyond - LISTED));
         }
         lines.push(match (beyond, same_tally) {
             (0, true) => "the results agree: they are the same".into(),

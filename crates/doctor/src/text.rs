@@ -17,17 +17,17 @@ const WORTH_A_WORD: f64 = 0.01;
 /// The most surfaces that are named.
 const NAMED: usize = 5;
 
-/// The most findings that are told one by one.
-const TOLD: usize = 200;
+/// The most findings that are listed one by one.
+const LISTED: usize = 200;
 
-/// The most surfaces of a finding that are told by number.
+/// The most surfaces of a finding that are listed by number.
 const NUMBERED: usize = 12;
 
 /// Findings in words, a line each, and how many there are; `unit` is that of the scene's power.
 pub fn lines(findings: &[Finding], unit: &str) -> Vec<String> {
     let mut lines: Vec<String> =
-        findings.iter().take(TOLD).map(|finding| finding.sentence(unit, NUMBERED)).collect();
-    if let Some(more) = findings.len().checked_sub(TOLD).filter(|more| *more > 0) {
+        findings.iter().take(LISTED).map(|finding| finding.sentence(unit, NUMBERED)).collect();
+    if let Some(more) = findings.len().checked_sub(LISTED).filter(|more| *more > 0) {
         lines.push(format!("and {more} more that cost less"));
     }
     lines.push(match findings.len() {
@@ -71,12 +71,12 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
 
 /// The first surfaces, with their parts of all power, in words.
 fn named(scene: &Scene, surfaces: &[(u32, f64)], losses: &Losses) -> String {
-    let told = surfaces.iter().take(NAMED);
-    let told = told
+    let named = surfaces.iter().take(NAMED);
+    let named = named
         .map(|&(surface, power)| format!("{} ({})", scene.surface_name(surface), part(power / losses.power)));
     let more = surfaces.len().saturating_sub(NAMED);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    told.collect::<Vec<_>>().join(", ") + &more
+    named.collect::<Vec<_>>().join(", ") + &more
 }
 
 fn part(part: f64) -> String {

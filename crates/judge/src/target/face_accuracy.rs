@@ -6,7 +6,7 @@ use radiosity::{Channels, Estimate, Estimates, Face, Place, Reach};
 
 /// The accuracy of one face.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Standing {
+pub(super) struct FaceAccuracy {
     pub(super) area: f64,
     /// The largest relative error of its channels; infinite if no walk has hit it.
     pub(super) error: f64,
@@ -15,7 +15,7 @@ pub(super) struct Standing {
     pub(super) hits: u128,
 }
 
-impl Standing {
+impl FaceAccuracy {
     /// The accuracy of a face; `None` where its quantity is known without any walk or the estimator does not give it, and where it
     /// has no score and the target ignores such faces.
     pub(super) fn new(face: &Face, channels: &Channels, target: &Target) -> Option<Self> {
@@ -25,7 +25,7 @@ impl Standing {
         let judged = channels.iter().enumerate().filter_map(judged);
         let (error, scores) = judged.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))?;
         let left_out = unhit == Unhit::Ignore && scores == 0.0;
-        (!left_out).then(|| Standing { area: face.area, error, scores, hits: channels[0].hits })
+        (!left_out).then(|| FaceAccuracy { area: face.area, error, scores, hits: channels[0].hits })
     }
 }
 
@@ -47,18 +47,18 @@ pub fn about<'a>(
 }
 
 /// The accuracy of all faces that a target is about: where it names no patches, of those that a headline is about, too.
-pub(super) fn standings(estimates: &Estimates, target: &Target) -> Vec<(usize, Standing)> {
+pub(super) fn face_accuracies(estimates: &Estimates, target: &Target) -> Vec<(usize, FaceAccuracy)> {
     let mut hit = vec![false; estimates.scene().faces().len()];
     let mut all = Vec::new();
     for (i, face, channels) in about(estimates, target) {
         hit[i] = !channels.iter().any(Estimate::is_unsampled);
-        all.extend(Standing::new(&face, &channels, target).map(|standing| (i, standing)));
+        all.extend(FaceAccuracy::new(&face, &channels, target).map(|accuracy| (i, accuracy)));
     }
     if target.patches.is_none() {
         let reach = Reach::new(estimates, &hit, &run_on_all_cores);
-        all.retain_mut(|(i, standing)| {
+        all.retain_mut(|(i, accuracy)| {
             let Place::Room { part } = reach.of(*i as u32, hit[*i]) else { return false };
-            standing.area *= part;
+            accuracy.area *= part;
             true
         });
     }
@@ -73,21 +73,21 @@ pub(super) struct Bar {
 }
 
 impl Bar {
-    pub(super) fn is_met(&self, standing: &Standing) -> bool {
-        standing.error <= self.error && standing.scores >= self.scores
+    pub(super) fn is_met(&self, accuracy: &FaceAccuracy) -> bool {
+        accuracy.error <= self.error && accuracy.scores >= self.scores
     }
 }
 
 /// The parts of the area that meet each of several requirements; 0 where there is nothing to judge.
 pub(super) fn parts_within<const N: usize>(
-    standings: impl Iterator<Item = Standing>,
+    face_accuracies: impl Iterator<Item = FaceAccuracy>,
     bars: [Bar; N],
 ) -> [f64; N] {
     let (mut within, mut all) = ([0.0; N], 0.0);
-    for standing in standings {
-        all += standing.area;
+    for accuracy in face_accuracies {
+        all += accuracy.area;
         for (within, bar) in within.iter_mut().zip(bars) {
-            *within += if bar.is_met(&standing) { standing.area } else { 0.0 };
+            *within += if bar.is_met(&accuracy) { accuracy.area } else { 0.0 };
         }
     }
     within.map(|within| if all > 0.0 { within / all } else { 0.0 })
@@ -99,8 +99,8 @@ mod tests {
 
     #[test]
     fn a_target_goes_by_area_and_by_scores() {
-        let standing = |area, error, scores| Standing { area, error, scores, hits: scores as u128 };
-        let all = [standing(1.0, 0.1, 100.0), standing(2.0, 0.2, 50.0), standing(1.0, f64::INFINITY, 0.0)];
+        let accuracy = |area, error, scores| FaceAccuracy { area, error, scores, hits: scores as u128 };
+        let all = [accuracy(1.0, 0.1, 100.0), accuracy(2.0, 0.2, 50.0), accuracy(1.0, f64::INFINITY, 0.0)];
         let bars = [(0.1, 0.0), (0.2, 0.0), (0.2, 60.0), (1e300, 0.0)];
         let parts = parts_within(all.into_iter(), bars.map(|(error, scores)| Bar { error, scores }));
         assert_eq!(parts, [0.25, 0.75, 0.25, 0.75], "what no walk has hit is never known");

@@ -9,7 +9,7 @@ use report::{Check, Verdict};
 use crate::walking::{CONFIDENCE, advance};
 
 /// A run with the looks of a job.
-pub(crate) struct ToldRun {
+pub(crate) struct JudgedRun {
     /// The tally at its end.
     pub tally: Tally,
     /// The solution of the tally.
@@ -21,7 +21,7 @@ pub(crate) struct ToldRun {
 }
 
 /// Runs a job of at most `walks` walks, with its looks and checks.
-pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option<Target>) -> ToldRun {
+pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option<Target>) -> JudgedRun {
     let mut observer = Observer::new(experiment.clone(), CONFIDENCE, target);
     let (mut tally, mut seen, mut reached) = (experiment.tally(), Vec::new(), false);
     for mark in looks(experiment, walks) {
@@ -37,12 +37,12 @@ pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option
     let checks =
         checks(&estimates, None, &estimates.precision(Quantity::Irradiance, &radiosity::in_turn), &seen);
     let solution = Solution::new(experiment, &tally, CONFIDENCE);
-    ToldRun { tally, solution, checks, reached }
+    JudgedRun { tally, solution, checks, reached }
 }
 
-impl ToldRun {
+impl JudgedRun {
     /// The checks that did not pass, and the one that tells of sealed area, in the words of summaries.
-    pub(crate) fn told(&self) -> Vec<String> {
+    pub(crate) fn messages(&self) -> Vec<String> {
         let tells = |check: &&Check| check.verdict == Verdict::Failed || check.message.contains("is sealed");
         self.checks
             .iter()

@@ -17,7 +17,7 @@ use crate::rounds::Cost;
 
 /// The contents of the file [`COUNTS`].
 #[derive(Clone, Serialize, Deserialize)]
-pub struct KeptCounts {
+pub struct FactorCounts {
     /// Digest of all that the counts of given walks depend on, the seed included.
     question: String,
     /// The same without the seed: counts of other seeds may be added. Empty in counts of earlier versions.
@@ -33,10 +33,10 @@ pub struct KeptCounts {
     pub(super) cost: Cost,
 }
 
-impl KeptCounts {
+impl FactorCounts {
     /// The counts of a question.
     pub(super) fn new(question: &FactorsQuestion, counts: &ExchangeCounts, cost: Cost) -> Self {
-        KeptCounts {
+        FactorCounts {
             question: digest(question),
             kin: kin(question),
             seeds: vec![question.job.seed],
@@ -60,7 +60,7 @@ impl KeptCounts {
     /// What was kept of the same question.
     pub(super) fn of_question(path: &Path, question: &FactorsQuestion) -> Result<Self, FactorsFault> {
         let unreadable = |reason| FactorsFault::UnreadableCounts { path: path.into(), reason };
-        let kept = KeptCounts::read(path).map_err(unreadable)?;
+        let kept = FactorCounts::read(path).map_err(unreadable)?;
         if kept.seeds.len() > 1 {
             return Err(FactorsFault::MergedCounts { path: path.into() });
         }
@@ -100,7 +100,7 @@ impl KeptCounts {
         Ok(FactorsAnswer::new(subject, counted, None)?)
     }
 
-    fn add(&mut self, other: KeptCounts) -> Result<(), String> {
+    fn add(&mut self, other: FactorCounts) -> Result<(), String> {
         if other.kin != self.kin {
             return Err("they are of another scene, other groups or another kind of factors; \
                         merge counts of one question"
@@ -125,11 +125,11 @@ pub fn is_counted(folder: &Path) -> bool {
     folder.join(COUNTS).is_file()
 }
 
-/// The counts of several folders as one. What is told of them is what was asked of the first.
+/// The counts of several folders as one. The merged counts answer the question of the first.
 ///
 /// # Errors
 /// Where counts cannot be read, are of another question than those of the first, or hold walks of one before.
-pub fn merge(first: &Path, others: &[PathBuf]) -> Result<KeptCounts, Error> {
+pub fn merge(first: &Path, others: &[PathBuf]) -> Result<FactorCounts, Error> {
     let mut merged = mergeable(first)?;
     for folder in others {
         let other = mergeable(folder)?;
@@ -139,10 +139,10 @@ pub fn merge(first: &Path, others: &[PathBuf]) -> Result<KeptCounts, Error> {
     Ok(merged)
 }
 
-fn mergeable(folder: &Path) -> Result<KeptCounts, FactorsFault> {
+fn mergeable(folder: &Path) -> Result<FactorCounts, FactorsFault> {
     let path = folder.join(COUNTS);
     let refused = |reason: String| FactorsFault::Unmergeable { path: path.clone(), reason };
-    let kept = KeptCounts::read(&path)
+    let kept = FactorCounts::read(&path)
         .map_err(|reason| refused(format!("{reason}; give output folders of `radwalk factors`")))?;
     let Some(subject) = &kept.subject else {
         return Err(refused(

@@ -17,7 +17,7 @@ pub(super) const COUNTS: &str = "daylight.counts.json";
 
 /// The contents of the file [`COUNTS`].
 #[derive(Clone, Serialize, Deserialize)]
-pub(super) struct KeptCounts {
+pub(super) struct DaylightCounts {
     /// Digest of all that the counts of given walks depend on.
     question: String,
     /// The walks that each cell is to have before the next look.
@@ -26,11 +26,11 @@ pub(super) struct KeptCounts {
     pub(super) cost: Cost,
 }
 
-impl KeptCounts {
+impl DaylightCounts {
     /// Those of a question before the first walk.
     pub(super) fn none(question: &DaylightQuestion) -> Self {
         let cells = question.cells();
-        KeptCounts {
+        DaylightCounts {
             question: digest(question),
             wanted: vec![FEWEST; cells],
             tallies: vec![SkyTally::new(question.dome.patches().count()); cells],
@@ -45,7 +45,7 @@ impl KeptCounts {
     pub(super) fn of_question(path: &Path, question: &DaylightQuestion) -> Result<Self, Error> {
         let unreadable = |reason| Error::UnreadableDaylight { path: path.into(), reason };
         let text = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
-        let kept: KeptCounts =
+        let kept: DaylightCounts =
             serde_json::from_slice(&text).map_err(|error| unreadable(error.to_string()))?;
         if kept.question != digest(question) {
             return Err(Error::OtherDaylight { path: path.into() });

@@ -81,16 +81,16 @@ pub(crate) trait CollisionModel<const C: usize>: Copy {
     /// Decides for a batch of walks, and notes the weights that they arrive with.
     #[inline(always)]
     fn decide_all(
-        fates: &mut [Self; WIDTH],
-        crossroads: &CollisionBatch,
+        models: &mut [Self; WIDTH],
+        collisions: &CollisionBatch,
         weights: &mut [[f64; C]; WIDTH],
     ) -> Decisions {
-        let CollisionBatch { surfaces, met, arrived, survives, .. } = *crossroads;
+        let CollisionBatch { surfaces, met, arrived, survives, .. } = *collisions;
         let mut decided = Decisions { arrived, ..Decisions::default() };
         arrived.each(|lane| {
-            let fate = &mut fates[lane];
-            weights[lane] = fate.weights();
-            match fate.decide(&surfaces[met[lane] as usize], survives.has(lane)) {
+            let model = &mut models[lane];
+            weights[lane] = model.weights();
+            match model.decide(&surfaces[met[lane] as usize], survives.has(lane)) {
                 Next::Survives => decided.survived.insert(lane),
                 Next::Dies => decided.died.insert(lane),
                 Next::Truncated => {}
@@ -207,20 +207,20 @@ impl CollisionModel<3> for Coloured {
 
     #[inline(always)]
     fn decide_all(
-        fates: &mut [Self; WIDTH],
-        crossroads: &CollisionBatch,
+        models: &mut [Self; WIDTH],
+        collisions: &CollisionBatch,
         weights: &mut [[f64; 3]; WIDTH],
     ) -> Decisions {
-        let decided = crossroads.by_chance();
-        crossroads.isa.run(Tinting { fates, crossroads, survived: decided.survived, weights });
+        let decided = collisions.by_chance();
+        collisions.isa.run(Tinting { models, collisions, survived: decided.survived, weights });
         decided
     }
 }
 
 /// Notes the weights of coloured walks, and multiplies those of survivors by the tints of their surfaces.
 struct Tinting<'a> {
-    fates: &'a mut [Coloured; WIDTH],
-    crossroads: &'a CollisionBatch<'a>,
+    models: &'a mut [Coloured; WIDTH],
+    collisions: &'a CollisionBatch<'a>,
     survived: Lanes,
     weights: &'a mut [[f64; 3]; WIDTH],
 }
@@ -228,15 +228,15 @@ struct Tinting<'a> {
 impl Kernel for Tinting<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let CollisionBatch { tints, met, .. } = *self.crossroads;
+        let CollisionBatch { tints, met, .. } = *self.collisions;
         for first in (0..WIDTH).step_by(WORD) {
             let survived = self.survived.word(first);
             for i in 0..WORD {
-                let (fate, met) = (&mut self.fates[first + i], met[first + i]);
-                self.weights[first + i] = fate.weights();
+                let (model, met) = (&mut self.models[first + i], met[first + i]);
+                self.weights[first + i] = model.weights();
                 // Whether a walk survives cannot be predicted: the others are multiplied by 1.
                 let tint = *tints.of(select_unpredictable(survived >> i & 1 == 1, met, Hits::NONE));
-                fate.weights = std::array::from_fn(|c| fate.weights[c] * tint[c]);
+                model.weights = std::array::from_fn(|c| model.weights[c] * tint[c]);
             }
         }
     }
