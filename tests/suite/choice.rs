@@ -71,7 +71,7 @@ fn a_bare_mesh_is_solved_continuously() {
         (&choice["method"], &choice["basis"]),
         (&"continuous shooting by collision".into(), &"linear".into())
     );
-    assert!(choice["why"].as_str().unwrap().contains("foretold"), "{choice}");
+    assert!(choice["why"].as_str().unwrap().contains("predicted"), "{choice}");
     assert_eq!((&accuracy["target"], &accuracy["reached"]), (&0.05.into(), &true.into()));
     assert!(result["paths"].as_u64().unwrap() < 10_000_000);
 

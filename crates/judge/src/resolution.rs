@@ -56,7 +56,7 @@ pub(crate) fn resolution_of_fits(estimates: &Estimates, chosen: &Forecast) -> (V
         );
     };
     let found = format!(
-        "linear fits err by {} of the light for want of walks, and by {}, as foretold, for want of finer patches",
+        "linear fits err by {} of the light for want of walks, and by {}, as predicted, for want of finer patches",
         percent(linear_noise),
         percent(chosen.discretisation)
     );

@@ -57,6 +57,8 @@ pub(crate) enum Study {
     Reading(Words),
     /// Compare whole walks with Embree, as scripts/embree.sh does: COMPARE ROUNDS [MESH…]
     Embree(Words),
+    /// Walk, for scripts/instructions.sh, and print the number of rays: WALKS (cube | cornell | TRIANGLES | MESH)
+    Walk(Words),
     /// Trace rays through the tree and against every facet: TRIANGLES RAYS
     Brute(Words),
     /// Search for rays that fall out of closed scenes: RAYS
@@ -90,6 +92,7 @@ impl Study {
             Study::Ceiling(args) => kernel::ceiling::run(&args.words),
             Study::Reading(args) => kernel::reading::run(&args.words),
             Study::Embree(args) => kernel::embree::run(&args.words),
+            Study::Walk(args) => kernel::walk::run(&args.words),
             Study::Brute(args) => kernel::brute::run(&args.words),
             Study::Closed(args) => kernel::closed::run(&args.words),
             Study::Lamps(args) => kernel::lamps::run(&args.words),

@@ -563,7 +563,7 @@ fn chosen_method(settings: &Settings, experiment: &Experiment) -> ChoiceSummary 
     let why = match forecast {
         None => "the job says no method and all patches: continuous walks carry light from where it arrived, so that only the fits depend on the patches".into(),
         Some(forecast) => format!(
-            "of all patches and bases that were tried, a pilot of {} paths foretold the least error of {basis} fits on {}: {} after {} paths; \
+            "of all patches and bases that were tried, a pilot of {} paths predicted the least error of {basis} fits on {}: {} after {} paths; \
              partition.toml as [scene] patches, the seed and budget.paths make the same again",
             quantity(forecast.paths as f64),
             counted(patches, "patch"),

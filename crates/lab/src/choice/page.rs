@@ -67,7 +67,7 @@ struct BestByHand<'a> {
 /// Adds the table of what is chosen and what is found by hand.
 fn table(text: &mut String, studied: &[StudiedRoom]) -> Result<(), Failure> {
     text.push_str(
-        "| room | chosen | patches | time, of it pilot | whole | foretold: noise, discretisation | by energy | hand | chosen ÷ hand, whole | by place | hand | chosen ÷ hand, whole |\n\
+        "| room | chosen | patches | time, of it pilot | whole | predicted: noise, discretisation | by energy | hand | chosen ÷ hand, whole | by place | hand | chosen ÷ hand, whole |\n\
          |---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     let mut ratios = [Vec::new(), Vec::new()];

@@ -57,7 +57,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
 fn in_words(forecast: &Forecast, patches: usize) -> String {
     let fits = if forecast.linear { "linear fits" } else { "means" };
     format!(
-        "{fits} on {}, after {} walks of pilot and control: of all patches and bases that were tried these are foretold the least error, {} (noise {}, discretisation {}), \
+        "{fits} on {}, after {} walks of pilot and control: of all patches and bases that were tried the pilot predicts the least error for these, {} (noise {}, discretisation {}), \
          after {} walks",
         counted(patches as u64, "patch"),
         forecast.paths,

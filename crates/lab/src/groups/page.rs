@@ -102,7 +102,7 @@ fn bases(text: &mut String, studied: &Studied) -> std::fmt::Result {
 
 fn predicted(text: &mut String, chosen: &[GroupOutcome]) -> std::fmt::Result {
     text.push_str(
-        "\n## What is foretold\n\n| walks | noise: foretold, measured | discretisation: foretold, measured | total: foretold over measured |\n|---|---|---|---|\n",
+        "\n## What is predicted\n\n| walks | noise: predicted, measured | discretisation: predicted, measured | total: predicted over measured |\n|---|---|---|---|\n",
     );
     for (paths, found) in PATHS.iter().zip(chosen) {
         let [noise, lost] = found.predicted;

@@ -15,6 +15,7 @@ mod rays;
 pub(crate) mod reading;
 pub(crate) mod scaling;
 pub(crate) mod sources;
+pub(crate) mod walk;
 pub(crate) mod write;
 
 use radiosity::{Board, Estimator, Experiment, Method, Scene, Sequence};

@@ -62,7 +62,7 @@ fn is_listed(row: &&StudyRow) -> bool {
 fn saved(text: &mut String, studies: &[PatchStudy]) -> std::fmt::Result {
     text.push_str(
         "\n## Walks saved\n\n| scene | walks | constants: error, patches | uniform linear: error, patches | saved | chosen: error, patches | \
-         linear for | foretold | saved | with the pilot's walks | processor time | against uniform linear |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+         linear for | predicted | saved | with the pilot's walks | processor time | against uniform linear |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for study in studies {
         for row in study.rows.iter().filter(is_listed) {

@@ -105,7 +105,7 @@ fn of_partition(partition: &PartitionSummary) -> String {
         *partition;
     let cut = if grouped { "cut and grouped" } else { "cut" };
     format!(
-        "patches: a pilot of {} paths {cut} {} and made {}, with {basis} light on each; it foretold an error of {} for {} paths",
+        "patches: a pilot of {} paths {cut} {} and made {}, with {basis} light on each; it predicted an error of {} for {} paths",
         quantity(pilot_paths as f64),
         counted(surfaces, "surface"),
         counted(patches, "patch"),
