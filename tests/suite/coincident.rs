@@ -73,8 +73,8 @@ fn methods() -> Vec<(Method, u64)> {
     let mut methods = Vec::new();
     for space in [Space::Discrete, Space::Continuous] {
         for estimator in [Absorption, Survival, Collision, Infinite] {
-            methods.push((method(Direction::Shooting, estimator, space), 20_000));
-            methods.push((method(Direction::Gathering(Birth::Area), estimator, space), 60_000));
+            methods.push((method(Direction::Shooting, estimator, space), 10_000));
+            methods.push((method(Direction::Gathering(Birth::Area), estimator, space), 30_000));
         }
     }
     for solve in [Solve::Links, Solve::Iterations(Iterations::default())] {

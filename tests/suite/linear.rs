@@ -233,7 +233,7 @@ fn workers_leave_no_trace_in_gradients() {
 
 #[test]
 fn workers_killed_at_random_leave_no_trace_in_gradients() {
-    storms_leave_no_trace(CUBE, &["--set", "method.basis=linear", "--paths", "20000000"]);
+    storms_leave_no_trace(CUBE, &["--set", "method.basis=linear", "--paths", "10000000"]);
 }
 
 #[test]
