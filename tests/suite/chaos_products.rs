@@ -36,6 +36,9 @@ const PLANE: &str = "[[plane]]\nname = \"table\"\norigin = [0, 0, 0]\nu = [1, 0,
 const OPENING: &str = "[material.wall]\nreflectance = 0.8\n[[surface]]\nname = \"wall\"\nmaterial = \"wall\"\nsides = 2\n\
     quad = [[0,3,0], [3,3,0], [0,3,2]]\n[[sensor]]\nname = \"desk\"\nquad = [[1,1,0.5], [2,1,0.5], [1,2,0.5]]\npatches = [2, 2]\n";
 
+/// The bytes of files by name.
+type Files = BTreeMap<&'static str, Vec<u8>>;
+
 /// What is made, and how.
 struct Product {
     name: &'static str,
@@ -157,7 +160,7 @@ impl Product {
     }
 
     /// The bytes of its files, and the digest of its tally where it has one.
-    fn read(&self, out: &Path) -> BTreeMap<&'static str, Vec<u8>> {
+    fn read(&self, out: &Path) -> Files {
         let file =
             |name: &&'static str| (*name, fs::read(out.join(name)).unwrap_or_else(|_| panic!("{name}")));
         let mut files: BTreeMap<_, _> = self.files.iter().map(file).collect();
@@ -168,7 +171,7 @@ impl Product {
     }
 
     /// Makes it undisturbed.
-    fn calm(&self, scenes: &Path) -> BTreeMap<&'static str, Vec<u8>> {
+    fn calm(&self, scenes: &Path) -> Files {
         let out = scenes.join(format!("calm-{}", self.name));
         let status = self.command(scenes, &out).stdout(Stdio::null()).status().unwrap();
         assert!(status.success(), "{}", self.name);
@@ -177,11 +180,8 @@ impl Product {
 }
 
 /// Each product, with the files of an undisturbed one: they are made once, for the test that asks first.
-fn products(
-    scenes: &Path,
-) -> impl Iterator<Item = (&'static Product, &'static BTreeMap<&'static str, Vec<u8>>)> {
-    static CALM: [OnceLock<BTreeMap<&str, Vec<u8>>>; PRODUCTS.len()] =
-        [const { OnceLock::new() }; PRODUCTS.len()];
+fn products(scenes: &Path) -> impl Iterator<Item = (&'static Product, &'static Files)> {
+    static CALM: [OnceLock<Files>; PRODUCTS.len()] = [const { OnceLock::new() }; PRODUCTS.len()];
     let all: &'static [Product] = &PRODUCTS;
     all.iter().zip(&CALM).map(|(product, calm)| (product, calm.get_or_init(|| product.calm(scenes))))
 }
