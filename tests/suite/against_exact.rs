@@ -132,7 +132,7 @@ fn intervals_of_rare_patches_cover() {
 #[test]
 fn variances_of_walks_are_those_of_the_closed_form() {
     // The blocks are the sample: longer ones would tell no more of the variance.
-    const WALKS: u64 = 4_000_000;
+    const WALKS: u64 = 2_000_000;
     let cases = [Case::new("cube54", &cube54()), Case::new("cube6-r90", &cube6(0.9))];
     for case in &cases {
         let predicted = case.exact.shooting_variances(EstimatorKind::Collision);
@@ -160,7 +160,7 @@ fn a_furnace_glows_evenly() {
     }
     for space in [Space::Discrete, Space::Continuous] {
         let experiment = experiment(&spec, IndexChoice::Auto, collision(space));
-        let tally = walk(&experiment, 3, 0..500_000);
+        let tally = walk(&experiment, 3, 0..150_000);
         assert_eq!(tally.counts.absorbed, tally.counts.walks, "emitted = absorbed, exactly");
         let solution = Solution::new(&experiment, &tally, 0.95);
         let z = solution.estimates.iter().flatten().map(|e| (e.radiosity - 5.0) / e.std_error.unwrap());

@@ -18,7 +18,7 @@ use radiosity::{Counts, Overflow, Tally, ThreadPool};
 
 use crate::support::shim::Wrong;
 use crate::support::storm::{Cluster, Dice, Fault, draw, faults};
-use crate::support::{answer, path, radwalk, signal, summary, wait_for};
+use crate::support::{TABLES, answer, path, radwalk, signal, summary, wait_for};
 use tempfile::tempdir;
 
 const JOB: &str = "tests/data/cube54.toml";
@@ -100,7 +100,7 @@ fn lie(cluster: &Cluster, liars: &mut u64, dice: &mut Dice) {
 fn coordinate(out: &Path, access: &Path) -> Command {
     let mut command = radwalk();
     command.args(["coordinate", JOB, "--resume", "--quiet", "--listen", "127.0.0.1:0"]);
-    command.args(["--paths", "1000000000000", "--set", "budget.checkpoint_seconds=0.1"]);
+    command.args(["--paths", "1000000000000", "--set", "budget.checkpoint_seconds=0.1"]).args(TABLES);
     command.arg("--out").arg(out).arg("--access").arg(access);
     command
 }
@@ -159,7 +159,7 @@ fn no_fault_leaves_a_trace_in_the_answer() {
     assert!(audit.status().unwrap().success(), "an audit agrees");
     let calm = path(&folder, "calm");
     let mut run = radwalk();
-    run.args(["run", JOB, "--quiet", "--paths", &paths.to_string(), "--out"]).arg(&calm);
+    run.args(["run", JOB, "--quiet", "--paths", &paths.to_string(), "--out"]).arg(&calm).args(TABLES);
     assert!(run.status().unwrap().success());
     assert!(answer(&out) == answer(&calm), "the faults changed the answer");
     println!("tally {} and patches.csv are those of the undisturbed run", stormy["tally_hash"]);

@@ -4,9 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-use crate::support::{
-    SMALL_PICTURE, answer, columns, numbers, path, radwalk, run, run_job, summary, wait_for,
-};
+use crate::support::{TABLES, answer, columns, numbers, path, radwalk, run, run_job, summary, wait_for};
 use tempfile::{TempDir, tempdir};
 
 /// A box of five large walls, open in front, with a lamp below its ceiling: one object and material for each wall.
@@ -103,7 +101,7 @@ fn a_choice_survives_the_run() {
         .args(["run", mesh.to_str().unwrap(), "--paths", "6000000", "--out"])
         .arg(&killed)
         .args(set)
-        .args(SMALL_PICTURE);
+        .args(TABLES);
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     wait_for("the chosen patches", || killed.join("tally.bin").exists().then_some(()));
     child.kill().unwrap();

@@ -73,8 +73,8 @@ fn methods() -> Vec<(Method, u64)> {
     let mut methods = Vec::new();
     for space in [Space::Discrete, Space::Continuous] {
         for estimator in [Absorption, Survival, Collision, Infinite] {
-            methods.push((method(Direction::Shooting, estimator, space), 20_000));
-            methods.push((method(Direction::Gathering(Birth::Area), estimator, space), 60_000));
+            methods.push((method(Direction::Shooting, estimator, space), 10_000));
+            methods.push((method(Direction::Gathering(Birth::Area), estimator, space), 30_000));
         }
     }
     for solve in [Solve::Links, Solve::Iterations(Iterations::default())] {
@@ -184,7 +184,7 @@ fn twin(wall: &SurfaceSpec, rng: &mut WalkRng) -> SurfaceSpec {
 /// seeds). No ray is lost.
 #[test]
 fn clutter_in_the_planes_of_walls_changes_nothing() {
-    const WALKS: u64 = 100_000;
+    const WALKS: u64 = 40_000;
     let mut stacked = 0;
     for seed in 0..40 {
         let [plain, cluttered] = cluttered(seed);

@@ -155,7 +155,7 @@ fn direct_light_is_the_first_bounce() {
         let method = Walks { direction, ..Walks::shooting(EstimatorKind::Direct) };
         let experiment = experiment(&spec, IndexChoice::Auto, method);
         let exact = Exact::of_scene(&spec.channel(0)).unwrap();
-        let tally = walk(&experiment, 9, 0..2_000_000);
+        let tally = walk(&experiment, 9, 0..500_000);
         assert_eq!(tally.counts.rays, tally.counts.walks);
         let solution = Solution::new(&experiment, &tally, 0.95);
         let patches = experiment.scene().faces();
@@ -173,7 +173,7 @@ fn direct_light_is_the_first_bounce() {
     }
 }
 
-/// Tests the best weight α and its gain over collision against theory (S97 §2.6, §3.7), from 4·10⁶ walks. α is a ratio
+/// Tests the best weight α and its gain over collision against theory (S97 §2.6, §3.7), from 1.6·10⁶ walks. α is a ratio
 /// of sample moments with an error of a few thousandths, found here by the spread between 16 parts of the walks (a
 /// t-quantile for 15 degrees of freedom, |t| < 6.5: 10⁻⁵ a patch, 10⁻³ in all).
 #[test]
@@ -187,7 +187,7 @@ fn the_best_mix_is_that_of_theory() {
     for (direction, best) in [Direction::Shooting, direction].into_iter().zip(best) {
         let method = Walks { direction, ..Walks::shooting(Score::Mix) };
         let experiment = experiment(&spec, IndexChoice::Auto, method.clone());
-        let parts: Vec<Tally> = (0..16).map(|part| walk(&experiment, part, 0..250_000)).collect();
+        let parts: Vec<Tally> = (0..16).map(|part| walk(&experiment, part, 0..100_000)).collect();
         let excess = predicted_excess(&exact, &experiment, &best);
         for i in 0..54 {
             let mixes = || parts.iter().map(|part| Estimates::new(&experiment, part, 0.95).mix(i).unwrap());
@@ -251,7 +251,7 @@ fn cut_off_walks_are_biased_within_the_bound_of_their_channel() {
             let method =
                 Walks { direction: direction.clone(), ..Walks::shooting(Estimator::Infinite(infinite)) };
             let experiment = experiment(&spec, IndexChoice::Auto, method);
-            let solution = Solution::new(&experiment, &walk(&experiment, 3, 0..2_000_000), 0.95);
+            let solution = Solution::new(&experiment, &walk(&experiment, 3, 0..500_000), 0.95);
             for (i, truth) in truth.iter().enumerate() {
                 for (estimate, truth) in solution.face(i).unwrap().into_iter().zip(truth) {
                     let noise = 5.0 * estimate.std_error.unwrap();

@@ -61,7 +61,7 @@ fn gathered(spec: &SceneSpec, seed: u64) -> (Vec<Tally>, f64) {
 }
 
 const TARGET: usize = 13;
-const WALKS: u64 = 8_000_000;
+const WALKS: u64 = 2_000_000;
 
 /// The mean score of a walk on the target, with its error.
 fn mean(blocks: &[Tally]) -> Measured {
@@ -75,7 +75,7 @@ fn mean(blocks: &[Tally]) -> Measured {
 /// S97 eq. 11: the variance of absorption gathering does not know of patches. Walks that go on from the hit point
 /// have R_i Σ_s E_s/(1 − R_s) b_is − b_i², b_is being what source s alone would give, here from walks of their own. The
 /// z-score, by the scatter of blocks of walks and the errors of the b_is, is within 4.5: false-alarm rate 7·10⁻⁶,
-/// once and for all with these seeds. By a wrong weight of the sources (E_s instead of E_s/(1 − R_s)) it would be 100
+/// once and for all with these seeds. By a wrong weight of the sources (E_s instead of E_s/(1 − R_s)) it would be 50
 /// and more.
 #[test]
 fn the_variance_of_absorption_gathering_holds_at_a_point() {

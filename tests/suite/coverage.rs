@@ -225,7 +225,7 @@ fn stopping_at_a_target_keeps_intervals_true() {
 fn simultaneous_intervals_hold_all_together() {
     let case = Case::new(Direction::Shooting, EstimatorKind::Collision, [3, 3]);
     let level = 1.0 - (1.0 - CONFIDENCE) / case.receivers.len() as f64;
-    for walks in [200, 2_000, 20_000] {
+    for walks in [200, 1_000, 5_000] {
         let mut together = Coverage::default();
         for seed in 1..=1000 {
             let solution = Solution::new(&case.experiment, &walk(&case.experiment, seed, 0..walks), level);

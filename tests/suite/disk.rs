@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Stdio;
 
 use crate::support::shim::{Shim, Wrong};
-use crate::support::{SMALL_PICTURE, answer, finish, path, radwalk, run, run_job, wait_for};
+use crate::support::{TABLES, answer, finish, path, radwalk, run, run_job, wait_for};
 use protocol::Checkpoint;
 use tempfile::tempdir;
 
@@ -20,7 +20,7 @@ fn run_with(shim: &Shim, wrong: &[(Wrong, i32)], out: &Path, args: &[&str]) -> (
     }
     let mut command = radwalk();
     command.args(["run", LARGE, "--workers", "2", "--set", "budget.checkpoint_seconds=0.1", "--out"]);
-    command.arg(out).args(args).args(SMALL_PICTURE);
+    command.arg(out).args(args).args(TABLES);
     shim.stand_before(&mut command);
     let (code, _, stderr) = finish(command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap());
     (code, stderr)

@@ -13,7 +13,7 @@ use std::process::Stdio;
 use serde_json::Value;
 use tempfile::tempdir;
 
-use crate::support::{path, radwalk, run, run_job, summary, wait_for};
+use crate::support::{draw_job, path, radwalk, run, summary, wait_for};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -96,18 +96,18 @@ fn every_toml_block_runs() {
                 let (code, stdout, stderr) = run(&["check", file.to_str().unwrap(), "--fix-report"]);
                 assert_eq!(code, 0, "{page:?}: {stderr}");
                 assert!(!stdout.contains("coincident") && !stdout.contains("buried"), "{stdout}");
-                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
+                let summary = draw_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
                 assert!(lit_part(&summary) > 0.99, "{page:?}: {summary}");
             } else if block.contains("[[mesh]]") {
                 meshes += 1;
                 fs::write(&file, &block).unwrap();
-                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
+                let summary = draw_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
                 assert_eq!(summary["sensors"]["list"][0]["name"], "desk", "{summary}");
             } else if block.contains("[[plane]]") {
                 planes += 1;
                 let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0);
                 fs::write(&file, format!("{scene}\n{block}")).unwrap();
-                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
+                let summary = draw_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
                 assert_eq!(summary["planes"][0]["points"], 16, "{summary}");
                 names("docs/reference/outputs.md", header(&out.join("planes.csv")));
                 let columns = summary["planes"][0].as_object().unwrap().keys().cloned();
@@ -115,7 +115,7 @@ fn every_toml_block_runs() {
             } else if block.contains("[[pane]]") {
                 let scene = fs::read_to_string("configs/scenes/daylit.toml").unwrap();
                 fs::write(&file, format!("{scene}\n{block}")).unwrap();
-                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "20000", "--force"]);
+                let summary = draw_job(file.to_str().unwrap(), &out, &["--paths", "20000", "--force"]);
                 assert_eq!(summary["escaped"], 0, "panes absorb: {summary}");
                 let (_, stdout, _) = run(&["check", file.to_str().unwrap()]);
                 assert!(stdout.contains("1 pane of clear glass"), "{stdout}");
@@ -123,7 +123,7 @@ fn every_toml_block_runs() {
                 sensors += 1;
                 let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0);
                 fs::write(&file, format!("{scene}\n{block}")).unwrap();
-                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
+                let summary = draw_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
                 assert_eq!(
                     (&summary["sensors"]["list"][0]["name"], &summary["sensors"]["samples"]),
                     (&"desk".into(), &97.into())
@@ -160,18 +160,18 @@ fn every_toml_block_runs() {
                 skies += 1;
                 let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0);
                 fs::write(&file, format!("{scene}\n{block}")).unwrap();
-                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
+                let summary = draw_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
                 assert_eq!(summary["escaped"], 0, "{summary}");
             } else if block.starts_with("[import]") {
                 imports += 1;
                 fs::write(&file, format!("scene = \"two.obj\"\n[budget]\npaths = 10000\n{block}")).unwrap();
-                let summary = run_job(file.to_str().unwrap(), &out, &["--force"]);
+                let summary = draw_job(file.to_str().unwrap(), &out, &["--force"]);
                 // The sky of the block lights the wall's back, too, which faces away from the lamp.
                 assert_eq!(lit_part(&summary), 1.0, "{page:?}: {summary}");
             } else {
                 jobs += 1;
                 fs::write(&file, &block).unwrap();
-                run_job(file.to_str().unwrap(), &out, &short);
+                draw_job(file.to_str().unwrap(), &out, &short);
             }
         }
     }
@@ -194,7 +194,7 @@ fn what_the_comments_of_the_job_offer_runs_too() {
         .replace("sampler ", "# sampler ");
     fs::write(&file, offered).unwrap();
     let short = ["--paths", "1e6", "--workers", "2", "--set", "target.relative_error=1"];
-    let summary = run_job(file.to_str().unwrap(), &path(&folder, "offered"), &short);
+    let summary = draw_job(file.to_str().unwrap(), &path(&folder, "offered"), &short);
     assert_eq!(summary["walk"], "jacobi");
 }
 
@@ -449,7 +449,7 @@ fn the_page_of_outputs_names_columns_fields_and_metrics() {
     let two_sided = two_sided.to_str().unwrap();
     let target = ["--paths", "20000", "--set", "target.relative_error=1", "--set", "target.fraction=0.5"];
     let mixed = path(&folder, "mixed");
-    let summary = run_job(two_sided, &mixed, &[&target[..], &["--set", "method.mix=true"]].concat());
+    let summary = draw_job(two_sided, &mixed, &[&target[..], &["--set", "method.mix=true"]].concat());
     let cut = path(&folder, "cut");
     let ends = [
         "--set",
@@ -459,12 +459,12 @@ fn the_page_of_outputs_names_columns_fields_and_metrics() {
         "--set",
         "method.infinite.threshold=0.1",
     ];
-    run_job(two_sided, &cut, &[&target[..], &ends].concat());
+    draw_job(two_sided, &cut, &[&target[..], &ends].concat());
     let (code, _, stderr) =
         run(&["exact", two_sided, "--quiet", "--out", path(&folder, "exact").to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
     let lamps = path(&folder, "lamps");
-    let by_source = run_job("configs/lamps.toml", &lamps, &["--paths", "20000"]);
+    let by_source = draw_job("configs/lamps.toml", &lamps, &["--paths", "20000"]);
     names(OUTPUTS, by_source.as_object().unwrap().keys().cloned());
     names(OUTPUTS, by_source["sources"][0].as_object().unwrap().keys().cloned());
     names(OUTPUTS, by_source["sensitivities"][0].as_object().unwrap().keys().cloned());
@@ -543,7 +543,7 @@ fn the_page_of_checks_names_every_check() {
     let mut names_of_checks = BTreeSet::new();
     for (name, set) in [("walks", "method.walk=shooting"), ("chains", "method.walk=jacobi")] {
         let out = path(&folder, name);
-        run_job("configs/cube54.toml", &out, &["--paths", "200000", "--set", set]);
+        draw_job("configs/cube54.toml", &out, &["--paths", "200000", "--set", set]);
         let checks = summary(&out)["checks"].as_array().unwrap().clone();
         names_of_checks.extend(checks.iter().map(|check| check["name"].as_str().unwrap().to_owned()));
     }

@@ -58,7 +58,7 @@ fn every_method_is_unbiased_and_its_intervals_cover() {
         let exact = Exact::of_scene(&spec).unwrap();
         for direction in directions() {
             for kind in kinds() {
-                let walks = 20_000;
+                let walks = 5_000;
                 let method = method(direction.clone(), kind);
                 let experiment = experiment(&spec, IndexChoice::Auto, method.clone());
                 let variances = predicted(&exact, experiment.scene(), &method);
@@ -101,7 +101,7 @@ fn every_variance_is_that_of_the_closed_form() {
                 let endless = InfiniteEnd::Roulette { threshold: 1e-9 };
                 let method = method(direction.clone(), kind.ending(endless));
                 let experiment = experiment(&spec, IndexChoice::Auto, method.clone());
-                let blocks = walk_in_blocks(&experiment, 11, 1_000_000, 400);
+                let blocks = walk_in_blocks(&experiment, 11, 500_000, 400);
                 let mut worst = 0.0_f64;
                 for (i, variance) in predicted(&exact, experiment.scene(), &method).into_iter().enumerate() {
                     let Some(meaning) = experiment.meaning(i, 0, &blocks[0]) else {
@@ -133,7 +133,7 @@ fn cut_off_walks_are_biased_within_their_bound() {
         for end in [InfiniteEnd::Cutoff { threshold: 0.2 }, InfiniteEnd::Length { length: 2 }] {
             let method = method(direction.clone(), Estimator::Infinite(end));
             let experiment = experiment(&cube54(), IndexChoice::Auto, method);
-            let tally = walk(&experiment, 5, 0..2_000_000);
+            let tally = walk(&experiment, 5, 0..500_000);
             assert!(tally.counts.truncated > 0);
             let solution = Solution::new(&experiment, &tally, 0.95);
             assert!(experiment.is_biased());
@@ -167,8 +167,8 @@ fn the_furnace_at_r_09999_is_right_by_every_estimator() {
     for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
         for kind in kinds() {
             let experiment = experiment(&spec, IndexChoice::Auto, method(direction.clone(), kind));
-            let tally = walk(&experiment, 1, 0..500);
-            assert_eq!(tally.counts.absorbed, 500);
+            let tally = walk(&experiment, 1, 0..200);
+            assert_eq!(tally.counts.absorbed, 200);
             for estimate in Solution::new(&experiment, &tally, 0.95).estimates.into_iter().flatten() {
                 let z = (estimate.radiosity - 1.0) / estimate.std_error.unwrap().max(1e-9);
                 assert!(z.abs() < 5.0, "{direction:?} {kind:?}: {estimate:?}");

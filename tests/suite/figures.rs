@@ -170,10 +170,16 @@ fn unhit_rooms_are_in_the_headline() {
 }
 
 fn walked(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let (mut board, mut tally) = (experiment.board(), experiment.tally());
-    experiment.walk(&Sequence::new(seed), 0..walks, &mut board);
-    board.add_to(&mut tally).unwrap();
+    let mut tally = experiment.tally();
+    walk_on(experiment, seed, walks, &mut tally);
     tally
+}
+
+/// Goes on from the walks of a tally to some number of them.
+fn walk_on(experiment: &Experiment, seed: u64, walks: u64, tally: &mut Tally) {
+    let mut board = experiment.board();
+    experiment.walk(&Sequence::new(seed), tally.counts.walks..walks, &mut board);
+    board.add_to(tally).unwrap();
 }
 
 /// A scene in a box of random size, by its number: all emits, all is black but one lamp, one patch is lit, all light leaves at once,
@@ -235,7 +241,7 @@ fn no_target_is_reached_that_the_truth_misses() {
         let mut seen = Vec::new();
         let mut tally = experiment.tally();
         for walks in looks(&experiment, most) {
-            tally = walked(&experiment, number, walks);
+            walk_on(&experiment, number, walks, &mut tally);
             seen.push(observer.look(&tally, &seen));
             if seen.last().unwrap().reached {
                 break;
@@ -363,7 +369,7 @@ fn no_method_reaches_a_target_that_the_truth_misses() {
             let mut observer = Observer::new(experiment.clone(), 0.95, Some(target.clone()));
             let (mut seen, mut tally) = (Vec::new(), experiment.tally());
             for samples in looks(&experiment, most) {
-                tally = walked(&experiment, number, samples);
+                walk_on(&experiment, number, samples, &mut tally);
                 seen.push(observer.look(&tally, &seen));
                 if seen.last().unwrap().reached {
                     break;
@@ -495,7 +501,7 @@ fn no_target_is_reached_on_chosen_patches_that_the_truth_misses() {
         let mut observer = Observer::new(experiment.clone(), 0.95, Some(target.clone()));
         let (mut seen, mut tally) = (Vec::new(), experiment.tally());
         for walks in looks(&experiment, 1 << 16) {
-            tally = walked(&experiment, number, walks);
+            walk_on(&experiment, number, walks, &mut tally);
             seen.push(observer.look(&tally, &seen));
             if seen.last().unwrap().reached {
                 break;

@@ -71,8 +71,8 @@ fn intervals_are_true_in_any_scene() {
     let chosen = [first + 1, 20, 40];
     let truth = exactly(&parted);
     // The chosen patches of a chain err together: it takes more seeds to know their z².
-    both_are_true(&experiment(&parted, chains(1 << 13, Solve::Links, &chosen)), &truth, 500, 0.1);
-    both_are_true(&experiment(&parted, walks(1 << 12, Sampler::Random, &chosen)), &truth, 300, 0.2);
+    both_are_true(&experiment(&parted, chains(1 << 12, Solve::Links, &chosen)), &truth, 500, 0.1);
+    both_are_true(&experiment(&parted, walks(1 << 11, Sampler::Random, &chosen)), &truth, 300, 0.2);
 }
 
 /// Tests the gain of a chosen patch, and that the others lose nothing.

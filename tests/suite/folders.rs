@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Child, Stdio};
 
-use crate::support::{answer, finish, path, radwalk, run, run_job, signal, wait_for};
+use crate::support::{answer, draw_job, finish, path, radwalk, run, run_job, signal, wait_for};
 use tempfile::tempdir;
 
 const JOB: &str = "tests/data/cube54.toml";
@@ -23,7 +23,7 @@ fn long_run(out: &Path, args: &[&str]) -> Child {
 fn a_run_that_replaces_another_and_dies_leaves_nothing_of_the_other() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    run_job(JOB, &out, &["--paths", "20000", "--seed", "1"]);
+    draw_job(JOB, &out, &["--paths", "20000", "--seed", "1"]);
     let before = fs::read(out.join("tally.bin")).unwrap();
     let mut child = long_run(&out, &["--seed", "2", "--force"]);
     wait_for("a checkpoint", || (fs::read(out.join("tally.bin")).ok()? != before).then_some(()));
@@ -43,8 +43,8 @@ fn a_run_that_replaces_another_and_dies_leaves_nothing_of_the_other() {
 fn what_is_not_made_from_the_tally_beside_it_does_not_pass_an_audit() {
     let folder = tempdir().unwrap();
     let [one, two] = ["one", "two"].map(|name| path(&folder, name));
-    run_job(JOB, &one, &["--paths", "20000", "--seed", "1"]);
-    run_job(JOB, &two, &["--paths", "20000", "--seed", "2"]);
+    draw_job(JOB, &one, &["--paths", "20000", "--seed", "1"]);
+    draw_job(JOB, &two, &["--paths", "20000", "--seed", "2"]);
     assert_eq!(run(&["audit", one.to_str().unwrap(), "--quiet"]).0, 0);
     for file in DERIVED {
         let own = fs::read(one.join(file)).unwrap();

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use tempfile::{TempDir, tempdir};
 
-use crate::support::{answer, columns, numbers, path, run, run_job, storms_leave_no_trace};
+use crate::support::{answer, columns, draw_job, numbers, path, run, run_job, storms_leave_no_trace};
 
 /// The inner sides of a unit cube as an OBJ, z up: every wall in 4 × 4 squares, the ceiling of material `lamp`.
 fn cube() -> String {
@@ -86,7 +86,8 @@ fn every_walk_finds_the_light_of_groups() {
 fn groups_have_one_answer() {
     let (folder, job) = written();
     let job = job.to_str().unwrap();
-    storms_leave_no_trace(job, &["--paths", "5000000"]);
+    // Short leases would take longer than their walks.
+    storms_leave_no_trace(job, &["--paths", "5000000", "--set", "budget.stream_paths=16384"]);
     let outs = ["one", "three"].map(|name| path(&folder, name));
     run_job(job, &outs[0], &["--workers", "1"]);
     run_job(job, &outs[1], &["--workers", "3"]);
@@ -147,7 +148,7 @@ fn every_face_is_drawn() {
     let (folder, job) = written();
     let out = path(&folder, "out");
     let more = ["--export", "vtu", "--export", "glb", "--export", "parquet", "--paths", "20000"];
-    run_job(job.to_str().unwrap(), &out, &more);
+    draw_job(job.to_str().unwrap(), &out, &more);
     let vtu = fs::read_to_string(out.join("patches.vtu")).unwrap();
     assert!(vtu.contains("NumberOfPoints=\"576\" NumberOfCells=\"192\""), "{}", &vtu[..400]);
     // A black picture of this size has less than 200 bytes.

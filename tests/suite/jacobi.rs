@@ -174,7 +174,7 @@ fn intervals_of_sobol_walks_are_true() {
     for estimator in [EstimatorKind::Collision, EstimatorKind::Survival, EstimatorKind::Infinite] {
         judge(&sobol(&cube, 1 << 12, estimator, Space::Discrete), &truth, 60).agrees(0.06);
     }
-    let truth = long_run(&experiment(&cube, collision(Space::Continuous)), 20_000_000);
+    let truth = long_run(&experiment(&cube, collision(Space::Continuous)), 4_000_000);
     judge(&sobol(&cube, 1 << 12, Estimator::Collision, Space::Continuous), &truth, 60).agrees(0.06);
 }
 

@@ -3,7 +3,7 @@
 use std::process::Stdio;
 
 use crate::support::{
-    answer, columns, finish, kill_until_done, numbers, path, radwalk, run, run_job, signal,
+    TABLES, answer, columns, finish, kill_until_done, numbers, path, radwalk, run, run_job, signal,
     storms_leave_no_trace, summary,
 };
 use tempfile::tempdir;
@@ -91,7 +91,14 @@ fn a_signal_ends_a_run_in_mid_chain() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
     let job = [&["run", CUBE][..], &JACOBI, &["--paths", "100000000000", "--quiet", "--out"]].concat();
-    let child = radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let child = radwalk()
+        .args(job)
+        .arg(&out)
+        .args(TABLES)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
     std::thread::sleep(std::time::Duration::from_millis(700));
     let asked = std::time::Instant::now();
     signal("INT", child.id());
@@ -110,7 +117,7 @@ fn chains_outlive_their_coordinator() {
     let start = || {
         let args = ["run", CUBE, "--resume", "--quiet", "--set", "budget.checkpoint_seconds=0.02", "--out"];
         let mut command = radwalk();
-        command.args(args).arg(&out).args(["--workers", "2"]).args(&job);
+        command.args(args).arg(&out).args(["--workers", "2"]).args(TABLES).args(&job);
         command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
     };
     let pause = |killed| std::time::Duration::from_millis(300 + 50 * killed);

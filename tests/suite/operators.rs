@@ -8,14 +8,16 @@ use std::process::{Child, Stdio};
 use serde_json::Value;
 use tempfile::tempdir;
 
-use crate::support::{finish, path, radwalk, run, signal, wait_for};
+use crate::support::{TABLES, finish, path, radwalk, run, signal, wait_for};
 
 const JOB: &str = "tests/data/cube54.toml";
 
 /// A coordinator of a job that does not end by itself, whose log goes to a file.
 fn coordinate(out: &Path, access: &Path, log: &Path, args: &[&str]) -> Child {
     radwalk()
-        .args(["coordinate", JOB, "--paths", "1e15", "--set", "budget.checkpoint_seconds=0.5", "--out"])
+        .args(["coordinate", JOB, "--paths", "1e15", "--set", "budget.checkpoint_seconds=0.5"])
+        .args(TABLES)
+        .arg("--out")
         .arg(out)
         .arg("--access")
         .arg(access)

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use tempfile::tempdir;
 
-use crate::support::{answer, path, run, run_job, summary};
+use crate::support::{answer, draw_job, path, run, summary};
 
 const JOB: &str = "tests/data/cube54.toml";
 
@@ -89,7 +89,7 @@ fn a_long_table_has_the_digits_of_its_errors_and_all_beside_it() {
 fn a_tally_alone_is_resumed_merged_and_audited() {
     let folder = tempdir().unwrap();
     let [whole, alone, rest, merged] = ["whole", "alone", "rest", "merged"].map(|name| path(&folder, name));
-    run_job(JOB, &whole, &["--paths", "60000"]);
+    draw_job(JOB, &whole, &["--paths", "60000"]);
     let bare = ["--quiet", "--set", "output.files=[]"];
     for (more, paths) in [(&["--force"][..], "20000"), (&["--resume"], "40000")] {
         let args = [&["run", JOB, "--paths", paths, "--out", text(&alone)], more, &bare].concat();
@@ -117,7 +117,7 @@ fn a_view_is_what_the_job_says() {
     let view =
         "view={ eye = [0.5, 0.1, 0.5], look_at = [0.5, 0.9, 0.6], fov = 70, size = [64, 48], exposure = 2 }";
     let set = ["--paths", "20000", "--set", view];
-    let picture = run_job(JOB, &out, &set)["picture"].clone();
+    let picture = draw_job(JOB, &out, &set)["picture"].clone();
     assert_eq!((&picture["eye"], &picture["size"]), (&[0.5, 0.1, 0.5].into(), &[64, 48].into()));
     assert_eq!((&picture["exposure"], &picture["white"]), (&[2.0; 3].into(), &[3.0; 3].into()));
     assert!((picture["fov"].as_f64().unwrap() - 70.0).abs() < 1e-9);
@@ -131,7 +131,7 @@ fn a_view_is_what_the_job_says() {
     assert!(page.contains("\"eye\":[0.5,0.1,0.5]"));
     // Without a view the camera stands outside, and the summary says how bright white is.
     let free = path(&folder, "free");
-    let picture = run_job(JOB, &free, &["--paths", "20000"])["picture"].clone();
+    let picture = draw_job(JOB, &free, &["--paths", "20000"])["picture"].clone();
     assert!(
         picture["white"][0].as_f64() > Some(0.0) && picture["size"][0].as_u64() <= Some(800),
         "{picture}"
@@ -150,7 +150,7 @@ fn views_with_names_have_pictures_of_their_own() {
         "views.lamp-1={ eye = [0.5, 0.9, 0.5], look_at = [0.5, 0.1, 0.6] }",
     ];
     let set: Vec<&str> = views.iter().flat_map(|view| ["--set", view]).collect();
-    let result = run_job(JOB, &out, &[&["--paths", "20000", "--export", "exr"][..], &set].concat());
+    let result = draw_job(JOB, &out, &[&["--paths", "20000", "--export", "exr"][..], &set].concat());
     let named: Vec<&str> =
         result["views"].as_array().unwrap().iter().map(|view| view["name"].as_str().unwrap()).collect();
     assert_eq!(named, ["door", "lamp-1"]);
@@ -169,7 +169,7 @@ fn views_with_names_have_pictures_of_their_own() {
     assert!(std::fs::read(out.join("radiosity-door.png")).unwrap() == png);
     // A picture that a person put there stays.
     std::fs::write(out.join("radiosity-before.png"), &png).unwrap();
-    let again = run_job(JOB, &out, &["--paths", "20000", "--set", "view.size=[64, 48]", "--force"]);
+    let again = draw_job(JOB, &out, &["--paths", "20000", "--set", "view.size=[64, 48]", "--force"]);
     assert_eq!(again["tally_hash"], result["tally_hash"]);
     assert!(again.get("views").is_none() && set_of(&pictures).is_disjoint(&files(&out)));
     assert!(std::fs::read(out.join("radiosity-before.png")).unwrap() == png);

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::support::{columns, path, run, run_job};
+use crate::support::{columns, draw_job, path, run, run_job};
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
@@ -114,7 +114,7 @@ fn demands_are_met_with_a_confidence() {
     let asked = format!("mean = {}, minimum = {}, uniformity = 0.99", 0.8 * mean, 1.0001 * least);
     let job = room(&folder, 0.6, &[LAMP, &demand(&asked)].concat());
     let out = path(&folder, "out");
-    let summary = run_job(job.to_str().unwrap(), &out, &[]);
+    let summary = draw_job(job.to_str().unwrap(), &out, &[]);
     let demands = summary["planes"][0]["demands"].as_array().unwrap();
     let known: Vec<_> =
         demands.iter().map(|demand| (demand["figure"].as_str().unwrap(), demand["met"] == true)).collect();
@@ -224,7 +224,7 @@ fn cylinders_stand_at_the_points_of_a_plane() {
     let people = PLANE.replace("desk", "people") + "measure = \"cylindrical\"\ndemand = { mean = 1.0 }\n";
     let job = room(&folder, 0.6, &[LAMP, PLANE, &people].concat());
     let out = path(&folder, "out");
-    let summary = run_job(job.to_str().unwrap(), &out, &[]);
+    let summary = draw_job(job.to_str().unwrap(), &out, &[]);
     let columns = columns(&out.join("planes.csv"));
     let light: Vec<f64> = columns["illuminance"].iter().map(|x| x.parse().unwrap()).collect();
     let quotients = || (0..16).map(|i| light[16 + i] / light[i]);

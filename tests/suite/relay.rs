@@ -6,7 +6,7 @@ use std::process::{Child, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use crate::support::{answer, finish, path, radwalk, run, run_job, signal, summary, wait_for};
+use crate::support::{TABLES, answer, finish, path, radwalk, run, run_job, signal, summary, wait_for};
 use protocol::Checkpoint;
 use tempfile::{TempDir, tempdir};
 
@@ -18,7 +18,7 @@ const WHILE: Duration = Duration::from_millis(300);
 fn coordinate(out: &Path, access: &Path) -> Child {
     let mut command = radwalk();
     command.args(["coordinate", JOB, "--quiet", "--paths", "1000000000000"]);
-    command.args(["--set", "budget.checkpoint_seconds=0.1"]);
+    command.args(["--set", "budget.checkpoint_seconds=0.1"]).args(TABLES);
     command.arg("--out").arg(out).arg("--access").arg(access);
     command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
 }

@@ -5,7 +5,7 @@ use std::process::{Child, Stdio};
 use std::time::Duration;
 
 use crate::support::{
-    answer, finish, kill_until_done, path, radwalk, run, run_job, signal, summary, wait_for,
+    TABLES, answer, finish, kill_until_done, path, radwalk, run, run_job, signal, summary, wait_for,
 };
 use tempfile::tempdir;
 
@@ -15,14 +15,14 @@ const OFTEN: [&str; 2] = ["--set", "budget.checkpoint_seconds=0.02"];
 
 fn spawn_run(out: &Path, args: &[&str]) -> Child {
     let mut command = radwalk();
-    command.args(["run", JOB, "--workers", "2"]).args(OFTEN).args(args).arg("--out").arg(out);
+    command.args(["run", JOB, "--workers", "2"]).args(TABLES).args(OFTEN).args(args).arg("--out").arg(out);
     command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
 }
 
 /// Resumes a run that must succeed. Returns its words on stderr.
 fn resume(out: &Path, args: &[&str]) -> String {
-    let all = [&["run", JOB, "--resume", "--workers", "2", "--out", out.to_str().unwrap()], args].concat();
-    let (code, stdout, stderr) = run(&all);
+    let job = ["run", JOB, "--resume", "--workers", "2", "--out", out.to_str().unwrap()];
+    let (code, stdout, stderr) = run(&[&job[..], &TABLES, args].concat());
     assert_eq!(code, 0, "{stdout}{stderr}");
     stderr
 }
@@ -243,7 +243,7 @@ fn workers_find_a_restarted_coordinator() {
     let coordinate = |more: &[&str]| {
         let mut command = radwalk();
         command.args(["coordinate", JOB, "--paths", "10000000", "--quiet", "--listen", "127.0.0.1:0"]);
-        command.args(OFTEN).args(more).arg("--out").arg(&out).arg("--access").arg(&access);
+        command.args(TABLES).args(OFTEN).args(more).arg("--out").arg(&out).arg("--access").arg(&access);
         command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
     };
     let mut first = coordinate(&[]);

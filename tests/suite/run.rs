@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 
 use crate::support::{
-    SMALL_PICTURE, answer, children, columns, finish, numbers, path, radwalk, run, run_job, signal, summary,
-    wait_for,
+    TABLES, answer, children, columns, draw_job, finish, numbers, path, radwalk, run, run_job, signal,
+    summary, wait_for,
 };
 use tempfile::tempdir;
 
@@ -70,15 +70,14 @@ fn workers_killed_at_random_leave_no_trace_in_the_answer() {
     let folder = tempdir().unwrap();
     let job = ["run", "configs/cornell.toml", "--paths", "3000000", "--workers", "3", "--quiet", "--out"];
     let calm = path(&folder, "calm");
-    let (code, _, stderr) = run(&[&job[..], &[calm.to_str().unwrap()]].concat());
+    let (code, _, stderr) = run(&[&job[..], &[calm.to_str().unwrap()], &TABLES].concat());
     assert_eq!(code, 0, "{stderr}");
 
     let stormy = path(&folder, "stormy");
-    let small = SMALL_PICTURE;
     let child = radwalk()
         .args(job)
         .arg(&stormy)
-        .args(small)
+        .args(TABLES)
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
@@ -107,7 +106,14 @@ fn a_worker_that_hangs_is_done_without() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
     let job = ["run", "tests/data/cube54.toml", "--paths", "30000000", "--workers", "2", "--quiet", "--out"];
-    let child = radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let child = radwalk()
+        .args(job)
+        .arg(&out)
+        .args(TABLES)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
     let workers = wait_for("two workers", || Some(children(child.id())).filter(|list| list.len() == 2));
     std::thread::sleep(std::time::Duration::from_millis(700));
     signal("STOP", workers[0]);
@@ -133,8 +139,14 @@ fn a_signal_ends_a_run_in_good_order_with_a_prefix() {
         let out = path(&folder, "out");
         let job =
             ["run", "tests/data/cube54.toml", "--paths", "100000000000", "--workers", "2", "--json", "--out"];
-        let child =
-            radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let child = radwalk()
+            .args(job)
+            .arg(&out)
+            .args(TABLES)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
         let workers = wait_for("two workers", || Some(children(child.id())).filter(|list| list.len() == 2));
         std::thread::sleep(std::time::Duration::from_millis(700));
         signal(name, child.id());
@@ -155,8 +167,14 @@ fn workers_outlive_no_coordinator() {
     let out = path(&folder, "out");
     let job =
         ["run", "tests/data/cube54.toml", "--paths", "100000000000", "--workers", "2", "--quiet", "--out"];
-    let mut child =
-        radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let mut child = radwalk()
+        .args(job)
+        .arg(&out)
+        .args(TABLES)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
     let workers = wait_for("two workers", || Some(children(child.id())).filter(|list| list.len() == 2));
     child.kill().unwrap();
     child.wait().unwrap();
@@ -177,6 +195,7 @@ fn separate_coordinator_and_workers_give_the_same_answer() {
             "--listen",
             "127.0.0.1:0",
         ])
+        .args(TABLES)
         .arg("--out")
         .arg(&out)
         .arg("--access")
@@ -226,7 +245,7 @@ fn a_worker_that_a_launcher_started_waits_for_the_access_file_and_tells_its_rank
     BufReader::new(worker.stderr.as_mut().unwrap()).read_line(&mut words).unwrap();
     assert!(words.contains("access.json") && words.contains("waiting"), "{words}");
     let mut coordinator = radwalk();
-    coordinator.args(["coordinate", "tests/data/cube54.toml", "--paths", "100000", "--quiet"]);
+    coordinator.args(["coordinate", "tests/data/cube54.toml", "--paths", "100000", "--quiet"]).args(TABLES);
     coordinator.args(["--listen", "127.0.0.1:0", "--out"]).arg(&out).arg("--access").arg(&access);
     let (code, _, stderr) = finish(coordinator.stderr(Stdio::piped()).spawn().unwrap());
     assert_eq!(code, 0, "{stderr}");
@@ -240,7 +259,7 @@ fn a_worker_that_is_told_to_end_says_so_and_leaves() {
     let folder = tempdir().unwrap();
     let (out, access) = (path(&folder, "out"), path(&folder, "access.json"));
     let mut coordinator = radwalk();
-    coordinator.args(["coordinate", "tests/data/cube54.toml", "--paths", "10000000", "--json"]);
+    coordinator.args(["coordinate", "tests/data/cube54.toml", "--paths", "10000000", "--json"]).args(TABLES);
     coordinator.args(["--listen", "127.0.0.1:0", "--out"]).arg(&out).arg("--access").arg(&access);
     let mut coordinator = coordinator.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(coordinator.stderr.take().unwrap()).lines();
@@ -269,7 +288,7 @@ fn a_worker_that_is_told_to_end_says_so_and_leaves() {
 fn a_run_leaves_the_files_of_the_format() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    let summary = run_job("configs/furnace.toml", &out, &["--paths", "200000"]);
+    let summary = draw_job("configs/furnace.toml", &out, &["--paths", "200000"]);
     let energy = &summary["energy"];
     assert_eq!(energy["emitted"], 200_000);
     assert_eq!(

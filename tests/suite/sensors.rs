@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::{answer, columns, numbers, path, run, run_job, storms_leave_no_trace};
+use crate::support::{answer, columns, draw_job, numbers, path, run, run_job, storms_leave_no_trace};
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
@@ -51,7 +51,7 @@ fn workers_leave_no_trace_in_sensors_nor_sensors_in_patches() {
             ["one", "many", "part"].map(|name| path(&folder, &format!("{name}-{method}")));
         let chosen = ["--set", &set, "--set", "method.batch_paths=10000"];
         let set = if method == "walk=jacobi" { &chosen[..] } else { &chosen[..2] };
-        let summary = sensed(&job, &one, &[set, &["--workers", "1"]].concat());
+        let summary = draw_job(job.to_str().unwrap(), &one, &[set, &["--workers", "1"]].concat());
         let samples = if method == "walk=jacobi" { 30 } else { 300_000 / 1024 };
         assert_eq!(summary["sensors"]["samples"], samples, "{summary}");
         assert!(summary["sensors"]["rays"].as_u64().unwrap() > summary["rays"].as_u64().unwrap() / 5);

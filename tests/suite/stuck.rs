@@ -10,7 +10,7 @@ use protocol::Checkpoint;
 use tempfile::tempdir;
 
 use crate::support::shim::{Shim, Wrong, busiest_threads};
-use crate::support::{answer, finish, path, radwalk, run_job, signal, summary, wait_for};
+use crate::support::{TABLES, answer, finish, path, radwalk, run_job, signal, summary, wait_for};
 
 const JOB: &str = "tests/data/cube54.toml";
 const FOR_EVER: i32 = i32::MAX;
@@ -28,7 +28,7 @@ fn a_thread_that_is_stuck_holds_up_neither_checkpoints_nor_the_end() {
     let [out, access, calm] = ["out", "access.json", "calm"].map(|name| path(&folder, name));
     let mut command = radwalk();
     command.args(["coordinate", JOB, "--quiet", "--listen", "127.0.0.1:0", "--paths", "1000000000000"]);
-    command.args(["--set", "budget.checkpoint_seconds=0.1"]);
+    command.args(["--set", "budget.checkpoint_seconds=0.1"]).args(TABLES);
     command.arg("--out").arg(&out).arg("--access").arg(&access);
     let coordinator = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     wait_for("the access file", || access.exists().then_some(()));

@@ -26,6 +26,9 @@ pub fn radwalk() -> Command {
 /// A picture of the usual size takes more than all else in a short run, and few tests look at one.
 pub const SMALL_PICTURE: [&str; 2] = ["--set", "view.size=[64, 48]"];
 
+/// No picture and no page: what takes longest in a short run is to find where a camera sees most.
+pub const TABLES: [&str; 2] = ["--set", "output.files=[\"csv\", \"summary\"]"];
+
 /// Runs to the end and returns exit code, stdout, stderr. Pictures of jobs are small unless they are given a size.
 pub fn run(args: &[&str]) -> (i32, String, String) {
     let mut command = radwalk();
@@ -55,8 +58,13 @@ pub fn finish(mut child: Child) -> (i32, String, String) {
     )
 }
 
-/// Runs a job that must succeed; returns its summary.
+/// Runs a job that must succeed, and writes its tables alone; returns its summary.
 pub fn run_job(job: &str, out: &Path, args: &[&str]) -> Value {
+    draw_job(job, out, &[&TABLES[..], args].concat())
+}
+
+/// Runs a job that must succeed, with its picture and its page; returns its summary.
+pub fn draw_job(job: &str, out: &Path, args: &[&str]) -> Value {
     let mut all = vec!["run", job, "--quiet", "--out", out.to_str().unwrap()];
     all.extend(args);
     let (code, stdout, stderr) = run(&all);
@@ -133,7 +141,7 @@ pub fn storms_leave_no_trace(job: &str, set: &[&str]) {
     let workers = [set, &["--workers", "3"]].concat();
     run_job(job, &calm, &workers);
     let mut command = radwalk();
-    command.args(["run", job, "--quiet", "--out"]).arg(&stormy).args(&workers).args(SMALL_PICTURE);
+    command.args(["run", job, "--quiet", "--out"]).arg(&stormy).args(&workers).args(TABLES);
     let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let coordinator = child.id();
     let mut state = 54_321_u64;
