@@ -1,11 +1,12 @@
 //! Measures the gain of chains of stochastic Jacobi over collision walks at equal processor time:
 //! `radwalk-lab gain docs/results` writes gain.csv and a chart of each scene into the
-//! folder named; scenes may be named after it. One core; three minutes for all. With `draw` in place of scenes it draws the table that is
+//! folder named; scenes may be named after it, and mesh files, which are taken in grey. One core; three minutes for all. With `draw` in place of scenes it draws the table that is
 //! there.
 
 use std::fmt::Write;
 use std::path::Path;
 
+use super::meshes::grey_scene;
 use super::{Failure, collision_shooting, processor_seconds};
 use exact::Exact;
 use radiosity::{Board, Experiment, Face, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution};
@@ -20,7 +21,7 @@ const RAYS_PER_PATCH: u64 = 32;
 
 /// A scene with the numbers of rays of its runs, as powers of 2, and the number of runs for each.
 struct GainStudy {
-    name: &'static str,
+    name: String,
     spec: SceneSpec,
     powers: Vec<u32>,
     runs: u64,
@@ -66,23 +67,37 @@ pub(crate) fn run(words: &[String]) -> Result<(), Failure> {
     if wanted == ["draw"] {
         return draw(folder);
     }
-    let studies = studies()
-        .into_iter()
-        .filter(|study| wanted.is_empty() || wanted.iter().any(|name| name == study.name));
+    let (meshes, names): (Vec<_>, Vec<_>) = wanted.iter().map(Path::new).partition(|name| name.is_file());
+    let is_wanted =
+        |study: &GainStudy| wanted.is_empty() || names.iter().any(|name| name.as_os_str() == &*study.name);
+    let mut studies: Vec<_> = studies().into_iter().filter(is_wanted).collect();
+    for mesh in meshes {
+        studies.push(study_of(mesh)?);
+    }
     let mut csv = String::from(
         "scene,method,rays,seconds,rms_relative_error,gain_relative,gain_relative_error,gain_absolute,gain_absolute_error\n",
     );
-    for study in studies {
-        let points = measure(&study)?;
-        write_rows(&mut csv, study.name, &points);
+    for study in &studies {
+        let points = measure(study)?;
+        write_rows(&mut csv, &study.name, &points);
         std::fs::write(folder.join("gain.csv"), &csv)?;
     }
     draw(folder)
 }
 
+/// The study of a mesh: runs of 64, 256 and 1,024 rays for each face of its surfaces, and their powers of 2.
+fn study_of(mesh: &Path) -> Result<GainStudy, Failure> {
+    let spec = grey_scene(mesh)?;
+    let faces = Scene::build(&spec, IndexChoice::Auto)?.faces().len() as u64;
+    let rays_a_face = |rays: u64| (rays * faces).next_power_of_two();
+    let name = mesh.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let powers = [64, 256, 1024].map(|rays| rays_a_face(rays).ilog2()).into();
+    Ok(GainStudy { name, spec, powers, runs: 4, reference_rays: Some(rays_a_face(4096)) })
+}
+
 fn studies() -> Vec<GainStudy> {
-    let small = |name, spec, runs| GainStudy {
-        name,
+    let small = |name: &str, spec, runs| GainStudy {
+        name: name.into(),
         spec,
         powers: (10..=20).step_by(2).collect(),
         runs,
@@ -98,14 +113,14 @@ fn studies() -> Vec<GainStudy> {
         // Walks are long: few of them carry the little light that goes through the hole.
         GainStudy { reference_rays: Some(1 << 22), ..small("two-rooms", two_rooms(0.1, 0.95), 40) },
         GainStudy {
-            name: "cornell",
+            name: "cornell".into(),
             spec: cornell(),
             powers: vec![16, 18, 20],
             runs: 12,
             reference_rays: Some(1 << 21),
         },
         GainStudy {
-            name: "interior",
+            name: "interior".into(),
             spec: interior(57_000),
             powers: vec![20, 22, 23],
             runs: 4,
