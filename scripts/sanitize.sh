@@ -54,17 +54,17 @@ address() {
     sanitized address -p radwalk-radiosity -p radwalk-exact -p radwalk-import -p radwalk-photometry -p radwalk-sky -p radwalk-pages --lib
 }
 
+# Trees, which take many minutes under it, and what is thrown at the decoder are tested on one thread.
 thread() {
-    sanitized thread -Zbuild-std -p radwalk-parallel -p radwalk-radiosity -p radwalk-cluster --lib
-    # What is thrown at the decoder runs on one thread.
+    sanitized thread -Zbuild-std -p radwalk-parallel -p radwalk-radiosity -p radwalk-cluster --lib -- --skip trace::tree::tests
     sanitized thread -Zbuild-std -p radwalk-cluster --test suite -- --skip fuzz::
 }
 
 # Trees with more rays and facets than one take Miri longer than ten minutes.
 miri() {
     local miri=(cargo +nightly miri test --locked --no-fail-fast --lib)
-    CARGO_TARGET_DIR="$target/miri" "${miri[@]}" -p radwalk-pages -p radwalk-parallel
-    RUSTFLAGS="-Ctarget-feature=+avx2,+fma,+bmi1,+bmi2,+lzcnt,+popcnt" CARGO_TARGET_DIR="$target/miri-avx2" \
+    "${miri[@]}" -p radwalk-pages -p radwalk-parallel
+    RUSTFLAGS="-Ctarget-feature=+avx2,+fma,+bmi1,+bmi2,+lzcnt,+popcnt" \
         "${miri[@]}" -p radwalk-radiosity -- simd:: a_start_within_the_slack_of_a_plane
 }
 
