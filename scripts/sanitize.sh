@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
 # What is unsafe and what runs on several threads, under tools that see what tests alone do not.
 #
-#     scripts/sanitize.sh [list] [memory] [address] [thread]      default: all four, half an hour on two cores
+#     scripts/sanitize.sh [list] [memory] [address] [thread] [miri]      default: all five, an hour on two cores
 #
 # list      every unsafe block of the workspace with its proof; one without a proof is an error
 # memory    valgrind: the vectors of AVX2 and the tracing read nothing that was not written, and nothing out of bounds
 # address   AddressSanitizer: all unit tests of the crates that hold unsafe blocks, and of what reads files of strangers
-# thread    ThreadSanitizer, with a standard library that is built for it: loops on threads, chains, sockets, a run in one process
+# thread    ThreadSanitizer, with a standard library that is built for it: loops on threads, chains, coordinators, workers and relays on sockets
+# miri      Miri: the allocator, loops on threads, and the vectors and one ray of a tree on AVX2, by the rules of Rust itself
 #
-# Needs valgrind for memory, and for thread the component rust-src (`rustup component add rust-src`). AVX-512 is covered by address on a
-# processor that has it: valgrind does not know it.
+# Needs valgrind for memory, for thread the component rust-src (`rustup component add rust-src`), and for miri a nightly compiler with the
+# components miri and rust-src. AVX-512 is covered by address on a processor that has it: valgrind and Miri do not know it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 host=$(rustc -vV | sed -n 's/^host: //p')
@@ -50,14 +51,24 @@ memory() {
 }
 
 address() {
-    sanitized address -p radwalk-radiosity -p radwalk-exact -p radwalk-import -p radwalk-photometry -p radwalk-sky --lib
+    sanitized address -p radwalk-radiosity -p radwalk-exact -p radwalk-import -p radwalk-photometry -p radwalk-sky -p radwalk-pages --lib
 }
 
+# Trees, which take many minutes under it, and what is thrown at the decoder are tested on one thread.
 thread() {
-    sanitized thread -Zbuild-std -p radwalk-parallel -p radwalk-radiosity -p radwalk-cluster --lib
+    sanitized thread -Zbuild-std -p radwalk-parallel -p radwalk-radiosity -p radwalk-cluster --lib -- --skip trace::tree::tests
+    sanitized thread -Zbuild-std -p radwalk-cluster --test suite -- --skip fuzz::
 }
 
-for part in "${@:-list memory address thread}"; do
+# Trees with more rays and facets than one take Miri longer than ten minutes.
+miri() {
+    local miri=(cargo +nightly miri test --locked --no-fail-fast --lib)
+    "${miri[@]}" -p radwalk-pages -p radwalk-parallel
+    RUSTFLAGS="-Ctarget-feature=+avx2,+fma,+bmi1,+bmi2,+lzcnt,+popcnt" \
+        "${miri[@]}" -p radwalk-radiosity -- simd:: a_start_within_the_slack_of_a_plane
+}
+
+for part in "${@:-list memory address thread miri}"; do
     for each in $part; do
         echo "== $each"
         "$each"

@@ -44,7 +44,7 @@ fn in_huge_pages(memory: *mut u8, size: usize) -> *mut u8 {
 }
 
 /// Asks for huge pages in what lies within the memory of whole pages of the least size.
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", not(miri)))]
 #[cold]
 fn advise(memory: *mut u8, size: usize) {
     const PAGE: usize = 1 << 12;
@@ -56,7 +56,8 @@ fn advise(memory: *mut u8, size: usize) {
     };
 }
 
-#[cfg(not(target_os = "linux"))]
+// Miri does not know the call.
+#[cfg(any(not(target_os = "linux"), miri))]
 fn advise(_: *mut u8, _: usize) {}
 
 #[cfg(test)]
