@@ -2,8 +2,8 @@
 
 use radiosity::Memory;
 
-/// A replica that takes more memory is shared by threads, unless the number of worker processes was asked for [bytes]. Each process builds and
-/// holds a replica of its own: 64 MB take some 0.3 s, about as long as a process takes to start and join.
+/// The most memory of a replica that each worker process builds for itself [bytes]. The threads of one process share a larger one. 64 MB are
+/// some 40,000 two-sided triangles.
 const SHARED_REPLICA: usize = 64_000_000;
 
 /// Worker processes of this machine.
@@ -18,7 +18,7 @@ pub(crate) struct Team {
 }
 
 impl Team {
-    /// The team for a scene that takes so much memory: one process with all threads where nobody asked for more and replicas are large.
+    /// The team for replicas of a size. A large replica has one process with all threads, unless the number of processes was asked for.
     pub(crate) fn for_replica(self, replica: Memory) -> Team {
         let all = u32::try_from(self.workers).ok().and_then(|workers| workers.checked_mul(self.threads));
         match all {
