@@ -13,7 +13,7 @@ if [ ! -f /usr/include/embree3/rtcore.h ] || ! command -v g++ >/dev/null; then
     as_root apt-get install -y -qq g++ libembree-dev
 fi
 
-# Huge pages, for either: as `radwalk run` asks for them for its workers.
+# Huge pages, for either: the program itself asks for them by its allocator.
 export GLIBC_TUNABLES=glibc.malloc.hugetlb=1
 build="$(mktemp -d)"
 trap 'rm -rf "$build"' EXIT

@@ -5,9 +5,9 @@
 #
 #     scripts/instructions.sh [cube | cornell | TRIANGLES | MESH]…      default: cube cornell 57000
 set -euo pipefail
+[ $# -gt 0 ] || set -- cube cornell 57000
 scenes=()
-for scene in "${@:-cube}"; do scenes+=("$([ -f "$scene" ] && realpath "$scene" || echo "$scene")"); done
-[ $# -gt 0 ] || scenes=(cube cornell 57000)
+for scene in "$@"; do scenes+=("$([ -f "$scene" ] && realpath "$scene" || echo "$scene")"); done
 cd "$(dirname "$0")/.."
 
 arm=aarch64-unknown-linux-gnu
