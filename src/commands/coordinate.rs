@@ -7,7 +7,7 @@ use job::{Budget, Job, OutputFile};
 use judge::target::looks;
 use monitor::{Description, Gauge, Reports, Showing, TextPage, Watch};
 use protocol::{Checkpoint, Coordinator, Ending, JobPlan, Look, Notice, Past};
-use radiosity::{Experiment, Tally};
+use radiosity::{Experiment, Space, Tally};
 use report::view_troubles;
 use results::{Identity, Keeper, Latest, RunOutput, Settings};
 use tracing::{info, warn};
@@ -25,6 +25,9 @@ use crate::{signals, summary};
 /// Between tries to write the results of a run.
 const FINAL_WAITS: [Duration; 4] =
     [Duration::from_secs(1), Duration::from_secs(2), Duration::from_secs(4), Duration::from_secs(8)];
+
+/// Walks hit all faces of scenes with fewer faces than this, and no one asks what light reaches.
+const SEARCHED_AHEAD: usize = 10_000;
 
 /// Runs a job on worker processes of this machine.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
@@ -225,12 +228,23 @@ impl Prepared {
     /// Leads workers through the job to its end, and writes what came of it.
     fn drive(self, executor: Executor, session: &SessionArgs, out: &OutArgs) -> Result<Outcome, Fault> {
         let station = executor.station(self.experiment.scene())?;
+        self.search_ahead(&executor);
         let page = session.metrics.as_deref().map(open_page).transpose()?;
         let reports = Reports::new(self.description(), self.output.path(), executor.access_file(), page);
         let showing = self.showing(session, out)?;
         let done = self.serve(station, out, (reports, showing));
         executor.close();
         done
+    }
+
+    /// Searches for what light reaches while workers of this machine build a large scene: every look at such a scene asks for it.
+    fn search_ahead(&self, executor: &Executor) {
+        let scene = self.experiment.scene();
+        let is_asked = self.experiment.method().space() == Space::Continuous;
+        if is_asked && scene.faces().len() > SEARCHED_AHEAD && matches!(executor, Executor::Local(_)) {
+            let scene = scene.clone();
+            std::thread::spawn(move || scene.search_for_light(&radiosity::in_turn));
+        }
     }
 
     /// Serves the job to its end and writes what came of it.

@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
+use parallel::run_on_all_cores;
 use radiosity::{Hit, IndexChoice, Lookout, Ray, Scene, SceneError, SceneSpec, Side};
 
 use crate::pilot::{Draws, extent};
@@ -92,7 +93,7 @@ impl Around {
         if let Some(first) = lit.surfaces.first_mut() {
             first.emittance = 1.0.into();
         }
-        Ok(Around { scene: Scene::build(&lit, IndexChoice::Auto)? })
+        Ok(Around { scene: Scene::build_on(&lit, IndexChoice::Draft, &run_on_all_cores)? })
     }
 
     /// Finds the rooms of a scene, or that it is open. `is_room` says whether its size is that of rooms: then a closed hull whose

@@ -1,5 +1,8 @@
 //! Faces that cannot be modelled: those without area, and those that cover an earlier one.
 
+use std::collections::{HashMap, HashSet};
+
+use foldhash::fast::RandomState;
 use glam::DVec3;
 
 use crate::mesh::{Mesh, Triangle};
@@ -31,12 +34,9 @@ impl FaultyTriangles {
             let corners = triangle.corners.map(|corner| merged[corner as usize]);
             sorted(corners, two_sided[triangle.material as usize])
         };
-        let mut order: Vec<([u32; 3], usize)> = (0..mesh.triangles.len()).map(|i| (key(i), i)).collect();
-        order.sort_unstable();
-        let pairs = order.windows(2).filter(|pair| pair[0].0 == pair[1].0);
-        let mut doubled: Vec<usize> = pairs.map(|pair| pair[1].1).collect();
+        let mut seen = HashSet::with_capacity_and_hasher(mesh.triangles.len(), RandomState::default());
+        let mut doubled: Vec<usize> = (0..mesh.triangles.len()).filter(|&i| !seen.insert(key(i))).collect();
         doubled.retain(|i| degenerate.binary_search(i).is_err());
-        doubled.sort_unstable();
         FaultyTriangles { degenerate, doubled }
     }
 
@@ -55,19 +55,10 @@ impl FaultyTriangles {
 
 /// For each vertex, the least index of a vertex at the same place.
 pub(crate) fn merge(positions: &[DVec3]) -> Vec<u32> {
+    let mut first = HashMap::with_capacity_and_hasher(positions.len(), RandomState::default());
     // Adding 0 turns −0 into 0.
-    let bits = |i: u32| positions[i as usize].to_array().map(|x| (x + 0.0).to_bits());
-    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
-    order.sort_unstable_by_key(|&i| (bits(i), i));
-    let mut merged = vec![0; positions.len()];
-    let mut first = 0;
-    for (k, &i) in order.iter().enumerate() {
-        if k == 0 || bits(order[k - 1]) != bits(i) {
-            first = i;
-        }
-        merged[i as usize] = first;
-    }
-    merged
+    let bits = |position: &DVec3| position.to_array().map(|x| (x + 0.0).to_bits());
+    (0..).zip(positions).map(|(i, position)| *first.entry(bits(position)).or_insert(i)).collect()
 }
 
 /// The corners in an order that equal triangles share: the least first; if both sides count, in either orientation.

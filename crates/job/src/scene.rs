@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use import::{Format, Imported, Mesh, Options, Spots};
+use parallel::run_on_all_cores;
 use radiosity::{
     IndexChoice, LampsSpec, Leaves, SKY, Scene, SceneError, SceneSpec, SensorSpec, Shape, Spectrum,
     SurfaceSpec,
@@ -244,7 +245,7 @@ impl SceneFile {
     /// # Errors
     /// [`Error::Scene`]: what [`Scene::build`] refuses, with the line of the surface's or material's key.
     pub fn build(&self, index: IndexChoice) -> Result<Scene, Error> {
-        Scene::build(&self.spec, index).map_err(|error| self.locate(error))
+        Scene::build_on(&self.spec, index, &run_on_all_cores).map_err(|error| self.locate(error))
     }
 
     /// [`SceneFile::build`] of the scene with other cells, grouped by equal labels where there are any.
@@ -252,7 +253,7 @@ impl SceneFile {
     /// # Errors
     /// As [`SceneFile::build`]; cells that its surfaces cannot have.
     pub fn build_cut(&self, cells: (&[Cut], &[u32]), index: IndexChoice) -> Result<Scene, Error> {
-        Scene::build(&self.spec_cut(cells)?, index).map_err(|error| self.locate(error))
+        Scene::build_on(&self.spec_cut(cells)?, index, &run_on_all_cores).map_err(|error| self.locate(error))
     }
 
     /// A scene of these surfaces, cut anew with cells and groups as [`SceneFile::build_cut`] takes them.

@@ -57,6 +57,18 @@ pub fn on_threads<S, T: Send>(
     done.into_iter().map(|(_, result)| result).collect()
 }
 
+/// The results of two jobs that run side by side, the second on the calling thread.
+///
+/// # Panics
+/// If a job does.
+pub fn both<A: Send, B>(first: impl FnOnce() -> A + Send, second: impl FnOnce() -> B) -> (A, B) {
+    thread::scope(|scope| {
+        let first = scope.spawn(first);
+        let second = second();
+        (first.join().expect("jobs do not panic"), second)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,6 +81,13 @@ mod tests {
         for threads in [0, 1, 3, 2000] {
             assert_eq!(on_threads(threads, 1000, || (), |(), i| i * i), squares);
         }
+    }
+
+    #[test]
+    fn two_jobs_wait_for_each_other() {
+        let (send, receive) = std::sync::mpsc::channel();
+        let (first, second) = both(move || receive.recv().unwrap(), || send.send(7));
+        assert_eq!((first, second), (7, Ok(())));
     }
 
     /// What a thread has made for itself stays its own.

@@ -5,7 +5,7 @@
 //! hold far more than its bytes, and bincode allocates what it claims. Sums of tallies travel packed, one varint after
 //! the other, so that no process has to hold them unpacked.
 
-use std::io;
+use std::io::{self, BufWriter};
 
 use bincode::error::DecodeError;
 use bincode::{Decode, Encode};
@@ -151,11 +151,16 @@ pub fn decode_serde<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, C
 /// # Errors
 /// Where the value has no code.
 pub fn digest_serde<T: serde::Serialize>(value: &T) -> Result<[u8; 32], CodecError> {
-    let mut digest = HashWriter(blake3::Hasher::new());
-    bincode::serde::encode_into_std_write(value, &mut digest, bincode::config::standard())
+    // A hasher takes many bytes at once side by side; an encoder writes a number at a time.
+    let mut writer = BufWriter::with_capacity(HASHED, HashWriter(blake3::Hasher::new()));
+    bincode::serde::encode_into_std_write(value, &mut writer, bincode::config::standard())
         .map_err(|error| CodecError::Malformed(error.to_string()))?;
+    let digest = writer.into_inner().map_err(|error| CodecError::Malformed(error.to_string()))?;
     Ok(digest.0.finalize().into())
 }
+
+/// Bytes that are hashed at once.
+const HASHED: usize = 1 << 16;
 
 /// A digest that is written to.
 struct HashWriter(blake3::Hasher);

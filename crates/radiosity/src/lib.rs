@@ -27,6 +27,7 @@
 
 #![warn(unreachable_pub, unnameable_types)]
 
+mod executor;
 mod experiment;
 mod geometry;
 mod jacobi;
@@ -40,6 +41,7 @@ mod thread_pool;
 mod trace;
 mod walk;
 
+pub use executor::{ParallelFor, in_turn};
 pub use experiment::arrivals::Arrival;
 pub use experiment::glare::{Glare, Unexamined};
 pub use experiment::precision::{
@@ -68,7 +70,7 @@ pub use random::Sampler;
 pub use random::rng::{Sequence, WalkRng};
 pub use scene::sealed::Sealed;
 pub use scene::view::Lookout;
-pub use scene::{IndexChoice, Memory, ParallelFor, Scene, SceneError, in_turn};
+pub use scene::{IndexChoice, Memory, Scene, SceneError};
 pub use tally::{Counts, Layout, Overflow, Tally};
 pub use thread_pool::ThreadPool;
 pub use trace::coplanar::Overlap;

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use job::{NamedView, Partition, PlaneTarget, Vantage};
+use parallel::run_on_all_cores;
 use photometry::LuminousOpening;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
@@ -153,7 +154,7 @@ pub(crate) fn settings(bytes: &[u8]) -> Result<Settings, String> {
 pub(crate) fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
     let Packed { scene: spec, tree, settings, .. } = decode(bytes)?;
     let index = if tree { IndexChoice::Tree } else { IndexChoice::Flat };
-    let scene = Scene::build(&spec, index).map_err(|error| error.to_string())?;
+    let scene = Scene::build_on(&spec, index, &run_on_all_cores).map_err(|error| error.to_string())?;
     if let Some(daylight) = &settings.daylight {
         let experiment =
             Experiment::of_daylight(scene, daylight.clone()).map_err(|error| error.to_string())?;

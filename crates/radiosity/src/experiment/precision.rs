@@ -3,9 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::solution::{Channels, Estimate, Estimates};
+use crate::executor::ParallelFor;
 use crate::geometry::face::Face;
+use crate::scene::Scene;
 use crate::scene::sealed::Sealed;
-use crate::scene::{ParallelFor, Scene};
 use crate::walk::Space;
 
 /// The quantity whose half-widths are judged.

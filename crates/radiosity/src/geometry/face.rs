@@ -108,6 +108,11 @@ impl Faces {
         }
     }
 
+    /// The backs of cells in ascending order, each with the front of its cell.
+    pub(crate) fn backs_of_cells(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.pieces.backs()
+    }
+
     /// The face that a piece belongs to.
     #[inline(always)]
     pub fn face_of(&self, piece: u32) -> u32 {

@@ -37,8 +37,7 @@ impl CellGroups {
     pub(super) fn new(cells: &Pieces, patch_of_cell: &[u32]) -> Self {
         let patches = patch_of_cell.iter().max().map_or(0, |last| *last as usize + 1);
         let mut has_back = vec![false; patches];
-        let cells_of_backs: Vec<u32> =
-            (patch_of_cell.len() as u32..cells.len() as u32).map(|piece| cells.cell_of(piece).0).collect();
+        let cells_of_backs: Vec<u32> = cells.backs().map(|(_, cell)| cell).collect();
         cells_of_backs.iter().for_each(|&cell| has_back[patch_of_cell[cell as usize] as usize] = true);
         let backs: Vec<u32> = (0..patches as u32).filter(|&patch| has_back[patch as usize]).collect();
         let mut back_of = vec![0; patches];

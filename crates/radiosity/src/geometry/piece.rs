@@ -289,6 +289,14 @@ impl Pieces {
         }
     }
 
+    /// The backs of cells in ascending order, each with its cell, whose number is that of its front.
+    pub(super) fn backs(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.backs.iter().flat_map(|backs| {
+            let Common { first, shape, .. } = &self.surfaces[backs.surface as usize];
+            (0..shape.cell_count() as u32).map(move |cell| (backs.first + cell, first + cell))
+        })
+    }
+
     /// The number of the first piece on one side of a surface; the others follow in cell order. `None` where the side is
     /// not active.
     pub(super) fn first_on(&self, surface: u32, side: Side) -> Option<u32> {

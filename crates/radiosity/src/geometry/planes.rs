@@ -60,12 +60,18 @@ impl Planes {
         let mut rows = vec![[0.0; 8]; faces.piece_count()];
         let (mut bases, mut bodies) = (Vec::new(), Vec::new());
         for patch in 0..faces.patch_count() as u32 {
-            let plane = Plane::of(faces, patch, partition.pieces(patch));
-            let pieces = faces.of_patch(patch).flat_map(|face| partition.pieces(face));
-            pieces
-                .for_each(|&piece| rows[piece as usize] = plane.row(surfaces, &shapes, &faces.piece(piece)));
+            // The number of a patch is that of its front.
+            let fronts: Vec<(u32, Face)> =
+                partition.pieces(patch).iter().map(|&piece| (piece, faces.piece(piece))).collect();
+            let plane = Plane::of(faces, patch, &fronts);
+            for (piece, front) in &fronts {
+                rows[*piece as usize] = plane.row(surfaces, &shapes, front);
+            }
             bases.push(plane.basis);
             bodies.push(plane.body);
+        }
+        for (back, front) in faces.backs_of_cells() {
+            rows[back as usize] = rows[front as usize];
         }
         Some(Planes { rows: Table::new(rows), bases, bodies })
     }
@@ -112,10 +118,11 @@ impl Body {
 }
 
 impl Plane {
-    fn of(faces: &Faces, patch: u32, pieces: &[u32]) -> Self {
-        match pieces {
-            [piece] => Plane::of_cell(&faces.piece_corners(*piece)),
-            _ => Plane::of_group(faces, faces.get(patch as usize), pieces),
+    /// The basis of a patch, given the fronts of its cells and their numbers.
+    fn of(faces: &Faces, patch: u32, fronts: &[(u32, Face)]) -> Self {
+        match fronts {
+            [(piece, _)] => Plane::of_cell(&faces.piece_corners(*piece)),
+            _ => Plane::of_group(faces, faces.get(patch as usize), fronts),
         }
     }
 
@@ -137,12 +144,12 @@ impl Plane {
     }
 
     /// The basis of a group: the `face` of these pieces.
-    fn of_group(faces: &Faces, face: Face, pieces: &[u32]) -> Self {
+    fn of_group(faces: &Faces, face: Face, pieces: &[(u32, Face)]) -> Self {
         let centre = face.centroid;
         let mut covariance = [[0.0; 3]; 3];
         let mut corners = Vec::new();
-        for &piece in pieces {
-            let (member, own) = (faces.piece(piece), faces.piece_corners(piece));
+        for (piece, member) in pieces {
+            let own = faces.piece_corners(*piece);
             let share = member.area / face.area;
             add(&mut covariance, outer_square(member.centroid - centre, share));
             own.iter().for_each(|&corner| {

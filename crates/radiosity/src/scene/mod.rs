@@ -21,6 +21,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::executor::{self, ParallelFor, in_turn};
 use crate::geometry::basis::LinearBasis;
 use crate::geometry::face::{Face, Faces};
 use crate::geometry::frame::Frames;
@@ -44,7 +45,6 @@ use crate::trace::stack::Stack;
 use births::{Birthplace, Births, Origin};
 use lamps::PointLamps;
 use lit_parts::LitParts;
-pub use lit_parts::{ParallelFor, in_turn};
 use panes::Panes;
 use scatter::Scatter;
 use sealed::Sealed;
@@ -78,6 +78,8 @@ pub enum IndexChoice {
     Flat,
     /// A tree, however few there are.
     Tree,
+    /// As [`IndexChoice::Auto`], by a tree that is built faster: for few rays.
+    Draft,
 }
 
 /// Surfaces, patches, emitters, and the index that rays are traced with. Clones share all of it.
@@ -145,7 +147,19 @@ impl Scene {
     /// negative emittance, no area, no cells; or a scene without surfaces, without emitters, with too many
     /// patches.
     pub fn build(spec: &SceneSpec, index: IndexChoice) -> Result<Self, SceneError> {
-        Scene::build_for(spec, index, Isa::best())
+        Scene::build_on(spec, index, &in_turn)
+    }
+
+    /// [`Scene::build`] on the threads of an executor, for scenes of many surfaces.
+    ///
+    /// # Errors
+    /// As [`Scene::build`].
+    pub fn build_on(
+        spec: &SceneSpec,
+        index: IndexChoice,
+        executor: &ParallelFor,
+    ) -> Result<Self, SceneError> {
+        Scene::build_with(spec, (index, Isa::best()), executor)
     }
 
     /// Builds a scene whose walks take no instruction of AVX-512, to measure what processors without it would do.
@@ -153,13 +167,24 @@ impl Scene {
     /// # Errors
     /// As [`Scene::build`].
     pub fn build_without_avx512(spec: &SceneSpec, index: IndexChoice) -> Result<Self, SceneError> {
-        Scene::build_for(spec, index, Isa::best_without_avx512())
+        Scene::build_with(spec, (index, Isa::best_without_avx512()), &in_turn)
     }
 
     /// Builds a scene for walks on an instruction set that this machine has.
+    #[cfg(test)]
     pub(crate) fn build_for(spec: &SceneSpec, index: IndexChoice, isa: Isa) -> Result<Self, SceneError> {
+        Scene::build_with(spec, (index, isa), &in_turn)
+    }
+
+    fn build_with(
+        spec: &SceneSpec,
+        (index, isa): (IndexChoice, Isa),
+        executor: &ParallelFor,
+    ) -> Result<Self, SceneError> {
         let [min, max] = extent(spec);
-        Scene::assemble(spec, isa, |surfaces| traced::Traced::new(surfaces, slack(min, max), (index, isa)))
+        let trace =
+            |surfaces: &mut [Surface]| traced::Traced::new(surfaces, slack(min, max), (index, isa), executor);
+        Scene::assemble(spec, isa, executor, trace)
     }
 
     /// A scene of the same surfaces in other cells, or with other groups: what rays find surfaces by is kept, all else is given up before the new
@@ -184,7 +209,7 @@ impl Scene {
         };
         let isa = *isa;
         drop(self);
-        Scene::assemble(spec, isa, |surfaces| {
+        Scene::assemble(spec, isa, &in_turn, |surfaces| {
             traced::lie_in(surfaces, &traced.stacks);
             traced
         })
@@ -206,6 +231,7 @@ impl Scene {
     fn assemble(
         spec: &SceneSpec,
         isa: Isa,
+        executor: &ParallelFor,
         trace: impl FnOnce(&mut [Surface]) -> traced::Traced,
     ) -> Result<Self, SceneError> {
         check::check(spec)?;
@@ -215,13 +241,11 @@ impl Scene {
         let origin = 0.5 * (min + max);
 
         let faces = Faces::new(pieces, &spec.patch_of_cell);
-        let mut surfaces: Vec<Surface> = (0..)
-            .zip(&spec.surfaces)
-            .map(|(number, surface)| {
-                let [front, back] = [Side::Front, Side::Back].map(|side| faces.first_piece_on(number, side));
-                Surface::new(surface, front.expect("every surface has a front"), back, origin)
-            })
-            .collect();
+        let mut surfaces = executor::collect(executor, spec.surfaces.len(), |number| {
+            let first = |side| faces.first_piece_on(number as u32, side);
+            let front = first(Side::Front).expect("every surface has a front");
+            Surface::new(&spec.surfaces[number], front, first(Side::Back), origin)
+        });
         let channels = spec.channels();
         let lamps = PointLamps::new(&spec.lamps, [min, max], slack(min, max))?;
         let panes = Panes::new(&spec.panes, origin)?;
@@ -429,7 +453,16 @@ impl Scene {
     /// By face: the part of its area that light comes to by paths that go on from where they arrive, above 0 where a face was `hit`. The executor
     /// runs the search for it, once for each scene: a second and more among a million faces.
     pub fn lit_parts(&self, hit: &[bool], executor: &ParallelFor) -> Vec<f64> {
-        self.parts.lit_parts.get_or_init(|| Arc::new(LitParts::new(self, executor))).given(self, hit)
+        self.searched_parts(executor).given(self, hit, executor)
+    }
+
+    /// Searches ahead for what [`Scene::lit_parts`] needs of the scene.
+    pub fn search_for_light(&self, executor: &ParallelFor) {
+        self.searched_parts(executor);
+    }
+
+    fn searched_parts(&self, executor: &ParallelFor) -> &LitParts {
+        self.parts.lit_parts.get_or_init(|| Arc::new(LitParts::new(self, executor)))
     }
 
     /// The faces that no path of light joins to an emitter, where paths go on from any point of a face.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::IndexChoice;
+use crate::executor::ParallelFor;
 use crate::geometry::frame::Frames;
 use crate::geometry::surface::Surface;
 use crate::simd::isa::Isa;
@@ -11,7 +12,7 @@ use crate::trace::coplanar::stacks;
 use crate::trace::facet::Facets;
 use crate::trace::flat::Flat;
 use crate::trace::stack::Stack;
-use crate::trace::tree::{BinaryTree, Tree};
+use crate::trace::tree::{BinaryTree, Effort, Tree};
 
 /// Up to this many surfaces, meeting every facet is faster than a tree (with AVX-512 up to twice as many).
 const FLAT_SURFACES: usize = 96;
@@ -26,16 +27,22 @@ pub(super) struct Traced {
 
 impl Traced {
     /// What rays need of surfaces, which take on the planes of their stacks.
-    pub(super) fn new(surfaces: &mut [Surface], slack: f64, (index, isa): (IndexChoice, Isa)) -> Self {
+    pub(super) fn new(
+        surfaces: &mut [Surface],
+        slack: f64,
+        (index, isa): (IndexChoice, Isa),
+        executor: &ParallelFor,
+    ) -> Self {
         let tree = match index {
-            IndexChoice::Auto => surfaces.len() > FLAT_SURFACES,
+            IndexChoice::Auto | IndexChoice::Draft => surfaces.len() > FLAT_SURFACES,
             IndexChoice::Flat => false,
             IndexChoice::Tree => true,
         };
-        let binary = tree.then(|| BinaryTree::new(surfaces, slack));
-        let stacks = stacks(surfaces, slack, binary.as_ref());
+        let effort = if index == IndexChoice::Draft { Effort::Least } else { Effort::Full };
+        let binary = tree.then(|| BinaryTree::new(surfaces, slack, effort, executor));
+        let stacks = stacks(surfaces, slack, binary.as_ref(), executor);
         lie_in(surfaces, &stacks);
-        let facets = Facets::new(surfaces, &stacks, slack);
+        let facets = Facets::new(surfaces, &stacks, slack, executor);
         let index = match &binary {
             Some(binary) => Index::Tree(Tree::new(binary, &facets, isa)),
             None => Index::Flat(Flat::new(isa, surfaces, &facets)),

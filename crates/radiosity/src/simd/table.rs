@@ -1,5 +1,6 @@
 //! What walks look up of surfaces, many at a time.
 
+use crate::executor::{ParallelFor, collect};
 use crate::simd::prefetch::prefetch;
 
 /// Tables with up to this many rows are kept by columns, too.
@@ -20,10 +21,20 @@ pub(crate) struct Table<const K: usize> {
 
 impl<const K: usize> Table<K> {
     pub(crate) fn new(rows: Vec<[f64; K]>) -> Self {
+        Table::of_rows(rows.into_iter().map(TableRow).collect())
+    }
+
+    /// A table whose rows are made one by one, on the threads of an executor.
+    pub(crate) fn make(executor: &ParallelFor, count: usize, row: impl Fn(usize) -> [f64; K] + Sync) -> Self {
+        Table::of_rows(collect(executor, count, |number| TableRow(row(number))))
+    }
+
+    fn of_rows(rows: Vec<TableRow<K>>) -> Self {
         let few = rows.len() <= FEW;
-        let column = |k: usize| std::array::from_fn(|i| rows.get(i).map_or(0.0, |row: &[f64; K]| row[k]));
+        let column =
+            |k: usize| std::array::from_fn(|i| rows.get(i).map_or(0.0, |row: &TableRow<K>| row.0[k]));
         let columns = few.then(|| Box::new(std::array::from_fn(column)));
-        Table { rows: rows.into_iter().map(TableRow).collect(), columns }
+        Table { rows, columns }
     }
 
     pub(crate) fn len(&self) -> usize {

@@ -10,6 +10,7 @@ use glam::{DVec2, DVec3};
 
 use super::stack::Stack;
 use super::tree::BinaryTree;
+use crate::executor::ParallelFor;
 use crate::geometry::spec::{Corners, Sides};
 use crate::geometry::surface::Surface;
 
@@ -93,6 +94,7 @@ fn signed_area(polygon: &[DVec2]) -> f64 {
 }
 
 /// What is asked of surfaces here.
+#[derive(Clone)]
 struct Outline {
     corners: Corners,
     normal: DVec3,
@@ -126,9 +128,10 @@ impl Outline {
 }
 
 /// Whether the larger of two surfaces holds the other in its plane, and their outlines overlap.
-fn coincide(a: &Outline, b: &Outline, slack: f64) -> bool {
+fn coincide(a: &Surface, b: &Surface, slack: f64) -> bool {
+    let [a, b] = [a, b].map(Outline::new);
     let (large, small) = if a.area >= b.area { (a, b) } else { (b, a) };
-    large.holds(small, slack) && {
+    large.holds(&small, slack) && {
         let (x, y) = large.normal.any_orthonormal_pair();
         let [p, q] = [large, small].map(|outline| outline.flat([x, y]));
         !is_apart(&p, &q, OVERLAP * slack) && !is_apart(&q, &p, OVERLAP * slack)
@@ -188,21 +191,25 @@ impl CoplanarSets {
 }
 
 /// The stacks of a scene, by their least surface. Without a tree over the surfaces every pair is looked at.
-pub(crate) fn stacks(surfaces: &[Surface], slack: f64, tree: Option<&BinaryTree>) -> Vec<Stack> {
-    let outlines: Vec<Outline> = surfaces.iter().map(Outline::new).collect();
-    let mut groups = CoplanarSets::new(surfaces.len());
-    let mut join = |i: u32, j: u32| {
-        if coincide(&outlines[i as usize], &outlines[j as usize], slack) {
-            groups.join(i, j);
+pub(crate) fn stacks(
+    surfaces: &[Surface],
+    slack: f64,
+    tree: Option<&BinaryTree>,
+    executor: &ParallelFor,
+) -> Vec<Stack> {
+    let coincide = |i: u32, j: u32| coincide(&surfaces[i as usize], &surfaces[j as usize], slack);
+    let pairs = match tree {
+        Some(tree) => tree.pairs(executor, coincide),
+        None => {
+            let all = (0..surfaces.len() as u32).flat_map(|j| (0..j).map(move |i| [i, j]));
+            all.filter(|&[i, j]| coincide(i, j)).collect()
         }
     };
-    match tree {
-        Some(tree) => tree.each_pair(&mut join),
-        None => (0..surfaces.len() as u32).for_each(|j| (0..j).for_each(|i| join(i, j))),
-    }
+    let mut groups = CoplanarSets::new(surfaces.len());
+    pairs.into_iter().for_each(|[i, j]| groups.join(i, j));
     let mut stacks = Vec::new();
     for group in groups.several() {
-        stack_up(group, surfaces, &outlines, slack, &mut stacks);
+        stack_up(group, surfaces, slack, &mut stacks);
     }
     stacks.sort_by_key(|stack: &Stack| stack.surfaces.iter().copied().min());
     stacks
@@ -210,23 +217,19 @@ pub(crate) fn stacks(surfaces: &[Surface], slack: f64, tree: Option<&BinaryTree>
 
 /// Makes a stack of the surfaces of a group that lie in the plane of its largest, and further ones of the others: along a
 /// chain of surfaces, each in the plane of the next, planes can drift apart.
-fn stack_up(
-    mut group: Vec<u32>,
-    surfaces: &[Surface],
-    outlines: &[Outline],
-    slack: f64,
-    stacks: &mut Vec<Stack>,
-) {
+fn stack_up(group: Vec<u32>, surfaces: &[Surface], slack: f64, stacks: &mut Vec<Stack>) {
+    let outlined = |member: u32| (member, Outline::new(&surfaces[member as usize]));
+    let mut group: Vec<(u32, Outline)> = group.into_iter().map(outlined).collect();
     while group.len() > 1 {
-        let largest = |&a: &u32, &b: &u32| {
-            outlines[a as usize].area.total_cmp(&outlines[b as usize].area).then(b.cmp(&a))
+        let by_area = |(a, of_a): &&(u32, Outline), (b, of_b): &&(u32, Outline)| {
+            of_a.area.total_cmp(&of_b.area).then(b.cmp(a))
         };
-        let plane =
-            &outlines[group.iter().copied().max_by(|a, b| largest(a, b)).expect("not empty") as usize];
-        let (layers, others): (Vec<u32>, Vec<u32>) =
-            group.into_iter().partition(|&member| plane.holds(&outlines[member as usize], slack));
+        let plane = group.iter().max_by(by_area).expect("not empty").1.clone();
+        let (layers, others): (Vec<_>, Vec<_>) =
+            group.into_iter().partition(|(_, outline)| plane.holds(outline, slack));
         if layers.len() > 1 {
-            stacks.push(stack(layers, surfaces, plane));
+            let layers = layers.into_iter().map(|(member, _)| member).collect();
+            stacks.push(stack(layers, surfaces, &plane));
         }
         group = others;
     }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::layers::Layers;
 use super::stack::Stack;
+use crate::executor::ParallelFor;
 use crate::geometry::spec::Sides;
 use crate::geometry::surface::Surface;
 use crate::simd::table::Table;
@@ -90,7 +91,7 @@ impl Facets {
     }
 
     /// The facets of surfaces of which some lie in the planes of stacks.
-    pub(crate) fn new(surfaces: &[Surface], stacks: &[Stack], slack: f64) -> Self {
+    pub(crate) fn new(surfaces: &[Surface], stacks: &[Stack], slack: f64, executor: &ParallelFor) -> Self {
         let mut offsets: Vec<f64> = surfaces.iter().map(|s| s.normal().dot(s.corner())).collect();
         let faces_normal =
             |surface: u32, stack: &Stack| surfaces[surface as usize].normal().dot(stack.normal) > 0.0;
@@ -100,10 +101,9 @@ impl Facets {
                 offsets[surface as usize] = if same_way { stack.offset } else { -stack.offset };
             }
         }
-        let facets = surfaces.iter().zip(offsets);
-        let facets = facets.map(|(surface, offset)| Facet::new(surface, offset, slack).numbers());
+        let numbers = |i: usize| Facet::new(&surfaces[i], offsets[i], slack).numbers();
         Facets {
-            table: Table::new(facets.collect()),
+            table: Table::make(executor, surfaces.len(), numbers),
             slack,
             layers: Layers::new(surfaces.len(), stacks, faces_normal),
         }

@@ -9,7 +9,8 @@ use std::io::{self, Write};
 
 use foldhash::fast::FixedState;
 use glam::DVec3;
-use radiosity::{Estimates, Side};
+use parallel::{both, on_all_cores};
+use radiosity::{Estimate, Estimates, Side};
 use serde::Serialize;
 
 use crate::pack::pack;
@@ -38,6 +39,9 @@ const SEEN_STEPS: f64 = 64.0;
 
 /// Half-widths in 8 bits: steps to the octave.
 const WIDTH_STEPS: f64 = 12.0;
+
+/// Rows that a thread makes at once.
+const AT_ONCE: usize = 1 << 14;
 
 /// What the script needs to know of the compact numbers.
 #[derive(Serialize)]
@@ -91,107 +95,171 @@ pub(super) fn holds_table(rows: usize) -> bool {
     rows <= TABLE_UP_TO
 }
 
+/// How light is coded in 16 bits: as a logarithm.
+struct LightCode {
+    /// The exponent of 2 that code 2 stands for.
+    least: f64,
+}
+
+impl LightCode {
+    /// The code in which the brightest estimate has the highest number.
+    fn of(estimates: &Estimates) -> Self {
+        let brightest = estimates.iter().map(|(_, face, known)| {
+            known
+                .as_deref()
+                .map_or(face.emittance.max(), |known| known.iter().map(|of| of.radiosity).fold(0.0, f64::max))
+        });
+        let brightest = brightest.fold(f64::MIN_POSITIVE, f64::max);
+        LightCode { least: brightest.log2() - 65_000.0 / STEPS }
+    }
+
+    /// 0 for no number, 1 for nothing.
+    fn log(&self, value: f64, steps: f64) -> u16 {
+        match value {
+            value if value.is_nan() => 0,
+            value if value <= 0.0 => 1,
+            value => (2.0 + ((value.log2() - self.least) * steps).round().max(0.0)) as u16,
+        }
+    }
+}
+
+/// The corners of rows: those of one place and light are one vertex.
+struct VertexTables {
+    /// By vertex, its place and its light, 16 bits for each axis and each channel.
+    places: [Vec<u16>; 3],
+    lights: Vec<Vec<u16>>,
+    /// By row, for each of four corners how many vertices ago its own was made; 0 for a new one.
+    indices: [Vec<u32>; 4],
+}
+
+impl VertexTables {
+    fn of(rows: &[CompactRows], smooth: &Smooth, channels: usize, code: &LightCode) -> Self {
+        let mut vertices: HashMap<u128, u32, FixedState> = HashMap::default();
+        let lights = vec![Vec::new(); channels];
+        let mut tables = VertexTables { places: Default::default(), lights, indices: Default::default() };
+        for row in rows {
+            for (corner, light) in smooth.corners(row.piece as usize).chunks_exact(channels).enumerate() {
+                let mut codes = [0; 3];
+                codes.iter_mut().zip(light).for_each(|(of, &b)| *of = code.log(b, SEEN_STEPS));
+                let place = row.corners[corner];
+                let key = place.iter().chain(&codes).fold(0, |key, &part| key << 16 | u128::from(part));
+                let next = vertices.len() as u32;
+                let vertex = *vertices.entry(key).or_insert_with(|| {
+                    (0..3).for_each(|axis| tables.places[axis].push(place[axis]));
+                    tables.lights.iter_mut().zip(codes).for_each(|(light, code)| light.push(code));
+                    next
+                });
+                // Most that are not new have been met a short while ago.
+                tables.indices[corner].push(next - vertex);
+            }
+        }
+        tables
+    }
+
+    fn write(&self, mut writer: impl Write) -> io::Result<()> {
+        self.places.iter().chain(&self.lights).try_for_each(|plane| sixteen(&mut writer, plane))?;
+        self.indices.iter().try_for_each(|plane| thirty_two(&mut writer, plane))
+    }
+}
+
+/// What is known of rows.
+struct RowTables {
+    /// Reflectance and emittance of each material, the channels side by side.
+    materials: Vec<Vec<f64>>,
+    material_of: Vec<u16>,
+    /// 1 for a back.
+    sides: Vec<u8>,
+    patches: Vec<u32>,
+    /// By quantity and channel: B, and where ends are wanted those of its interval.
+    light: Vec<Vec<u16>>,
+    /// Where no ends are wanted, the half-widths.
+    widths: Vec<u8>,
+}
+
+impl RowTables {
+    fn of(rows: &[CompactRows], estimates: &Estimates, ends: bool, code: &LightCode) -> Self {
+        let (faces, channels) = (estimates.scene().faces(), estimates.scene().channels());
+        let mut numbers: HashMap<[[u64; 3]; 2], u16> = HashMap::new();
+        let mut tables = RowTables {
+            materials: Vec::new(),
+            material_of: Vec::new(),
+            sides: Vec::new(),
+            patches: Vec::new(),
+            light: vec![Vec::new(); channels * if ends { 3 } else { 1 }],
+            widths: Vec::new(),
+        };
+        for row in rows {
+            let face = faces.piece(row.piece);
+            let known = estimates.face(row.face);
+            let material = [face.reflectance, face.emittance].map(radiosity::Spectrum::channels);
+            let next = numbers.len().min(usize::from(u16::MAX)) as u16;
+            let number = *numbers.entry(material.map(|of| of.map(f64::to_bits))).or_insert_with(|| {
+                tables.materials.push(material.iter().flat_map(|of| &of[..channels]).copied().collect());
+                next
+            });
+            tables.material_of.push(number);
+            tables.sides.push(u8::from(face.side == Side::Back));
+            tables.patches.push(face.patch);
+            for c in 0..channels {
+                let values = known.as_deref().map(|known| {
+                    [known[c].known_radiosity().unwrap_or(f64::NAN), known[c].ci_low, known[c].ci_high]
+                });
+                let values = values.unwrap_or([f64::NAN; 3]);
+                for (which, value) in values.into_iter().enumerate().take(if ends { 3 } else { 1 }) {
+                    tables.light[which * channels + c].push(code.log(value, STEPS));
+                }
+            }
+            if !ends {
+                tables.widths.push(width_code(known.as_deref()));
+            }
+        }
+        tables
+    }
+
+    fn write(&self, mut writer: impl Write) -> io::Result<()> {
+        thirty_two(&mut writer, &steps(&self.patches))?;
+        writer.write_all(&self.sides)?;
+        sixteen(&mut writer, &self.material_of)?;
+        self.light.iter().try_for_each(|plane| sixteen(&mut writer, plane))?;
+        writer.write_all(&self.widths)
+    }
+}
+
+/// The half-width of a face in 8 bits, from 2⁻¹⁵ on; 0 where nothing is known.
+fn width_code(known: Option<&[Estimate]>) -> u8 {
+    let width = known
+        .map_or(f64::NAN, |known| known.iter().map(radiosity::Estimate::relative_error).fold(0.0, f64::max));
+    match width {
+        width if width.is_nan() => 0,
+        width => (1.0 + ((width.max(1e-9).log2() + 15.0) * WIDTH_STEPS).round().clamp(0.0, 254.0)) as u8,
+    }
+}
+
 /// The layout, and the packed numbers.
 pub(super) fn compact(estimates: &Estimates, smooth: &Smooth) -> io::Result<(CompactLayout, String)> {
     let scene = estimates.scene();
     let (faces, channels) = (scene.faces(), scene.channels());
     let (rows, low, step) = rows(estimates);
     let ends = rows.len() * channels <= ENDS_UP_TO;
-    let brightest = estimates.iter().map(|(_, face, known)| {
-        known
-            .as_deref()
-            .map_or(face.emittance.max(), |known| known.iter().map(|of| of.radiosity).fold(0.0, f64::max))
-    });
-    let brightest = brightest.fold(f64::MIN_POSITIVE, f64::max);
-    // The brightest has the highest code.
-    let least = brightest.log2() - 65_000.0 / STEPS;
-    let log = |value: f64, steps: f64| match value {
-        value if value.is_nan() => 0,
-        value if value <= 0.0 => 1,
-        value => (2.0 + ((value.log2() - least) * steps).round().max(0.0)) as u16,
-    };
-
-    // Place and light, 16 bits each.
-    let mut vertices: HashMap<u128, u32, FixedState> = HashMap::default();
-    let mut places: [Vec<u16>; 3] = Default::default();
-    let mut lights: Vec<Vec<u16>> = vec![Vec::new(); channels];
-    let mut indices: [Vec<u32>; 4] = Default::default();
-    for row in &rows {
-        for (corner, light) in smooth.corners(row.piece as usize).chunks_exact(channels).enumerate() {
-            let mut codes = [0; 3];
-            codes.iter_mut().zip(light).for_each(|(code, &b)| *code = log(b, SEEN_STEPS));
-            let place = row.corners[corner];
-            let key = place.iter().chain(&codes).fold(0, |key, &part| key << 16 | u128::from(part));
-            let next = vertices.len() as u32;
-            let vertex = *vertices.entry(key).or_insert_with(|| {
-                (0..3).for_each(|axis| places[axis].push(place[axis]));
-                lights.iter_mut().zip(codes).for_each(|(light, code)| light.push(code));
-                next
-            });
-            // 0 for a new one; most others have been met a short while ago.
-            indices[corner].push(next - vertex);
-        }
-    }
-
-    let mut materials: HashMap<[[u64; 3]; 2], u16> = HashMap::new();
-    let mut numbers: Vec<Vec<f64>> = Vec::new();
-    let (mut material_of, mut sides, mut patches) = (Vec::new(), Vec::new(), Vec::new());
-    let mut light: Vec<Vec<u16>> = vec![Vec::new(); channels * if ends { 3 } else { 1 }];
-    let mut widths: Vec<u8> = Vec::new();
-    for row in &rows {
-        let face = faces.piece(row.piece);
-        let known = estimates.face(row.face);
-        let material = [face.reflectance, face.emittance].map(radiosity::Spectrum::channels);
-        let next = materials.len().min(usize::from(u16::MAX)) as u16;
-        let number = *materials.entry(material.map(|of| of.map(f64::to_bits))).or_insert_with(|| {
-            numbers.push(material.iter().flat_map(|of| &of[..channels]).copied().collect());
-            next
-        });
-        material_of.push(number);
-        sides.push(u8::from(face.side == Side::Back));
-        patches.push(face.patch);
-        for c in 0..channels {
-            let values = known.as_deref().map(|known| {
-                [known[c].known_radiosity().unwrap_or(f64::NAN), known[c].ci_low, known[c].ci_high]
-            });
-            let values = values.unwrap_or([f64::NAN; 3]);
-            for (which, value) in values.into_iter().enumerate().take(if ends { 3 } else { 1 }) {
-                light[which * channels + c].push(log(value, STEPS));
-            }
-        }
-        if !ends {
-            let width = known.as_deref().map_or(f64::NAN, |known| {
-                known.iter().map(radiosity::Estimate::relative_error).fold(0.0, f64::max)
-            });
-            widths.push(match width {
-                width if width.is_nan() => 0,
-                // From 2⁻¹⁵ on.
-                width => {
-                    (1.0 + ((width.max(1e-9).log2() + 15.0) * WIDTH_STEPS).round().clamp(0.0, 254.0)) as u8
-                }
-            });
-        }
-    }
+    let code = LightCode::of(estimates);
+    let (vertices, known) = both(
+        || VertexTables::of(&rows, smooth, channels, &code),
+        || RowTables::of(&rows, estimates, ends, &code),
+    );
     let packed = pack(|zlib| {
-        places.iter().try_for_each(|plane| sixteen(&mut *zlib, plane))?;
-        lights.iter().try_for_each(|plane| sixteen(&mut *zlib, plane))?;
-        indices.iter().try_for_each(|plane| thirty_two(&mut *zlib, plane))?;
-        thirty_two(&mut *zlib, &steps(&patches))?;
-        zlib.write_all(&sides)?;
-        sixteen(&mut *zlib, &material_of)?;
-        light.iter().try_for_each(|plane| sixteen(&mut *zlib, plane))?;
-        zlib.write_all(&widths)
+        vertices.write(&mut *zlib)?;
+        known.write(&mut *zlib)
     })?;
     let layout = CompactLayout {
         rows: rows.len(),
         of: faces.piece_count(),
-        vertices: vertices.len(),
+        vertices: vertices.places[0].len(),
         channels,
         two_sided: faces.two_sided(),
         low: low.to_array(),
         step,
-        materials: numbers,
-        least,
+        materials: known.materials,
+        least: code.least,
         steps: STEPS,
         seen_steps: SEEN_STEPS,
         width_steps: WIDTH_STEPS,
@@ -214,7 +282,12 @@ fn rows(estimates: &Estimates) -> (Vec<CompactRows>, DVec3, f64) {
         let corners = std::array::from_fn(|i| on_grid(corners[i.min(corners.len() - 1)]));
         CompactRows { face, piece, corners }
     };
-    let finest: Vec<CompactRows> = faces.pieces_by_patch().map(on_finest).collect();
+    let pieces: Vec<(usize, u32)> = faces.pieces_by_patch().collect();
+    let parts: Vec<&[(usize, u32)]> = pieces.chunks(AT_ONCE).collect();
+    let finest = on_all_cores(parts.len(), |part| -> Vec<CompactRows> {
+        parts[part].iter().copied().map(on_finest).collect()
+    });
+    let finest: Vec<CompactRows> = finest.into_iter().flatten().collect();
     if finest.len() <= most {
         return (finest, low, size / f64::from(GRID[0]));
     }

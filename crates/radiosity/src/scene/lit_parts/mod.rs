@@ -20,6 +20,7 @@ use self::paths::{Ground, Kinds, LENGTH, PathHit, Paths, SurfacePoint};
 use super::Scene;
 use super::sealed::Joined;
 use super::view::Lookout;
+use crate::executor::{ParallelFor, results};
 use crate::random::rng::{Sequence, WalkRng};
 use crate::trace::ray::Ray;
 
@@ -69,14 +70,6 @@ pub(crate) struct LitParts {
     slivers: Mutex<HashMap<u32, Option<f64>>>,
 }
 
-/// Runs a number of independent jobs, each once, in any order and on any threads.
-pub type ParallelFor<'a> = dyn Fn(usize, &(dyn Fn(usize) + Sync)) + 'a;
-
-/// Runs jobs one after the other.
-pub fn in_turn(jobs: usize, job: &(dyn Fn(usize) + Sync)) {
-    (0..jobs).for_each(job);
-}
-
 impl LitParts {
     pub(super) fn new(scene: &Scene, executor: &ParallelFor) -> Self {
         let mut rng = Sequence::new(SEED).walk(0);
@@ -111,18 +104,18 @@ impl LitParts {
     ///
     /// A hit on a face all of whose points are dark has one of two reasons. Either the face has a lit sliver between its points, which is looked for;
     /// or light comes to a group by a way that no path has found, and then all of that group counts as lit.
-    pub(crate) fn given(&self, scene: &Scene, hit: &[bool]) -> Vec<f64> {
+    pub(crate) fn given(&self, scene: &Scene, hit: &[bool], executor: &ParallelFor) -> Vec<f64> {
         let mut found = vec![false; self.count];
-        for face in (0..hit.len()).filter(|&face| hit[face] && self.is_dark(face)) {
-            if self.sliver(scene, face as u32).is_none() {
-                self.of_face(face).iter().for_each(|&group| found[group as usize] = true);
-            }
+        let in_doubt = (0..hit.len()).filter(|&face| hit[face] && self.is_dark(face));
+        let slivers = self.slivers_of(scene, in_doubt.map(|face| face as u32).collect(), executor);
+        for (&face, _) in slivers.iter().filter(|(_, sliver)| sliver.is_none()) {
+            self.of_face(face as usize).iter().for_each(|&group| found[group as usize] = true);
         }
         let is_lit = |group: &&u32| **group == LIT || found[**group as usize];
         let part = |face: usize| {
             let groups = self.of_face(face);
             match groups.iter().filter(is_lit).count() {
-                0 if hit[face] => self.sliver(scene, face as u32).expect("its groups are lit if it has none"),
+                0 if hit[face] => slivers[&(face as u32)].expect("its groups are lit if it has none"),
                 lit => lit as f64 / groups.len() as f64,
             }
         };
@@ -138,28 +131,40 @@ impl LitParts {
         !self.of_face(face).contains(&LIT)
     }
 
+    /// By face, of some whose own points are all dark: the lit part; `None` where more points are dark, too.
+    fn slivers_of(
+        &self,
+        scene: &Scene,
+        faces: Vec<u32>,
+        executor: &ParallelFor,
+    ) -> HashMap<u32, Option<f64>> {
+        let mut known = self.slivers.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let new: Vec<u32> = faces.iter().copied().filter(|face| !known.contains_key(face)).collect();
+        let found = results(executor, new.len(), |number| self.sliver(scene, new[number]));
+        known.extend(new.into_iter().zip(found));
+        faces.into_iter().map(|face| (face, known[&face])).collect()
+    }
+
     /// The lit part of a face whose own points are all dark; `None` where more points are dark, too.
     fn sliver(&self, scene: &Scene, face: u32) -> Option<f64> {
-        let mut known = self.slivers.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        *known.entry(face).or_insert_with(|| {
-            let ground = Ground { scene, kinds: &self.kinds, places: &[], points: &[], first: &[] };
-            let mut paths = Paths { ground: &ground, rng: Sequence::new(SEED).walk(1 + u64::from(face)) };
-            let mut tried = 0;
-            while tried < SLIVER_POINTS {
-                let batch: Vec<SurfacePoint> =
-                    (0..64).map(|_| point_of(scene, face, &mut paths.rng)).collect();
-                tried += batch.len();
-                let mut lit = 0;
-                let nothing = |_, _| false;
-                paths.follow(&batch, &self.lit_places, nothing, |_, seen| {
-                    lit += usize::from(matches!(seen, PathHit::Light))
-                });
-                if lit > 0 {
-                    return Some(lit as f64 / tried as f64);
-                }
+        let ground = Ground { scene, kinds: &self.kinds, places: &[], points: &[], first: &[] };
+        let mut paths = Paths { ground: &ground, rng: Sequence::new(SEED).walk(1 + u64::from(face)) };
+        let mut tried = 0;
+        while tried < SLIVER_POINTS {
+            let batch: Vec<SurfacePoint> = (0..64).map(|_| point_of(scene, face, &mut paths.rng)).collect();
+            tried += batch.len();
+            let mut lit = 0;
+            paths.follow(
+                &batch,
+                &self.lit_places,
+                |_, _| false,
+                |_, seen| lit += usize::from(matches!(seen, PathHit::Light)),
+            );
+            if lit > 0 {
+                return Some(lit as f64 / tried as f64);
             }
-            None
-        })
+        }
+        None
     }
 }
 
@@ -276,9 +281,8 @@ impl PathSearch<'_> {
     fn follow(&mut self, from: &[u32], lit_places: &[SurfacePoint]) {
         let roots: Vec<u32> = (0..self.lit.len() as u32).map(|point| self.joined.root(point)).collect();
         let blocks: Vec<&[u32]> = from.chunks(BLOCK).collect();
-        let found: Vec<Mutex<Vec<(u32, PathHit)>>> = blocks.iter().map(|_| Mutex::default()).collect();
         let (ground, reflects, before) = (&self.ground, &self.reflects, self.blocks);
-        (self.executor)(blocks.len(), &|number| {
+        let found = results(self.executor, blocks.len(), |number| {
             let block = blocks[number];
             let rng = Sequence::new(SEED_OF_PATHS).walk(before + number as u64);
             let starts: Vec<SurfacePoint> =
@@ -289,14 +293,10 @@ impl PathSearch<'_> {
             let mut seen = Vec::new();
             Paths { ground, rng }
                 .follow(&starts, lit_places, news, |start, what| seen.push((block[start], what)));
-            *found[number].lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = seen;
+            seen
         });
         self.blocks += blocks.len() as u64;
-        let seen: Vec<(u32, PathHit)> = found
-            .into_iter()
-            .flat_map(|found| found.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()))
-            .collect();
-        for (start, what) in seen {
+        for (start, what) in found.into_iter().flatten() {
             match what {
                 PathHit::Light => self.light(start),
                 PathHit::Point(point) if !self.reflects[start as usize] => self.waiting.push([start, point]),

@@ -8,6 +8,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
+use crate::executor::{ParallelFor, collect, results};
 use crate::geometry::surface::Surface;
 
 /// A binary tree over boxes that hold facets, and these boxes.
@@ -18,10 +19,22 @@ pub(crate) struct BinaryTree {
     pub(super) scale: f64,
 }
 
+/// How much is done for a tree that rays go through fast.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Effort {
+    /// No more than there must be.
+    Least,
+    /// As much as many rays repay.
+    Full,
+}
+
+/// A search for pairs of surfaces has a job for this many surfaces, and more where the tree splits so.
+const PER_SEARCH: usize = 1 << 12;
+
 impl BinaryTree {
     /// A tree over surfaces whose facets are larger by `slack`.
-    pub(crate) fn new(surfaces: &[Surface], slack: f64) -> Self {
-        let boxes: Vec<[DVec3; 2]> = surfaces.iter().map(|surface| bounds(surface, slack)).collect();
+    pub(crate) fn new(surfaces: &[Surface], slack: f64, effort: Effort, executor: &ParallelFor) -> Self {
+        let boxes = collect(executor, surfaces.len(), |i| bounds(&surfaces[i], slack));
         let largest =
             boxes.iter().flatten().fold(0.0, |max: f64, corner| max.max(corner.abs().max_element()));
         let scale = power_of_two_below(1.0 / largest);
@@ -29,27 +42,74 @@ impl BinaryTree {
             .iter()
             .map(|[min, max]| Aabb::new(round_down(*min * scale), round_up(*max * scale)))
             .collect();
+        let usual = match effort {
+            Effort::Least => BvhBuildParams::fastest_build(),
+            Effort::Full => BvhBuildParams::slow_build(),
+        };
         let params = BvhBuildParams {
             max_prims_per_leaf: 1,
             post_collapse_reinsertion_batch_ratio_multiplier: 0.0,
-            ..BvhBuildParams::slow_build()
+            ..usual
         };
         let tree = build_bvh2(&boxes, params, &mut Duration::default());
         BinaryTree { boxes, tree, scale }
     }
 
-    /// Calls `pair` with the numbers of every two surfaces whose boxes meet, the lower one first.
-    pub(crate) fn each_pair(&self, pair: &mut impl FnMut(u32, u32)) {
-        for (number, bounds) in (0..).zip(&self.boxes) {
-            self.tree.aabb_traverse(*bounds, |tree, node| {
-                let node = &tree.nodes[node as usize];
-                let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
-                for &other in tree.primitive_indices[range].iter().filter(|&&other| other < number) {
-                    pair(other, number);
-                }
-                true
-            });
+    /// Pairs of surfaces whose boxes meet and that pass a test, in any order, the lower number first.
+    pub(crate) fn pairs(
+        &self,
+        executor: &ParallelFor,
+        passes: impl Fn(u32, u32) -> bool + Sync,
+    ) -> Vec<[u32; 2]> {
+        let passing = |pair: &[u32; 2]| passes(pair[0], pair[1]);
+        let searches = self.boxes.len().div_ceil(PER_SEARCH);
+        let (mut joins, mut next, mut found) = (vec![[0, 0]], 0, Vec::new());
+        while next < joins.len() && joins.len() - next < searches {
+            found.extend(self.split(joins[next], &mut joins).filter(passing));
+            next += 1;
         }
+        let search = |job: usize| {
+            let (mut open, mut found) = (vec![joins[next + job]], Vec::new());
+            while let Some(join) = open.pop() {
+                found.extend(self.split(join, &mut open).filter(passing));
+            }
+            found
+        };
+        found.extend(results(executor, joins.len() - next, search).into_iter().flatten());
+        found
+    }
+
+    /// Splits the pairs of a surface under one node and a surface under another, or the same, into those of their children; where both are leaves,
+    /// returns the pair. Leaves hold one surface.
+    fn split(&self, [a, b]: [u32; 2], parts: &mut Vec<[u32; 2]>) -> Option<[u32; 2]> {
+        let [first, second] = [a, b].map(|node| &self.tree.nodes[node as usize]);
+        if a == b {
+            if !first.is_leaf() {
+                let [left, right] = [first.first_index, first.first_index + 1];
+                parts.extend([[left, left], [right, right], [left, right]]);
+            }
+            return None;
+        }
+        if !first.aabb.intersect_aabb(&second.aabb) {
+            return None;
+        }
+        let [surface, other] = match (first.is_leaf(), second.is_leaf()) {
+            (true, true) => {
+                [first, second].map(|leaf| self.tree.primitive_indices[leaf.first_index as usize])
+            }
+            (is_leaf, is_other_leaf) => {
+                let splits_second =
+                    is_leaf || (!is_other_leaf && second.aabb.half_area() > first.aabb.half_area());
+                let child = if splits_second { second } else { first }.first_index;
+                parts.extend([child, child + 1].map(
+                    |child| {
+                        if splits_second { [a, child] } else { [child, b] }
+                    },
+                ));
+                return None;
+            }
+        };
+        Some([surface.min(other), surface.max(other)])
     }
 }
 

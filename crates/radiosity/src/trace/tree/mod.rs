@@ -11,7 +11,7 @@ mod scratch;
 mod wavefront;
 
 pub(crate) use crate::simd::sixteen::LANES as WIDTH;
-pub(crate) use binary::BinaryTree;
+pub(crate) use binary::{BinaryTree, Effort};
 pub(crate) use layout::Tree;
 pub(crate) use oracle::Known;
 pub use oracle::{StepKind, TreeStep};

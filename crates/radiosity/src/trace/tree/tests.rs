@@ -6,7 +6,8 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 
 use super::layout::{CHILDREN, Item, LEVELS};
-use super::{BinaryTree, Tree, WIDTH as LANES};
+use super::{BinaryTree, Effort, Tree, WIDTH as LANES};
+use crate::executor::in_turn;
 use crate::random::rng::{Sequence, WalkRng};
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::Isa;
@@ -287,7 +288,7 @@ fn a_tree_is_no_deeper_than_a_stack_however_its_boxes_nest() {
     for count in [300, 3_000] {
         let scene = Scene::build(&mapped(&crowd(count, 3), |p| p), IndexChoice::Flat).unwrap();
         let facets = &scene.parts.facets;
-        let binary = chain(&BinaryTree::new(scene.surfaces(), facets.slack()));
+        let binary = chain(&BinaryTree::new(scene.surfaces(), facets.slack(), Effort::Full, &in_turn));
         let every = Index::Flat(Flat::new(Isa::Portable, scene.surfaces(), facets));
         for isa in Isa::available() {
             let tree = Tree::new(&binary, facets, isa);
@@ -300,5 +301,40 @@ fn a_tree_is_no_deeper_than_a_stack_however_its_boxes_nest() {
                 );
             }
         }
+    }
+}
+
+/// Enough surfaces for several jobs: a search by the tree finds what a look at every pair finds.
+#[test]
+fn the_tree_finds_every_two_boxes_that_meet() {
+    let surfaces: Vec<SurfaceSpec> = crowd(9_000, 5)
+        .into_iter()
+        .map(|mut surface| {
+            surface.shape = Shape::parallelogram(
+                20.0 * surface.shape.edges().0,
+                surface.shape.edges().1,
+                surface.shape.edges().2,
+                [1, 1],
+            );
+            surface
+        })
+        .collect();
+    let scene = Scene::build(&SceneSpec::new(surfaces), IndexChoice::Auto).unwrap();
+    let slack = scene.parts.facets.slack();
+    let sorted = |mut pairs: Vec<[u32; 2]>| {
+        pairs.sort_unstable();
+        pairs
+    };
+    for effort in [Effort::Least, Effort::Full] {
+        let binary = BinaryTree::new(scene.surfaces(), slack, effort, &in_turn);
+        let boxes = &binary.boxes;
+        let all = (0..boxes.len()).flat_map(|b| (0..b).map(move |a| [a, b]));
+        let meeting = all.filter(|&[a, b]| boxes[a].intersect_aabb(&boxes[b]));
+        let meeting = sorted(meeting.map(|pair| pair.map(|i| i as u32)).collect());
+        let odd = |a: u32, b: u32| !(a + b).is_multiple_of(2);
+        assert!(meeting.len() > 1000);
+        assert_eq!(sorted(binary.pairs(&in_turn, |_, _| true)), meeting);
+        let some: Vec<[u32; 2]> = meeting.into_iter().filter(|&[a, b]| odd(a, b)).collect();
+        assert_eq!(sorted(binary.pairs(&in_turn, odd)), some);
     }
 }
