@@ -86,6 +86,7 @@ fn start(
 
 /// Says what was left out, changed or assumed of meshes, in ten lines at most.
 fn tell_notes(job: &Job) {
+    // Lines.
     const MOST: usize = 10;
     let notes = job.scene.notes();
     let shown = if notes.len() > MOST { MOST - 1 } else { notes.len() };

@@ -10,14 +10,23 @@ use exact::{Exact, SystemAccuracy};
 use glam::DVec3;
 use radiosity::{
     Birth, Estimator, EstimatorKind, Experiment, IndexChoice, Scene, SceneSpec, Sequence, Shape, Sides,
-    Solution, Space, Spectrum, SurfaceSpec, Walks,
+    Solution, Space, Spectrum, SurfaceSpec, Tally, Walks,
 };
 
 /// Scenes of the everyday suite.
 const SHORT: u64 = 500;
 
-/// Of this many scenes one is held against the exact solution, if it is small and its numbers are not at the ends of their range.
-const EXACT: u64 = 20;
+/// What is done with some scenes, and not with all.
+#[derive(Clone, Copy)]
+struct Depth {
+    /// One in this many is examined as `check` does, which takes more walks than all else.
+    examined: u64,
+    /// One in this many is held against the exact solution, if it is small and its numbers are not at the ends of their range.
+    exact: u64,
+}
+
+/// The everyday suite's.
+const EVERYDAY: Depth = Depth { examined: 1, exact: 20 };
 
 /// The most faces of such a scene: where these cross each other the exact solution takes seconds.
 const MOST_FACES: usize = 10;
@@ -173,35 +182,49 @@ fn method(lots: &mut Lots) -> Walks {
     Walks { space: lots.of(&[Space::Discrete, Space::Continuous]), ..walks }
 }
 
-fn solved(experiment: &Experiment, seed: u64, walks: u64) -> Solution {
+fn tally(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
     let mut board = experiment.board();
     experiment.walk(&Sequence::new(seed), 0..walks, &mut board);
-    Solution::new(experiment, &board.take().expect("few walks fit"), 0.95)
+    board.take().expect("few walks fit")
 }
 
-/// Examines, builds and walks a scene.
-fn try_scene(number: u64, outcomes: &mut Outcomes) {
+fn solved(experiment: &Experiment, seed: u64, walks: u64) -> Solution {
+    Solution::new(experiment, &tally(experiment, seed, walks), 0.95)
+}
+
+/// Builds and walks a scene, with a tree and without: the tallies are the same to the last bit. Some are examined, too, and some held against the exact
+/// solution.
+fn try_scene(number: u64, depth: Depth, outcomes: &mut Outcomes) {
     let (spec, wild) = scene(number);
-    let lots = &mut Lots(!number);
-    let examined = doctor::examine(&spec);
-    let built = Scene::build(&spec, lots.of(&[IndexChoice::Auto, IndexChoice::Tree, IndexChoice::Flat]));
-    assert_eq!(examined.is_err(), built.is_err(), "check and run disagree: {:?}", examined.err());
+    let built = Scene::build(&spec, IndexChoice::Flat);
+    let is_examined = number.is_multiple_of(depth.examined);
+    if is_examined {
+        let examined = doctor::examine(&spec);
+        assert_eq!(examined.is_err(), built.is_err(), "check and run disagree: {:?}", examined.err());
+    }
     let Ok(scene) = built else {
         outcomes.refused += 1;
         return;
     };
-    doctor::warnings(&scene).iter().for_each(|warning| assert!(!warning.is_empty()));
-    let Ok(experiment) = Experiment::new(scene, method(lots)) else {
+    if is_examined {
+        doctor::warnings(&scene).iter().for_each(|warning| assert!(!warning.is_empty()));
+    }
+    let method = method(&mut Lots(!number));
+    let Ok(experiment) = Experiment::new(scene, method.clone()) else {
         outcomes.refused += 1;
         return;
     };
     outcomes.walked += 1;
-    let solution = solved(&experiment, number, WALKS[0]);
+    let found = tally(&experiment, number, WALKS[0]);
+    let in_tree = Scene::build(&spec, IndexChoice::Tree).expect("it was built before");
+    let in_tree = Experiment::new(in_tree, method).expect("as before");
+    assert!(tally(&in_tree, number, WALKS[0]) == found, "a tree changes the tally");
+    let solution = Solution::new(&experiment, &found, 0.95);
     for estimate in solution.estimates.iter().flatten() {
         let (b, low, high) = (estimate.radiosity, estimate.ci_low, estimate.ci_high);
         assert!(b >= 0.0 && low <= b && b <= high, "{b} in {low} … {high}");
     }
-    if number.is_multiple_of(EXACT) && !wild && experiment.scene().faces().len() <= MOST_FACES {
+    if number.is_multiple_of(depth.exact) && !wild && experiment.scene().faces().len() <= MOST_FACES {
         agree(number, &spec, outcomes);
     }
 }
@@ -236,12 +259,12 @@ fn agree(number: u64, spec: &SceneSpec, outcomes: &mut Outcomes) {
 }
 
 /// Tries a scene on a thread of its own, which is given up where it hangs.
-fn outcomes_of(number: u64) -> Outcomes {
+fn outcomes_of(number: u64, depth: Depth) -> Outcomes {
     let (done, outcome) = mpsc::channel();
     std::thread::spawn(move || {
         let mut outcomes = Outcomes::default();
         let tried = catch_unwind(move || {
-            try_scene(number, &mut outcomes);
+            try_scene(number, depth, &mut outcomes);
             outcomes
         });
         // A scene that was given up has no listener.
@@ -259,9 +282,9 @@ fn outcomes_of(number: u64) -> Outcomes {
 }
 
 /// Tries scenes by their numbers.
-fn try_scenes(numbers: impl Iterator<Item = u64>) -> Outcomes {
+fn try_scenes(numbers: impl Iterator<Item = u64>, depth: Depth) -> Outcomes {
     let mut outcomes = Outcomes::default();
-    for more in numbers.map(outcomes_of) {
+    for more in numbers.map(|number| outcomes_of(number, depth)) {
         outcomes.refused += more.refused;
         outcomes.walked += more.walked;
         outcomes.exact += more.exact;
@@ -273,20 +296,26 @@ fn try_scenes(numbers: impl Iterator<Item = u64>) -> Outcomes {
 
 #[test]
 fn any_scene_is_refused_or_gives_possible_numbers() {
-    let outcomes = try_scenes(0..SHORT);
+    let outcomes = try_scenes(0..SHORT, EVERYDAY);
     assert!(outcomes.refused > SHORT / 10 && outcomes.walked > SHORT / 4 && outcomes.exact > SHORT / 100);
 }
 
-/// As many as fit in `RADWALK_SECONDS` seconds (600) on each of two threads, from scene `RADWALK_FIRST` (that after the everyday ones) on.
+/// As many as fit in `RADWALK_SECONDS` seconds (600) on each of two threads, from scene `RADWALK_FIRST` (that after the everyday ones) on. One in
+/// `RADWALK_EXAMINED` (1) is examined, one in `RADWALK_EXACT` (20) held against the exact solution.
 #[test]
 #[ignore = "takes ten minutes"]
 fn a_million_scenes_are_refused_or_give_possible_numbers() {
     let given = |key: &str, usual: u64| std::env::var(key).map_or(usual, |text| text.parse().unwrap());
     let (seconds, first) = (given("RADWALK_SECONDS", 600), given("RADWALK_FIRST", SHORT));
+    let depth = Depth {
+        examined: given("RADWALK_EXAMINED", EVERYDAY.examined),
+        exact: given("RADWALK_EXACT", EVERYDAY.exact),
+    };
     let began = Instant::now();
     let going = || began.elapsed() < Duration::from_secs(seconds);
-    let lane =
-        |(): &mut (), lane: usize| try_scenes((first + lane as u64..).step_by(2).take_while(|_| going()));
+    let lane = |(): &mut (), lane: usize| {
+        try_scenes((first + lane as u64..).step_by(2).take_while(|_| going()), depth)
+    };
     let all = parallel::on_threads(2, 2, || (), lane);
     let sum = |of: fn(&Outcomes) -> u64| all.iter().map(of).sum::<u64>();
     println!(

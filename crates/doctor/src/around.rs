@@ -131,6 +131,7 @@ impl Around {
 
     /// Looks around from places that fill the bounds of the scene evenly: an additive recurrence (Roberts 2018).
     fn look_around(&self) -> Vec<ProbePoint> {
+        // The root of x⁴ = x + 1.
         const RATIO: f64 = 1.220_744_084_605_76;
         let (low, high) = self.bounds();
         let mut lookout = Lookout::new(&self.scene);
@@ -231,6 +232,7 @@ impl Around {
     /// Says for some surfaces which side looks into a room, and not at something close by, at other surfaces that `is_own`, or
     /// out of the scene.
     pub fn shine(&self, surfaces: &[u32], is_own: impl Fn(u32) -> bool) -> Vec<Shine> {
+        // Less than a second. Fewer than 4 rays of a side say nothing.
         const MOST_RAYS: usize = 400_000;
         let rays = (MOST_RAYS / (2 * surfaces.len()).max(1)).clamp(4, 32);
         let close = 0.02 * extent(&self.scene);
@@ -258,6 +260,7 @@ impl Around {
 
 /// Direction i of a number that are spread evenly: the spiral of Fibonacci.
 fn on_sphere(i: u32, of: u32) -> DVec3 {
+    // The root of x² = x + 1.
     const GOLDEN: f64 = 1.618_033_988_749_895;
     let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(of);
     let (sin, cos) = (TAU * f64::from(i) / GOLDEN).sin_cos();

@@ -89,6 +89,7 @@ pub(crate) fn backs(scene: &Scene, pilot: &LightPilot, flipped: &[u32]) -> Vec<F
 
 /// Finds the opening through which light leaves, described by the edges around it.
 pub(crate) fn opening(scene: &Scene, pilot: &LightPilot, contacts: &Contacts) -> Option<Finding> {
+    // The names that a line holds.
     const NAMED: usize = 6;
     let mut surfaces = contacts.rims(scene, &pilot.ways_out);
     surfaces.truncate(NAMED);

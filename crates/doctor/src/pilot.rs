@@ -257,6 +257,7 @@ impl LightPilot {
 
     /// Whether light comes to a point of a side: whether it sees a place where light arrived, or sees a point that does.
     pub(crate) fn comes_light(&self, scene: &Scene, origin: DVec3, from: u32, side: Side) -> bool {
+        // Of a side that a fourth of the directions light they overlook one in a hundred.
         const RAYS: u32 = 16;
         // Light that comes over another surface comes from much of it: an eighth of the places tells.
         const SOME: usize = 8;

@@ -103,6 +103,7 @@ impl Mesh {
     /// The names of materials that mean lamps, and the area of their faces in squares of the file's unit; of parts, if none of
     /// materials does. Where they are a large part of the mesh, the name is taken to mean something else.
     pub fn lamps_by_name(&self) -> (Vec<String>, f64) {
+        // A part of the area: what is larger is hardly all lamps.
         const LARGE: f64 = 0.2;
         let mut areas = [vec![0.0; self.materials.len()], vec![0.0; self.parts.len()]];
         for triangle in &self.triangles {

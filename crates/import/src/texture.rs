@@ -108,6 +108,7 @@ pub(crate) fn mean(
 /// Point n of a sequence that fills a triangle evenly: the additive recurrence of the plastic number (Roberts 2018), folded
 /// at the diagonal.
 fn in_triangle(number: u64) -> [f64; 2] {
+    // The root of x³ = x + 1.
     const PLASTIC: f64 = 1.324_717_957_244_746;
     let along = |step: f64| (0.5 + number as f64 * step).fract();
     let [s, t] = [along(1.0 / PLASTIC), along(1.0 / (PLASTIC * PLASTIC))];

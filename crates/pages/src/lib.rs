@@ -47,6 +47,7 @@ fn in_huge_pages(memory: *mut u8, size: usize) -> *mut u8 {
 #[cfg(all(target_os = "linux", not(miri)))]
 #[cold]
 fn advise(memory: *mut u8, size: usize) {
+    // Bytes of the least page of a processor that Linux runs on.
     const PAGE: usize = 1 << 12;
     let skipped = memory.addr().wrapping_neg() % PAGE;
     let first = memory.wrapping_add(skipped).cast();

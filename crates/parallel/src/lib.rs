@@ -16,6 +16,13 @@ pub fn on_all_cores<T: Send>(parts: usize, part: impl Fn(usize) -> T + Sync) -> 
     on_threads(cores(), parts, || (), |(), i| part(i))
 }
 
+/// What is made of each item, in their order, on all cores. A thread takes `at_once` items at a time.
+pub fn map<T: Sync, U: Send>(items: &[T], at_once: usize, make: impl Fn(&T) -> U + Sync) -> Vec<U> {
+    let chunks: Vec<&[T]> = items.chunks(at_once).collect();
+    let made = on_all_cores(chunks.len(), |chunk| chunks[chunk].iter().map(&make).collect::<Vec<U>>());
+    made.into_iter().flatten().collect()
+}
+
 /// Runs all jobs, in any order, on all cores.
 pub fn run_on_all_cores(jobs: usize, job: &(dyn Fn(usize) + Sync)) {
     on_all_cores(jobs, job);
@@ -78,6 +85,10 @@ mod tests {
         let squares: Vec<usize> = (0..1000).map(|i| i * i).collect();
         assert_eq!(on_all_cores(1000, |i| i * i), squares);
         assert!(on_all_cores(0, |i| i).is_empty());
+        let numbers: Vec<usize> = (0..1000).collect();
+        for at_once in [1, 7, 1000, 2000] {
+            assert_eq!(map(&numbers, at_once, |i| i * i), squares);
+        }
         for threads in [0, 1, 3, 2000] {
             assert_eq!(on_threads(threads, 1000, || (), |(), i| i * i), squares);
         }

@@ -5,6 +5,7 @@ use crate::text::{Malformed, ascending, at, number, quoted, whole};
 use crate::web::{CPlane, Symmetry, complete};
 use crate::{LampSet, Luminaire, LuminousOpening, Tilt};
 
+/// Metres in a foot.
 const FOOT: f64 = 0.3048;
 
 /// Most vertical and most horizontal angles.

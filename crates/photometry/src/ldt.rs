@@ -6,6 +6,7 @@ use crate::text::{Malformed, ascending, at, number, whole};
 use crate::web::{CPlane, Symmetry, complete};
 use crate::{LampSet, Luminaire, LuminousOpening};
 
+/// Metres in a millimetre.
 const MILLIMETRE: f64 = 1e-3;
 
 /// The lines before the lamp sets, and those of a lamp set.

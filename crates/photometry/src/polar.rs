@@ -6,6 +6,7 @@ use std::fmt::Write;
 use crate::Luminaire;
 use crate::figures::plain;
 
+/// The width of the drawing [pixels].
 const WIDTH: f64 = 720.0;
 
 /// The radius of the outermost ring [pixels].

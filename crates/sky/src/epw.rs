@@ -199,6 +199,7 @@ fn hour(line: usize, row: &str, site: &Site) -> Result<WeatherHour, MalformedWea
 
 /// The day of a year of 365 days, from 1.
 fn day_of_year(month: i32, day: i32) -> u32 {
+    // Days before each month.
     const BEFORE: [i32; 12] = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
     (BEFORE[month as usize - 1] + day) as u32
 }

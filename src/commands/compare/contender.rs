@@ -167,6 +167,7 @@ pub(super) fn contenders(arena: &Arena<'_>, rays: u64) -> (Vec<Contender>, Vec<A
 
 /// The mean number of rays per walk, by a pilot.
 fn rays_per_walk(experiment: &Experiment) -> f64 {
+    // Paths: the mean is known to a hundredth.
     const SAMPLE: u64 = 20_000;
     // Batches are shot whole.
     let units = SAMPLE.div_ceil(experiment.unit().paths());

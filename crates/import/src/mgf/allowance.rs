@@ -116,6 +116,7 @@ impl Allowance {
 
     /// Names the arrays and includes that multiply the current statement.
     fn smaller_arrays(&self) -> String {
+        // The names that a message holds.
         const NAMED: usize = 4;
         let arrays = self.open.iter().filter(|open| open.copies > 1);
         let count = arrays.clone().count();

@@ -19,6 +19,9 @@ use super::tree::{JobWalks, Rectangles, Start, rectangles};
 /// A patch of fewer arrivals proves nothing.
 const LEAST_ARRIVALS: usize = 6;
 
+/// Parts of surfaces that a thread takes at once.
+const AT_ONCE: usize = 16;
+
 /// The groups of a control are joined to this number of groups: products of what they find have the errors of a pilot's, in less time.
 const TREE_GROUPS: usize = 4;
 
@@ -63,6 +66,7 @@ impl SurfacePart {
 
     /// A place of the surface that lies on it, in its own coordinates.
     fn place(&self, uv: [f64; 2]) -> [f64; 2] {
+        // Cells do not hold their far edges.
         const BELOW_ONE: f64 = 1.0 - 1e-9;
         let [u, v] =
             [0, 1].map(|k| ((uv[k] - self.origin[k]) * self.scale[k] + self.offset).clamp(0.0, BELOW_ONE));
@@ -171,8 +175,11 @@ impl PatchControl<'_> {
         let rates = LightClassRates::new(&seen);
         let mut finer = Finer { cuts: cuts.to_vec(), groups: Vec::new(), noise: 0.0, gained: 0.0 };
         let mut found: BTreeMap<usize, BTreeMap<usize, PartCuts>> = BTreeMap::new();
-        for SeenPart { surface, number, part, light } in &seen {
-            if let Some(tree) = cut_part(part, light, rates.gain(light), walks) {
+        let trees = parallel::map(&seen, AT_ONCE, |SeenPart { part, light, .. }| {
+            cut_part(part, light, rates.gain(light), walks)
+        });
+        for (SeenPart { surface, number, .. }, tree) in seen.iter().zip(trees) {
+            if let Some(tree) = tree {
                 finer.noise += tree.noise;
                 finer.gained += tree.gained;
                 found.entry(*surface).or_default().insert(*number, tree.cuts);
@@ -205,12 +212,12 @@ impl PatchControl<'_> {
             }
         }
         placed.sort_by_key(|&(part, _)| part);
-        let mut seen = Vec::new();
-        for sides in placed.chunk_by(|a, b| a.0 == b.0) {
-            let arrivals: usize = sides.iter().map(|(_, landed)| landed.len()).sum();
-            if arrivals < LEAST_ARRIVALS {
-                continue;
-            }
+        let sides = placed.chunk_by(|a, b| a.0 == b.0);
+        let arrivals = |sides: &[([usize; 2], &[FaceArrival<'_>])]| -> usize {
+            sides.iter().map(|(_, landed)| landed.len()).sum()
+        };
+        let lit: Vec<_> = sides.filter(|sides| arrivals(sides) >= LEAST_ARRIVALS).collect();
+        parallel::map(&lit, AT_ONCE, |sides| {
             let [surface, number] = sides[0].0;
             let part = parts[surface].as_ref().expect("arrivals are on parts").parts[number];
             let landings: Vec<Vec<SideArrival>> =
@@ -219,9 +226,8 @@ impl PatchControl<'_> {
             let edges = [0, 1].map(|k| whole.edges()[k].length() / part.scale[k].abs());
             let shape = PartShape { base: part.base, area: part.area(whole.area()), edges };
             let light = SurfaceLight::of_landings(shape, &landings, TREE_GROUPS, self.walks());
-            seen.push(SeenPart { surface, number, part, light });
-        }
-        seen
+            SeenPart { surface, number, part, light }
+        })
     }
 
     /// The arrivals on one side of a part.

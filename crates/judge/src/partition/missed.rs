@@ -29,6 +29,9 @@ const BLUR: [f64; 3] = [1.4, 1.09, 1.02];
 /// predict a sixth of what groups of an office's faces leave out, and all of it in empty rooms (docs/theory/patches.md).
 const LAWS: f64 = 3.0;
 
+/// Arrivals that a thread takes at once.
+const AT_ONCE: usize = 1 << 14;
+
 /// The energy that fits leave out, as a part of that of the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Missed {
@@ -169,19 +172,36 @@ impl<'a> PatchControl<'a> {
 
     fn between_bins(&self, on_faces: &[FaceArrival<'_>], linear: bool, level: u32) -> Option<Missed> {
         let scene = self.experiment.scene();
-        let mut energies = GroupEnergies::default();
-        for landed in on_faces.chunk_by(|a, b| a.face == b.face) {
-            let face = landed[0].face;
-            let values = self.values(scene.faces().get(face as usize).reflectance);
-            if values == [0.0; 3] {
-                continue;
+        let of_part = |on_faces: &&[FaceArrival<'_>]| {
+            let mut energies = GroupEnergies::default();
+            for landed in on_faces.chunk_by(|a, b| a.face == b.face) {
+                let face = landed[0].face;
+                let values = self.values(scene.faces().get(face as usize).reflectance);
+                if values != [0.0; 3] {
+                    OnFace::new(scene, face, level).add(landed, values, linear, &mut energies);
+                }
             }
-            OnFace::new(scene, face, level).add(landed, values, linear, &mut energies);
-        }
+            energies
+        };
+        let mut energies = GroupEnergies::default();
+        let parts = parallel::map(&parts_of_faces(on_faces), 1, of_part);
+        parts.iter().for_each(|part| energies.add(part));
         // A group's walks stand for all walks; every arrival is one of its own.
         energies.noise *= self.walks_per_group as f64 / GROUPS as f64;
         energies.missed()
     }
+}
+
+/// Parts for threads, none of which ends amid a face: the same whatever the threads.
+fn parts_of_faces<'p, 'g>(on_faces: &'p [FaceArrival<'g>]) -> Vec<&'p [FaceArrival<'g>]> {
+    let (mut parts, mut rest) = (Vec::new(), on_faces);
+    while !rest.is_empty() {
+        let last = rest[rest.len().min(AT_ONCE) - 1].face;
+        let (part, others) = rest.split_at(rest.partition_point(|arrival| arrival.face <= last));
+        parts.push(part);
+        rest = others;
+    }
+    parts
 }
 
 /// An arrival of a group on a face.
@@ -202,6 +222,12 @@ struct GroupEnergies {
 }
 
 impl GroupEnergies {
+    fn add(&mut self, part: &Self) {
+        add(&mut self.lost, &part.lost);
+        add(&mut self.light, &part.light);
+        self.noise += part.noise;
+    }
+
     fn missed(&self) -> Option<Missed> {
         let n = GROUPS as f64;
         let ratio = |but: Option<usize>| {

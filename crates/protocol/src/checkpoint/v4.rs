@@ -11,6 +11,7 @@ use crate::digest::Digest;
 use crate::effort::Effort;
 use crate::roster::Roster;
 
+/// The number of this format.
 pub(super) const VERSION: u32 = 4;
 
 #[derive(Decode)]

@@ -51,6 +51,7 @@ pub fn birth_probabilities(scene: &Scene, birth: &Birth) -> Vec<f64> {
     }
 }
 
+/// The numbers of the channels.
 const PER_CHANNEL: [usize; 3] = [0, 1, 2];
 
 /// In the order of `walk::score::RELATED`.

@@ -197,6 +197,7 @@ fn draw<R: Real>(generators: &mut Generators, row: &mut [u64; WIDTH]) {
 /// [`draw`] in halves of words.
 #[inline(always)]
 fn draw_by_halves(generators: &mut Generators, row: &mut [u64; WIDTH]) {
+    // The lower half of a word.
     const HALF: u64 = 0xFFFF_FFFF;
     let [add_high, add_low] = [(generators.increment >> 64) as u64, generators.increment as u64];
     let states = generators.high.iter_mut().zip(&mut generators.low);

@@ -58,6 +58,7 @@ impl AliasTable {
 
 /// A probability in [0, 1) as a threshold for 64 random bits.
 pub(crate) fn fixed_64(probability: f64) -> u64 {
+    // 2⁶⁴.
     const TWO_64: f64 = 18_446_744_073_709_551_616.0;
     (probability * TWO_64) as u64
 }
@@ -83,6 +84,7 @@ pub(crate) fn cosine_directions<R: Real>(bits: &[u64]) -> [R; 3] {
 /// ±π/4, where Taylor polynomials are good to 7·10⁻¹², far below the step of φ.
 #[inline(always)]
 fn sin_cos_turn<R: Real>(turn: R) -> (R, R) {
+    // 2³⁰.
     const QUARTER: f64 = 1_073_741_824.0;
     const STEP: f64 = std::f64::consts::FRAC_PI_2 / QUARTER;
     const SIN: [f64; 5] = [-1.0 / 39_916_800.0, 1.0 / 362_880.0, -1.0 / 5_040.0, 1.0 / 120.0, -1.0 / 6.0];

@@ -106,4 +106,5 @@ pub(crate) fn thin(bits: u64, passed: f64) -> Option<u64> {
     (drawn < passed).then(|| (drawn / passed * TWO_64) as u64)
 }
 
+/// 2⁶⁴.
 const TWO_64: f64 = 18_446_744_073_709_551_616.0;

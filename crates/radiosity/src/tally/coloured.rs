@@ -7,6 +7,7 @@ use super::word::rounded;
 use crate::simd::isa::Simd;
 use crate::simd::wide::{Quad, Wide};
 
+/// Red, green and blue.
 const CHANNELS: usize = 3;
 
 /// Places among the sums of a patch: Σx of the channels, the number of events, Σx² of the channels.
@@ -43,6 +44,7 @@ impl<const N: usize> VisitScores<N> {
 /// 32 bits.
 #[inline(always)]
 fn square(y: u64) -> [u64; 2] {
+    // The lower half of a word.
     const HALF: u64 = 0xFFFF_FFFF;
     let (h, l) = (y >> 32, y & HALF);
     let (hh, hl, ll) = (h * h, h * l, l * l);

@@ -27,6 +27,7 @@ pub(super) fn raise_sums(sums: &mut [u128], x: u64, y: u64) {
 /// instruction sets have not got: next to 2⁵² numbers are whole, and rounding to nearest is undone where it went up.
 #[inline(always)]
 pub(crate) fn rounded(x: f64) -> u64 {
+    // Above it all numbers are whole.
     const WHOLE: f64 = (1_u64 << 52) as f64;
     let raised = x + 0.5;
     let nearest = raised + WHOLE;

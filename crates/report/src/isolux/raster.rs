@@ -11,6 +11,7 @@ use crate::words::quantity;
 const SIDE: f64 = 720.0;
 const MARGIN: usize = 24;
 
+/// Red, green and blue of the background.
 const WHITE: [u8; 3] = [255; 3];
 
 /// The maps of all planes that are grids, one below the other; `None` where there are none.

@@ -9,7 +9,7 @@ use std::io::{self, Write};
 
 use foldhash::fast::FixedState;
 use glam::DVec3;
-use parallel::{both, on_all_cores};
+use parallel::both;
 use radiosity::{Estimate, Estimates, Side};
 use serde::Serialize;
 
@@ -277,17 +277,13 @@ fn rows(estimates: &Estimates) -> (Vec<CompactRows>, DVec3, f64) {
     let size = bounds.size().max_element().max(f64::MIN_POSITIVE);
     let on_grid =
         |corner: DVec3| ((corner - low) * (f64::from(GRID[0]) / size)).round().to_array().map(|x| x as u16);
-    let on_finest = |(face, piece): (usize, u32)| {
+    let on_finest = |&(face, piece): &(usize, u32)| {
         let corners = faces.piece_corners(piece);
         let corners = std::array::from_fn(|i| on_grid(corners[i.min(corners.len() - 1)]));
         CompactRows { face, piece, corners }
     };
     let pieces: Vec<(usize, u32)> = faces.pieces_by_patch().collect();
-    let parts: Vec<&[(usize, u32)]> = pieces.chunks(AT_ONCE).collect();
-    let finest = on_all_cores(parts.len(), |part| -> Vec<CompactRows> {
-        parts[part].iter().copied().map(on_finest).collect()
-    });
-    let finest: Vec<CompactRows> = finest.into_iter().flatten().collect();
+    let finest = parallel::map(&pieces, AT_ONCE, on_finest);
     if finest.len() <= most {
         return (finest, low, size / f64::from(GRID[0]));
     }

@@ -65,6 +65,7 @@ impl Item {
 /// Sixteen boxes, and what is in each: lower x, upper x, lower y, …, upper z, the bits of the children's `Item`s.
 pub(super) type Node = [Line; NODE_LINES];
 
+/// Two lines for each axis, and one of children.
 pub(super) const NODE_LINES: usize = 7;
 
 /// The line of a node that holds its children.
@@ -80,6 +81,7 @@ pub(super) fn node_at(lines: &[Line], first: usize) -> &Node {
 #[derive(Clone, Copy)]
 pub(super) struct Leaf<'a>(pub(super) &'a [Line; LEAF_LINES]);
 
+/// The lines of a leaf.
 pub(super) const LEAF_LINES: usize = Leaf::ROWS.div_ceil(GROUPS);
 
 impl<'a> Leaf<'a> {

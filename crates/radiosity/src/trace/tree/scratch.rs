@@ -92,6 +92,7 @@ impl Forms {
         }
         for axis in 0..3 {
             for i in 0..len {
+                // Directions nearer to a plane of boxes are taken as that far from it, so that 0 · ∞ does not occur.
                 const LEAST: f32 = 1.0 / (1_u64 << 40) as f32;
                 let direction = self.direction[axis][i];
                 let inverse = 1.0 / direction.abs().max(LEAST).copysign(direction);
