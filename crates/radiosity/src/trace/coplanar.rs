@@ -6,6 +6,8 @@
 //! reciprocal as these are. (Two rules that contradict each other, such as the least number on arrival and the twin at
 //! t = 0 on departure, trap light between twins, and each method finds another wrong answer.)
 
+use std::sync::Mutex;
+
 use glam::{DVec2, DVec3};
 
 use super::stack::Stack;
@@ -128,10 +130,9 @@ impl Outline {
 }
 
 /// Whether the larger of two surfaces holds the other in its plane, and their outlines overlap.
-fn coincide(a: &Surface, b: &Surface, slack: f64) -> bool {
-    let [a, b] = [a, b].map(Outline::new);
+fn coincide(a: &Outline, b: &Outline, slack: f64) -> bool {
     let (large, small) = if a.area >= b.area { (a, b) } else { (b, a) };
-    large.holds(&small, slack) && {
+    large.holds(small, slack) && {
         let (x, y) = large.normal.any_orthonormal_pair();
         let [p, q] = [large, small].map(|outline| outline.flat([x, y]));
         !is_apart(&p, &q, OVERLAP * slack) && !is_apart(&q, &p, OVERLAP * slack)
@@ -158,14 +159,14 @@ impl CoplanarSets {
     }
 
     /// The least member of a group.
-    fn first_of(&mut self, member: u32) -> u32 {
-        let parent = self.0[member as usize];
-        if parent == member {
-            return member;
+    fn first_of(&mut self, mut member: u32) -> u32 {
+        while self.0[member as usize] != member {
+            // Halves the way for those who come later.
+            let above = self.0[self.0[member as usize] as usize];
+            self.0[member as usize] = above;
+            member = above;
         }
-        let first = self.first_of(parent);
-        self.0[member as usize] = first;
-        first
+        member
     }
 
     fn join(&mut self, a: u32, b: u32) {
@@ -197,16 +198,25 @@ pub(crate) fn stacks(
     tree: Option<&BinaryTree>,
     executor: &ParallelFor,
 ) -> Vec<Stack> {
-    let coincide = |i: u32, j: u32| coincide(&surfaces[i as usize], &surfaces[j as usize], slack);
-    let pairs = match tree {
-        Some(tree) => tree.pairs(executor, coincide),
+    let groups = Mutex::new(CoplanarSets::new(surfaces.len()));
+    let join = |i: u32, j: u32| groups.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).join(i, j);
+    match tree {
+        Some(tree) => tree.each_pair(executor, |i, j| {
+            let [one, other] = [i, j].map(|number| Outline::new(&surfaces[number as usize]));
+            if coincide(&one, &other, slack) {
+                join(i, j);
+            }
+        }),
         None => {
-            let all = (0..surfaces.len() as u32).flat_map(|j| (0..j).map(move |i| [i, j]));
-            all.filter(|&[i, j]| coincide(i, j)).collect()
+            let outlines: Vec<Outline> = surfaces.iter().map(Outline::new).collect();
+            for (number, one) in (0..).zip(&outlines) {
+                let others = (0..number).zip(&outlines);
+                let twins = others.filter(|(_, other)| coincide(one, other, slack));
+                twins.for_each(|(other, _)| join(other, number));
+            }
         }
-    };
-    let mut groups = CoplanarSets::new(surfaces.len());
-    pairs.into_iter().for_each(|[i, j]| groups.join(i, j));
+    }
+    let groups = groups.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     let mut stacks = Vec::new();
     for group in groups.several() {
         stack_up(group, surfaces, slack, &mut stacks);

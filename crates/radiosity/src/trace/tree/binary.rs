@@ -8,7 +8,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
-use crate::executor::{ParallelFor, collect, results};
+use crate::executor::{ParallelFor, collect};
 use crate::geometry::surface::Surface;
 
 /// A binary tree over boxes that hold facets, and these boxes.
@@ -55,28 +55,21 @@ impl BinaryTree {
         BinaryTree { boxes, tree, scale }
     }
 
-    /// Pairs of surfaces whose boxes meet and that pass a test, in any order, the lower number first.
-    pub(crate) fn pairs(
-        &self,
-        executor: &ParallelFor,
-        passes: impl Fn(u32, u32) -> bool + Sync,
-    ) -> Vec<[u32; 2]> {
-        let passing = |pair: &[u32; 2]| passes(pair[0], pair[1]);
+    /// Calls `pair` with the numbers of every two surfaces whose boxes meet, in any order, the lower number first.
+    pub(crate) fn each_pair(&self, executor: &ParallelFor, pair: impl Fn(u32, u32) + Sync) {
+        let meet = |[a, b]: [u32; 2]| pair(a, b);
         let searches = self.boxes.len().div_ceil(PER_SEARCH);
-        let (mut joins, mut next, mut found) = (vec![[0, 0]], 0, Vec::new());
+        let (mut joins, mut next) = (vec![[0, 0]], 0);
         while next < joins.len() && joins.len() - next < searches {
-            found.extend(self.split(joins[next], &mut joins).filter(passing));
+            self.split(joins[next], &mut joins).into_iter().for_each(meet);
             next += 1;
         }
-        let search = |job: usize| {
-            let (mut open, mut found) = (vec![joins[next + job]], Vec::new());
+        executor(joins.len() - next, &|job| {
+            let mut open = vec![joins[next + job]];
             while let Some(join) = open.pop() {
-                found.extend(self.split(join, &mut open).filter(passing));
+                self.split(join, &mut open).into_iter().for_each(meet);
             }
-            found
-        };
-        found.extend(results(executor, joins.len() - next, search).into_iter().flatten());
-        found
+        });
     }
 
     /// Splits the pairs of a surface under one node and a surface under another, or the same, into those of their children; where both are leaves,
