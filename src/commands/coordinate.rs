@@ -26,8 +26,8 @@ use crate::{signals, summary};
 const FINAL_WAITS: [Duration; 4] =
     [Duration::from_secs(1), Duration::from_secs(2), Duration::from_secs(4), Duration::from_secs(8)];
 
-/// Walks hit all faces of scenes with fewer faces than this, and no one asks what light reaches.
-const SEARCHED_AHEAD: usize = 10_000;
+/// A worker takes a second or more to build a scene of more surfaces than this.
+const SEARCHED_AHEAD: usize = 200_000;
 
 /// Runs a job on worker processes of this machine.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
@@ -238,13 +238,13 @@ impl Prepared {
         done
     }
 
-    /// Searches for what light reaches while workers of this machine build a large scene: every look at such a scene asks for it.
+    /// Searches for what light reaches while workers of this machine start and build a large scene: every look at such a scene asks for it.
     fn search_ahead(&self, executor: &Executor) {
         let scene = self.experiment.scene();
         let is_asked = self.experiment.method().space() == Space::Continuous;
-        if is_asked && scene.faces().len() > SEARCHED_AHEAD && matches!(executor, Executor::Local(_)) {
+        if is_asked && scene.surfaces().len() > SEARCHED_AHEAD && matches!(executor, Executor::Local(_)) {
             let scene = scene.clone();
-            std::thread::spawn(move || scene.search_for_light(&radiosity::in_turn));
+            std::thread::spawn(move || scene.search_for_light(&parallel::run_on_all_cores));
         }
     }
 
