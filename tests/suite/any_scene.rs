@@ -209,6 +209,11 @@ fn try_scene(number: u64, depth: Depth, outcomes: &mut Outcomes) {
     if is_examined {
         doctor::warnings(&scene).iter().for_each(|warning| assert!(!warning.is_empty()));
     }
+    // Where such light is caught between two faces a walk takes years; the doctor has a warning.
+    if scene.max_reflectance().max() > 0.999_999 {
+        outcomes.refused += 1;
+        return;
+    }
     let method = method(&mut Lots(!number));
     let Ok(experiment) = Experiment::new(scene, method.clone()) else {
         outcomes.refused += 1;

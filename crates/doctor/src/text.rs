@@ -14,6 +14,9 @@ const VANISHES: f64 = 0.9;
 /// The part of the power on backs from which a warning before a run is due; the check `backs` counts less.
 const WORTH_A_WORD: f64 = 0.01;
 
+/// Above this reflectance a walk in a closed room is reflected a million times and more, and may not end while anyone waits.
+const ENDLESS: f64 = 0.999_999;
+
 /// The most surfaces that are named.
 const NAMED: usize = 5;
 
@@ -45,6 +48,13 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     }
     let losses = losses(scene);
     let mut warnings = Vec::new();
+    let reflectance = scene.max_reflectance().max();
+    if reflectance > ENDLESS {
+        warnings.push(format!(
+            "a reflectance of {reflectance} sends light on {:.1e} times: where it cannot leave such surfaces a walk hardly ever ends. Surfaces              reflect less: 0.98 is the best white paint; {ENDLESS} is the highest that walks are made for",
+            1.0 / (1.0 - reflectance)
+        ));
+    }
     if losses.at_once >= VANISHES {
         warnings.push(format!(
             "{} of the power vanishes at once: it leaves its lamps and meets no side that reflects. By power: {}. Their fronts \

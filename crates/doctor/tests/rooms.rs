@@ -2,7 +2,7 @@
 
 use doctor::{Finding, Kind, examine, repair};
 use glam::DVec3;
-use radiosity::{SKY, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
+use radiosity::{IndexChoice, SKY, Scene, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 const WALLS: [&str; 6] = ["floor", "ceiling", "south", "north", "west", "east"];
 
@@ -425,4 +425,15 @@ fn repairs_turn_what_is_flipped_and_take_out_doubles() {
     let done = repair(&doubled).unwrap();
     assert_eq!((done.removed, done.turned.len()), (vec!["floor".to_owned()], 0));
     assert_eq!(repair(&room()).unwrap().spec, room());
+}
+
+/// Light between surfaces that keep all of it goes on for ever, and so do walks.
+#[test]
+fn light_that_never_ends_is_named() {
+    let warnings = |reflectance: f64| {
+        doctor::warnings(&Scene::build(&SceneSpec::furnace(1, reflectance), IndexChoice::Auto).unwrap())
+    };
+    assert!(warnings(0.9999).is_empty());
+    let told = warnings(1.0 - f64::EPSILON);
+    assert!(told.len() == 1 && told[0].contains("4.5e15 times"), "{told:?}");
 }
