@@ -210,7 +210,7 @@ fn try_scene(number: u64, depth: Depth, outcomes: &mut Outcomes) {
         doctor::warnings(&scene).iter().for_each(|warning| assert!(!warning.is_empty()));
     }
     // Where such light is caught between two faces a walk takes years; the doctor has a warning.
-    if scene.max_reflectance().max() > 0.999_999 {
+    if scene.max_reflectance().max() > doctor::ENDLESS {
         outcomes.refused += 1;
         return;
     }

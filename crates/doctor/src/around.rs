@@ -232,7 +232,7 @@ impl Around {
     /// Says for some surfaces which side looks into a room, and not at something close by, at other surfaces that `is_own`, or
     /// out of the scene.
     pub fn shine(&self, surfaces: &[u32], is_own: impl Fn(u32) -> bool) -> Vec<Shine> {
-        // Less than a second. Fewer than 4 rays of a side say nothing.
+        // Fewer than 4 rays of a side say nothing.
         const MOST_RAYS: usize = 400_000;
         let rays = (MOST_RAYS / (2 * surfaces.len()).max(1)).clamp(4, 32);
         let close = 0.02 * extent(&self.scene);

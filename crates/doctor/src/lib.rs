@@ -29,7 +29,7 @@ use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 pub use around::{Around, ClosedRoom, Lightless, Shine};
 pub use finding::{Finding, Kind};
 pub use repair::{Repair, repair, turn_flipped};
-pub use text::{lines, warnings};
+pub use text::{ENDLESS, lines, warnings};
 
 use crate::contact::Contacts;
 use crate::cover::Covers;

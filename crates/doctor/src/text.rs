@@ -15,7 +15,7 @@ const VANISHES: f64 = 0.9;
 const WORTH_A_WORD: f64 = 0.01;
 
 /// Above this reflectance a walk in a closed room is reflected a million times and more, and may not end while anyone waits.
-const ENDLESS: f64 = 0.999_999;
+pub const ENDLESS: f64 = 0.999_999;
 
 /// The most surfaces that are named.
 const NAMED: usize = 5;
@@ -51,7 +51,8 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     let reflectance = scene.max_reflectance().max();
     if reflectance > ENDLESS {
         warnings.push(format!(
-            "a reflectance of {reflectance} sends light on {:.1e} times: where it cannot leave such surfaces a walk hardly ever ends. Surfaces              reflect less: 0.98 is the best white paint; {ENDLESS} is the highest that walks are made for",
+            "a reflectance of {reflectance} sends light on {:.1e} times: where light cannot leave such surfaces a walk hardly \
+             ever ends. Give them a lower one: {ENDLESS} is the highest that walks are made for",
             1.0 / (1.0 - reflectance)
         ));
     }

@@ -23,6 +23,19 @@ pub fn map<T: Sync, U: Send>(items: &[T], at_once: usize, make: impl Fn(&T) -> U
     made.into_iter().flatten().collect()
 }
 
+/// Parts of `at_once` items and a few more, none of which ends between neighbours that are `alike`: the same whatever the threads.
+pub fn parts<T>(items: &[T], at_once: usize, alike: impl Fn(&T, &T) -> bool) -> Vec<&[T]> {
+    let (mut parts, mut rest) = (Vec::new(), items);
+    while !rest.is_empty() {
+        let least = at_once.min(rest.len());
+        let more = rest[least..].iter().take_while(|item| alike(&rest[least - 1], item)).count();
+        let (part, others) = rest.split_at(least + more);
+        parts.push(part);
+        rest = others;
+    }
+    parts
+}
+
 /// Runs all jobs, in any order, on all cores.
 pub fn run_on_all_cores(jobs: usize, job: &(dyn Fn(usize) + Sync)) {
     on_all_cores(jobs, job);
@@ -92,6 +105,16 @@ mod tests {
         for threads in [0, 1, 3, 2000] {
             assert_eq!(on_threads(threads, 1000, || (), |(), i| i * i), squares);
         }
+    }
+
+    #[test]
+    fn no_part_ends_between_items_that_are_alike() {
+        let items = [1, 1, 2, 2, 2, 3, 4, 5];
+        let expected: [&[i32]; 3] = [&[1, 1], &[2, 2, 2], &[3, 4]];
+        let found = parts(&items, 2, |a, b| a == b);
+        assert_eq!(found[..3], expected);
+        assert_eq!(found.concat(), items);
+        assert!(parts(&[0_u8; 0], 2, |a, b| a == b).is_empty());
     }
 
     #[test]

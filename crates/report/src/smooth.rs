@@ -81,9 +81,8 @@ impl Smooth {
         let (neighbours, fitted) = Neighbours::of(estimates);
         let mut values = fitted.clone();
         let corners = touches(scene);
-        let parts = parts_of_places(&corners);
-        let means =
-            on_all_cores(parts.len(), |part| neighbours.means(&corners[parts[part].clone()], &fitted));
+        let places = parallel::parts(&corners, AT_ONCE, |a, b| a.0 == b.0);
+        let means = parallel::map(&places, 1, |place| neighbours.means(place, &fitted));
         for ((_, corner), mean) in
             corners.iter().zip(means.iter().flat_map(|some| some.chunks_exact(channels)))
         {
@@ -142,19 +141,6 @@ fn touches(scene: &Scene) -> Vec<Touch> {
 /// One of the parts that threads take of some numbers.
 fn part_of(count: usize, part: usize) -> Range<usize> {
     part * AT_ONCE..((part + 1) * AT_ONCE).min(count)
-}
-
-/// Parts of corners, none of which ends amid a place.
-fn parts_of_places(corners: &[Touch]) -> Vec<Range<usize>> {
-    let (mut parts, mut first) = (Vec::new(), 0);
-    while first < corners.len() {
-        let least = (first + AT_ONCE).min(corners.len());
-        let place = corners[least - 1].0;
-        let end = least + corners[least..].iter().take_while(|corner| corner.0 == place).count();
-        parts.push(first..end);
-        first = end;
-    }
-    parts
 }
 
 /// The standard error of B; where nothing was scored, a quarter of the interval's width [W/m²].

@@ -107,7 +107,7 @@ impl Sky {
 
     /// ∫ L cos θ dω of [`Sky::relative`] over the hemisphere, by Gauss's rule in the sine of altitude and the trapezoid rule in azimuth.
     pub fn relative_horizontal(&self) -> f64 {
-        // Half degrees: the sun's halo is some degrees wide.
+        // Half degrees.
         const AZIMUTHS: usize = 720;
         let ring = |sine: f64| {
             let flat = (1.0 - sine * sine).sqrt();

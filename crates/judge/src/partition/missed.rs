@@ -184,24 +184,13 @@ impl<'a> PatchControl<'a> {
             energies
         };
         let mut energies = GroupEnergies::default();
-        let parts = parallel::map(&parts_of_faces(on_faces), 1, of_part);
+        let parts = parallel::parts(on_faces, AT_ONCE, |a, b| a.face == b.face);
+        let parts = parallel::map(&parts, 1, of_part);
         parts.iter().for_each(|part| energies.add(part));
         // A group's walks stand for all walks; every arrival is one of its own.
         energies.noise *= self.walks_per_group as f64 / GROUPS as f64;
         energies.missed()
     }
-}
-
-/// Parts for threads, none of which ends amid a face: the same whatever the threads.
-fn parts_of_faces<'p, 'g>(on_faces: &'p [FaceArrival<'g>]) -> Vec<&'p [FaceArrival<'g>]> {
-    let (mut parts, mut rest) = (Vec::new(), on_faces);
-    while !rest.is_empty() {
-        let last = rest[rest.len().min(AT_ONCE) - 1].face;
-        let (part, others) = rest.split_at(rest.partition_point(|arrival| arrival.face <= last));
-        parts.push(part);
-        rest = others;
-    }
-    parts
 }
 
 /// An arrival of a group on a face.

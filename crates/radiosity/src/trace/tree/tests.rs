@@ -312,12 +312,9 @@ fn the_tree_finds_every_two_boxes_that_meet() {
     let surfaces: Vec<SurfaceSpec> = crowd(9_000, 5)
         .into_iter()
         .map(|mut surface| {
-            surface.shape = Shape::parallelogram(
-                20.0 * surface.shape.edges().0,
-                surface.shape.edges().1,
-                surface.shape.edges().2,
-                [1, 1],
-            );
+            // Far apart, so that most boxes do not meet.
+            let (corner, u, v) = surface.shape.edges();
+            surface.shape = Shape::parallelogram(20.0 * corner, u, v, [1, 1]);
             surface
         })
         .collect();
