@@ -129,7 +129,8 @@ impl Outline {
     }
 }
 
-/// Whether the larger of two surfaces holds the other in its plane, and their outlines overlap.
+/// Whether the larger of two surfaces holds the other in its plane, and their outlines overlap. Of two of the same area the first counts as the larger:
+/// that is the one with the lower number.
 fn coincide(a: &Outline, b: &Outline, slack: f64) -> bool {
     let (large, small) = if a.area >= b.area { (a, b) } else { (b, a) };
     large.holds(small, slack) && {
@@ -211,7 +212,7 @@ pub(crate) fn stacks(
             let outlines: Vec<Outline> = surfaces.iter().map(Outline::new).collect();
             for (number, one) in (0..).zip(&outlines) {
                 let others = (0..number).zip(&outlines);
-                let twins = others.filter(|(_, other)| coincide(one, other, slack));
+                let twins = others.filter(|(_, other)| coincide(other, one, slack));
                 twins.for_each(|(other, _)| join(other, number));
             }
         }
