@@ -56,14 +56,54 @@ const LARGEST_CHUNK: u64 = 1 << 16;
 /// The time under which chunks grow; chunks that take ten times as long shrink.
 const CHUNK_TIME: Duration = Duration::from_millis(5);
 
+/// So many walks keep the 128 places of a batch filled for most of the time. Chunks up to this grow and shrink by [`FILLING_TIME`]: where a walk takes
+/// 10,000 rays, [`CHUNK_TIME`] would be that of one walk, which takes a batch for itself.
+const FILLING_CHUNK: u64 = 1 << 12;
+const FILLING_TIME: Duration = Duration::from_millis(500);
+
 /// The most walks between two emptyings of a board: its 64-bit sums must not wrap.
 pub const BOARD_WALKS: u64 = 1 << 22;
 
 /// The number of walks in the next chunk, after `walks` walks took `time`.
 pub fn next_chunk(walks: u64, time: Duration) -> u64 {
+    let time_to = |walks| if walks > FILLING_CHUNK { CHUNK_TIME } else { FILLING_TIME };
     match time {
-        time if time < CHUNK_TIME => (2 * walks).min(LARGEST_CHUNK),
-        time if time > 10 * CHUNK_TIME => (walks / 2).max(1),
+        time if time < time_to(2 * walks) => (2 * walks).min(LARGEST_CHUNK),
+        time if time > 10 * time_to(walks) => (walks / 2).max(1),
         _ => walks,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The chunk that a thread settles on, whose batch of 128 places takes 3 µs for a ray of each of its walks. A walk ends with a probability of `ends` at each ray: the
+    /// last of n walks that are left takes H(n)/`ends` rays.
+    fn settled(ends: f64) -> (u64, Duration) {
+        let mut chunk = FIRST_CHUNK;
+        for _ in 0..20 {
+            chunk = next_chunk(chunk, time(chunk, ends));
+        }
+        (chunk, time(chunk, ends))
+    }
+
+    fn time(walks: u64, ends: f64) -> Duration {
+        let full = walks.saturating_sub(128) as f64 / 128.0;
+        let last: f64 = (1..=walks.min(128)).map(|n| 1.0 / n as f64).sum();
+        Duration::from_secs_f64(3e-6 * (full + last) / ends)
+    }
+
+    #[test]
+    fn long_walks_share_batches_and_short_ones_mark_progress_often() {
+        for (ends, least) in
+            [(0.5, LARGEST_CHUNK), (0.01, FILLING_CHUNK), (1e-4, FILLING_CHUNK / 2), (1e-5, FIRST_CHUNK)]
+        {
+            let (chunk, time) = settled(ends);
+            let longest = if chunk > FILLING_CHUNK { 10 * CHUNK_TIME } else { 10 * FILLING_TIME };
+            assert!(chunk >= least && time <= longest, "{ends}: {chunk} walks in {time:?}");
+        }
+        // Where one walk takes minutes, each is a chunk.
+        assert_eq!(next_chunk(2, Duration::from_secs(100)), 1);
     }
 }
