@@ -60,29 +60,29 @@ const fn run(name: &'static str, words: &'static str, files: &'static [&'static 
 const PRODUCTS: [Product; 16] = [
     run(
         "auto patches",
-        "run LAMPS --set scene.patches=auto --paths 3000000",
+        "run LAMPS --set scene.patches=auto --paths 1500000",
         &["patches.csv", "partition.toml", "radiosity.png"],
     ),
     run(
         "auto patches with a total error",
-        "run LAMPS --set scene.patches=auto --set target.total_error=0.06 --paths 4000000",
+        "run LAMPS --set scene.patches=auto --set target.total_error=0.06 --paths 2000000",
         &["patches.csv", "partition.toml"],
     ),
     run(
         "walks, picture and page",
-        "run configs/cornell.toml --paths 2000000",
+        "run configs/cornell.toml --paths 1000000",
         &["patches.csv", "radiosity.png"],
     ),
-    run("gathering", "run CUBE --set method.walk=gathering --paths 4000000", &["patches.csv"]),
-    run("infinite paths", "run CUBE --set method.estimator=infinite --paths 4000000", &["patches.csv"]),
+    run("gathering", "run CUBE --set method.walk=gathering --paths 2000000", &["patches.csv"]),
+    run("infinite paths", "run CUBE --set method.estimator=infinite --paths 2000000", &["patches.csv"]),
     run(
         "linear bases",
-        "run CUBE --set method.basis=linear --paths 6000000",
+        "run CUBE --set method.basis=linear --paths 3000000",
         &["patches.csv", "radiosity.png"],
     ),
     run(
         "Sobol batches",
-        "run CUBE --set method.sampler=sobol --set method.batch_paths=8192 --paths 3000000",
+        "run CUBE --set method.sampler=sobol --set method.batch_paths=8192 --paths 1500000",
         &["patches.csv"],
     ),
     run(
@@ -92,12 +92,12 @@ const PRODUCTS: [Product; 16] = [
     ),
     run(
         "chains of iterations",
-        "run CUBE --set method.walk=jacobi --set method.jacobi.solve=iterations --set method.batch_paths=50000 --paths 6000000",
+        "run CUBE --set method.walk=jacobi --set method.jacobi.solve=iterations --set method.batch_paths=50000 --paths 3000000",
         &["patches.csv"],
     ),
     run(
         "final gather",
-        "run CUBE --set method.final_gather=[53,0] --set method.batch_paths=8192 --paths 3000000",
+        "run CUBE --set method.final_gather=[53,0] --set method.batch_paths=8192 --paths 1500000",
         &["patches.csv"],
     ),
     run(
@@ -107,10 +107,10 @@ const PRODUCTS: [Product; 16] = [
     ),
     run(
         "sensors and planes",
-        "run {}/sensors.toml --paths 2000000",
+        "run {}/sensors.toml --paths 1000000",
         &["patches.csv", "sensors.csv", "planes.csv", "planes.svg"],
     ),
-    run("a target", "run CUBE --set target.relative_error=0.008 --paths 100000000", &["patches.csv"]),
+    run("a target", "run CUBE --set target.relative_error=0.011 --paths 100000000", &["patches.csv"]),
     run(
         "factors, dense",
         "factors CUBE --reflections --tolerance 0.02 --paths 30000000",
@@ -118,7 +118,7 @@ const PRODUCTS: [Product; 16] = [
     ),
     Product {
         name: "factors, sparse",
-        words: "factors CUBE --sparse --reflections --rays 100000",
+        words: "factors CUBE --sparse --reflections --rays 50000",
         is_shared: false,
         files: &["factors.mtx", "groups.csv"],
     },
@@ -220,8 +220,8 @@ fn storm(
     let (mut left, mut totals) = (Vec::new(), Storm { faults: BTreeMap::new(), coordinators: 1, ended: 0 });
     let mut caused = 0;
     loop {
-        // What is made within seconds is hit early and late.
-        thread::sleep(Duration::from_millis(30 + dice.below(300)));
+        // What is made within a second is hit early and late.
+        thread::sleep(Duration::from_millis(30 + dice.below(100)));
         cluster.tend();
         match cluster.ended() {
             Some(status) if status.success() => break,
