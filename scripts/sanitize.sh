@@ -6,7 +6,7 @@
 # list      every unsafe block of the workspace with its proof; one without a proof is an error
 # memory    valgrind: the vectors of AVX2 and the tracing read nothing that was not written, and nothing out of bounds
 # address   AddressSanitizer: all unit tests of the crates that hold unsafe blocks, and of what reads files of strangers
-# thread    ThreadSanitizer, with a standard library that is built for it: loops on threads, chains, coordinators, workers and relays on sockets
+# thread    ThreadSanitizer, with a standard library that is built for it: loops on threads, chains, choices of patches, coordinators, workers and relays on sockets
 # miri      Miri: the allocator, loops on threads, and the vectors and one ray of a tree on AVX2, by the rules of Rust itself
 #
 # Needs valgrind for memory, for thread the component rust-src (`rustup component add rust-src`), and for miri a nightly compiler with the
@@ -56,7 +56,7 @@ address() {
 
 # Trees, which take many minutes under it, and what is thrown at the decoder are tested on one thread.
 thread() {
-    sanitized thread -Zbuild-std -p radwalk-parallel -p radwalk-radiosity -p radwalk-cluster --lib -- --skip trace::tree::tests
+    sanitized thread -Zbuild-std -p radwalk-parallel -p radwalk-radiosity -p radwalk-cluster -p radwalk-results --lib -- --skip trace::tree::tests
     sanitized thread -Zbuild-std -p radwalk-cluster --test suite -- --skip fuzz::
 }
 

@@ -16,6 +16,10 @@ const LEAN_BELOW: f64 = 0.5;
 /// is nearest to 1 where links are few (docs/theory/intervals.md).
 const MORE: f64 = 0.6;
 
+/// The part of a mean that its roundings stay below. Where one more link would not change more, chains that all say the same have not met the same chance:
+/// in even light every link brings the same.
+const ROUNDING: f64 = 1e-12;
+
 /// The estimate from the mean of n independent chains: its error follows Student's t with n − 1 degrees of freedom.
 #[derive(Clone, Debug)]
 pub(super) struct Student {
@@ -37,7 +41,8 @@ impl Student {
 
     /// What scores of `per_unit` each tell of a mean that is at most `most`. The standard error is that of the whole
     /// distribution, √(ν/(ν − 2)) times s/√n: it would be too small by as much, had the sample's own been taken for the
-    /// truth. What a single chain says, or chains that all say the same, is bounded by `most` alone.
+    /// truth. What a single chain says, or chains that all say the same, is bounded by `most` alone, but for light so even that
+    /// links have nothing to disagree about: there roundings are the error.
     ///
     /// Elsewhere `most` stays out: an upper end that it cuts off makes half-widths smaller than the error of the mean, which may be above it.
     ///
@@ -49,11 +54,13 @@ impl Student {
     pub(super) fn estimate(&self, moments: &Moments, per_unit: f64, most: f64, by: By) -> ChainEstimate {
         let mean = per_unit * moments.mean().unwrap_or(0.0);
         let quantile = self.quantile.filter(|_| moments.standard_error().is_some());
-        let sample_error = moments.standard_error().map_or(0.0, |error| per_unit * error);
         let one = match by {
             By::Many => 0.0,
             By::Links(one) | By::Hits { one, .. } => one,
         };
+        let is_even = matches!(by, By::Links(_)) && one <= ROUNDING * mean;
+        let least = if is_even { ROUNDING * mean } else { 0.0 };
+        let sample_error = moments.standard_error().map_or(0.0, |error| (per_unit * error).max(least));
         let with_links = |links: f64| {
             let one = if let By::Links(one) = by { one } else { 0.0 };
             sample_error.hypot(links * one)
@@ -220,4 +227,26 @@ fn irradiance(experiment: &Experiment, tally: &Tally, (i, face): (usize, &Face),
     let per_unit = |meaning: Meaning| meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0);
     let per_unit = experiment.meaning_of((i, face), channel, tally).map_or(0.0, per_unit);
     per_unit * tally.patch(i, channel)[0] as f64 / tally.counts.walks as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four chains that say the same of a mean of 100, in units of 1e-6, where one more link would add `one`.
+    fn of_equals(one: f64) -> ChainEstimate {
+        let each = 100_000_000_u128;
+        let moments = Moments { n: 4, sum: 4 * each, sum_sq: 4 * each * each };
+        Student::new(4, 0.95).estimate(&moments, 1e-6, 1e4, By::Links(one))
+    }
+
+    /// Chains may say the same by chance where links differ, and in even light they must.
+    #[test]
+    fn chains_that_agree_are_trusted_in_even_light_alone() {
+        let even = of_equals(1e-12);
+        assert!(even.error.is_some_and(|error| error > 0.0 && error < 1e-9), "{:?}", even.error);
+        assert!(even.low < 100.0 && 100.0 < even.high && even.high - even.low < 1e-8);
+        let by_chance = of_equals(1e-3);
+        assert!(by_chance.error.is_none() && by_chance.low == 0.0 && by_chance.high == 1e4);
+    }
 }
