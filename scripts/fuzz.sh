@@ -6,18 +6,21 @@ set -eu
 crates="$(cd "$(dirname "$0")/../crates" && pwd)"
 seconds="${1:-600}"
 export ASAN_OPTIONS=quarantine_size_mb=16
+# One folder and one choice of versions for all targets: what they share is built once.
+export CARGO_TARGET_DIR="$crates/../target/fuzz"
 
 # fuzz CRATE MEGABYTES TARGET…: no input may need the megabytes at once, or 10 s. What the sanitiser itself holds is
 # part of eight times as many.
 fuzz() {
     cd "$crates/$1"
+    cp ../../Cargo.lock fuzz/Cargo.lock
     megabytes="$2"
     shift 2
     for target in "$@"; do
         mkdir -p "fuzz/found/$target" "fuzz/greedy/$target"
         cargo +nightly fuzz run "$target" "fuzz/found/$target" "fuzz/corpus/$target" "fuzz/greedy/$target" -- \
             -max_total_time="$seconds" -rss_limit_mb=$((8 * megabytes)) -malloc_limit_mb="$megabytes" -timeout=10 \
-            -max_len=4096
+            -max_len=4096 -print_funcs=0
     done
 }
 
