@@ -214,6 +214,15 @@ mod tests {
     /// the test allows three standard errors of this (4.5 %) below, which raises a false alarm in 100 runs for the twelve of them.
     #[test]
     fn intervals_of_the_figures_cover() {
+        cover(1 << 16);
+    }
+
+    #[test]
+    fn intervals_of_the_figures_of_more_walks_cover() {
+        cover(1 << 18);
+    }
+
+    fn cover(walks: u64) {
         let dome = Dome::new(SkyPatches::new(145).unwrap());
         let (year, mut p) = (weather(&dome, 500), window(&dome));
         // A dimmer place of the room, so that the illuminances of the standard lie among its hours.
@@ -226,25 +235,23 @@ mod tests {
         let expected = Calendar::new(&year.hours, &wanted).figures(&exact);
         assert!((0.2..0.8).contains(&expected[0]) && (0.2..0.9).contains(&expected[4]), "{expected:?}");
         let mean = year.mean(&dome);
-        for walks in [1 << 16, 1 << 18] {
-            let mut coverages = [Coverage::default(); 6];
-            for seed in 0..250 {
-                let row = counted(&p, walks, seed);
-                let found = year.at(&row, &beam).metrics((&mean.0, &mean.1), &wanted);
-                let all = exact.iter().sum::<f64>() / exact.len() as f64;
-                let [_, three, five, _] = found.daylight;
-                let known = [found.mean, found.enough, found.useful, found.excess, three, five];
-                let truths = [all, expected[0], expected[1], expected[2], expected[4], expected[5]];
-                for ((coverage, BoundedValue { low, high, .. }), truth) in
-                    coverages.iter_mut().zip(known).zip(truths)
-                {
-                    coverage.record(&Interval { low, high }, truth);
-                }
+        let mut coverages = [Coverage::default(); 6];
+        for seed in 0..250 {
+            let row = counted(&p, walks, seed);
+            let found = year.at(&row, &beam).metrics((&mean.0, &mean.1), &wanted);
+            let all = exact.iter().sum::<f64>() / exact.len() as f64;
+            let [_, three, five, _] = found.daylight;
+            let known = [found.mean, found.enough, found.useful, found.excess, three, five];
+            let truths = [all, expected[0], expected[1], expected[2], expected[4], expected[5]];
+            for ((coverage, BoundedValue { low, high, .. }), truth) in
+                coverages.iter_mut().zip(known).zip(truths)
+            {
+                coverage.record(&Interval { low, high }, truth);
             }
-            let rates = coverages.map(|coverage| coverage.rate(0.95).unwrap().value);
-            println!("{walks}: {rates:?}");
-            assert!(rates.iter().all(|rate| *rate >= 0.905), "{walks} walks: {rates:?}");
         }
+        let rates = coverages.map(|coverage| coverage.rate(0.95).unwrap().value);
+        println!("{walks}: {rates:?}");
+        assert!(rates.iter().all(|rate| *rate >= 0.905), "{walks} walks: {rates:?}");
     }
 
     /// Hours far from a border leave a figure without doubt.
