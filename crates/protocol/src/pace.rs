@@ -56,8 +56,8 @@ const LARGEST_CHUNK: u64 = 1 << 16;
 /// The time under which chunks grow; chunks that take ten times as long shrink.
 const CHUNK_TIME: Duration = Duration::from_millis(5);
 
-/// So many walks keep the 128 places of a batch filled for most of the time. Chunks up to this grow and shrink by [`FILLING_TIME`]: where a walk takes
-/// 10,000 rays, [`CHUNK_TIME`] would be that of one walk, which takes a batch for itself.
+/// Chunks of this many walks keep the 128 places of a batch filled for most of the time. Chunks up to it grow and shrink by
+/// [`FILLING_TIME`]: where a walk takes 10,000 rays, [`CHUNK_TIME`] is the time of one walk, which has a batch to itself.
 const FILLING_CHUNK: u64 = 1 << 12;
 const FILLING_TIME: Duration = Duration::from_millis(500);
 
