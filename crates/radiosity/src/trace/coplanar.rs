@@ -235,9 +235,11 @@ fn stack_up(group: Vec<u32>, surfaces: &[Surface], slack: f64, stacks: &mut Vec<
         let by_area = |(a, of_a): &&(u32, Outline), (b, of_b): &&(u32, Outline)| {
             of_a.area.total_cmp(&of_b.area).then(b.cmp(a))
         };
-        let plane = group.iter().max_by(by_area).expect("not empty").1.clone();
-        let (layers, others): (Vec<_>, Vec<_>) =
-            group.into_iter().partition(|(_, outline)| plane.holds(outline, slack));
+        let (largest, plane) = group.iter().max_by(by_area).expect("not empty").clone();
+        // The corners of a sliver may be off the plane that its edges give it.
+        let (layers, others): (Vec<_>, Vec<_>) = group
+            .into_iter()
+            .partition(|(member, outline)| *member == largest || plane.holds(outline, slack));
         if layers.len() > 1 {
             let layers = layers.into_iter().map(|(member, _)| member).collect();
             stacks.push(stack(layers, surfaces, &plane));
