@@ -16,8 +16,8 @@ const LEAN_BELOW: f64 = 0.5;
 /// is nearest to 1 where links are few (docs/theory/intervals.md).
 const MORE: f64 = 0.6;
 
-/// The part of a mean that its roundings stay below. Where one more link would not change more, chains that all say the same have not met the same chance:
-/// in even light every link brings the same.
+/// The part of a mean that its roundings stay below. Where one more link changes no more than that, light is even: every link brings the same, and chains
+/// that agree do so by no chance.
 const ROUNDING: f64 = 1e-12;
 
 /// The estimate from the mean of n independent chains: its error follows Student's t with n − 1 degrees of freedom.

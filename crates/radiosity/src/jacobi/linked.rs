@@ -25,8 +25,8 @@ use crate::thread_pool::ThreadPool;
 /// A chain is solved to this residual, over the square root of its rays.
 const RESIDUAL: f64 = 1e-3;
 
-/// The noise of links is in proportion to the differences of the light of faces, relative to the most of it. Where these are below [`EVEN`] a chain is solved to
-/// the residual [`FINEST`], as far as roundings let it: what conjugate gradients leave undone is of one sign, and would be more than the noise.
+/// The noise of links is in proportion to the largest difference of the light of faces, relative to the most of it. At this difference [`RESIDUAL`] is some hundredth of
+/// the noise. Below it a chain is solved to [`FINEST`], as far as roundings let it: what conjugate gradients leave undone is of one sign.
 const EVEN: f64 = 0.1;
 const FINEST: f64 = 1e-15;
 
