@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use cluster::{JobHashes, Work};
 use protocol::Limits;
-use radiosity::{Overflow, Tally, ThreadPool};
+use radiosity::{Overflow, Tally, parallel::ThreadPool};
 
 use crate::shift::Shift;
 

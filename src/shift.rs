@@ -6,7 +6,7 @@ use std::thread::{self, ThreadId};
 use cluster::{JobHashes, Work};
 use judge::limits;
 use protocol::Limits;
-use radiosity::{Board, Overflow, Tally, ThreadPool};
+use radiosity::{Board, Overflow, Tally, parallel::ThreadPool};
 use results::Replica;
 
 use crate::clock::WalkClock;

@@ -1,6 +1,6 @@
 //! How many processes of this machine walk.
 
-use radiosity::Memory;
+use radiosity::instruments::Memory;
 
 /// The most memory of a replica that each worker process builds for itself [bytes]. The threads of one process share a larger one. 64 MB are
 /// some 40,000 two-sided triangles.

@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use job::{Keyword, OutputFile};
-use radiosity::SkyPatches;
+use radiosity::daylight::SkyPatches;
 
 /// A whole number as people write it: 1000000, 1_000_000 or 1e6. TOML holds none beyond 63 bits.
 pub(super) fn count(typed: &str) -> Result<u64, String> {

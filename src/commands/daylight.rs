@@ -1,6 +1,6 @@
 //! `radwalk daylight`: daylight coefficients of sensors, and what a year of weather makes of them.
 
-use radiosity::SkyPatches;
+use radiosity::daylight::SkyPatches;
 use report::OutputFolder;
 use results::daylight::{DAYLIGHT_FILES, DaylightAnswer, DaylightFile, DaylightQuestion, Wished, count};
 use results::{Round, all_threads};

@@ -1,6 +1,6 @@
 //! `radwalk sky`: sky vectors and matrices.
 
-use radiosity::SkyPatches;
+use radiosity::daylight::SkyPatches;
 use report::write_atomically;
 use sky::{Dome, EFFICACY, Encoding, Matrix, Sky, SkyUnit, SunPosition, Year};
 use voice::say;

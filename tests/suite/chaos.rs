@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use cluster::{Access, JobHashes, Work, WorkerIntroduction, work};
 use protocol::Checkpoint;
-use radiosity::{Counts, Overflow, Tally, ThreadPool};
+use radiosity::{Counts, Overflow, Tally, parallel::ThreadPool};
 
 use crate::support::shim::Wrong;
 use crate::support::storm::{Cluster, Dice, Fault, draw, faults};

@@ -5,9 +5,9 @@ use crate::common::{box_scene, collision, experiment, flipped, quad, rotation, s
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Birth, Chains, Direction, Estimator, EstimatorKind, Experiment, IndexChoice,
-    Iterations, Method, Sampler, Scene, SceneSpec, Sequence, Shape, Sides, Solution, Solve, Space,
-    SurfaceSpec, WalkRng, Walks,
+    Birth, Chains, Direction, Estimator, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec,
+    Sequence, Shape, Sides, Solution, Space, SurfaceSpec, WalkRng, Walks,
+    methods::{BatchScore, Batches, Iterations, Sampler, Solve},
 };
 
 const R: f64 = 0.8;

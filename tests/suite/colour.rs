@@ -6,8 +6,10 @@ use exact::shooting_covariance;
 use exact::{Exact, best_gathering_weights, best_shooting_weights, gathering_covariance};
 use glam::DVec3;
 use radiosity::{
-    Birth, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method,
-    Quantity, Scene, SceneSpec, Score, Solution, Spectrum, Tally, Unfit, Walks, birth_probabilities,
+    Birth, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec,
+    Solution, Spectrum, Tally, Unfit, Walks,
+    methods::{InfiniteEnd, Score, birth_probabilities},
+    precision::Quantity,
 };
 use stats::{Coverage, Interval, mean_squared_z};
 
@@ -140,7 +142,10 @@ fn an_unlit_channel_is_dark() {
             assert_eq!((dark.radiosity, dark.ci_high, dark.std_error), (0.0, 0.0, Some(0.0)));
         }
         assert!(
-            estimates.precision(Quantity::Irradiance, &radiosity::in_turn).rms_relative_error.is_finite()
+            estimates
+                .precision(Quantity::Irradiance, &radiosity::parallel::in_turn)
+                .rms_relative_error
+                .is_finite()
         );
     }
 }
@@ -161,7 +166,7 @@ fn direct_light_is_the_first_bounce() {
         let patches = experiment.scene().faces();
         for (i, patch) in patches.iter().enumerate() {
             for (c, estimate) in solution.face(i).unwrap().into_iter().enumerate() {
-                let incoming = |(j, from): (usize, radiosity::Face)| {
+                let incoming = |(j, from): (usize, radiosity::surfaces::Face)| {
                     exact.exchange().form_factor(i, j) * from.emittance[c]
                 };
                 let irradiance: f64 = patches.iter().enumerate().map(incoming).sum();

@@ -4,8 +4,8 @@ use crate::common::{box_scene, cube54, experiment, walk, walk_in_blocks};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
-    Birth, Direction, Estimator, EstimatorKind, IndexChoice, InfiniteEnd, Scene, SceneSpec, Solution, Walks,
-    birth_probabilities,
+    Birth, Direction, Estimator, EstimatorKind, IndexChoice, Scene, SceneSpec, Solution, Walks,
+    methods::{InfiniteEnd, birth_probabilities},
 };
 use stats::{Coverage, Interval, mean_squared_z};
 

@@ -7,9 +7,10 @@ use glam::DVec3;
 use job::{Target, Unhit};
 use judge::target::{Observer, judge, looks};
 use radiosity::{
-    BatchScore, Batches, Birth, Chains, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice,
-    InfiniteEnd, Method, Quantity, Sampler, Scene, SceneSpec, Score, Sequence, Sides, Solve, Space, Spectrum,
-    SurfaceSpec, Tally, Walks,
+    Birth, Chains, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec,
+    Sequence, Sides, Space, Spectrum, SurfaceSpec, Tally, Walks,
+    methods::{BatchScore, Batches, InfiniteEnd, Sampler, Score, Solve},
+    precision::Quantity,
 };
 use serde_json::Value;
 use tempfile::tempdir;
@@ -143,7 +144,7 @@ fn unhit_rooms_are_in_the_headline() {
     for seed in 0..4 {
         let tally = walked(&experiment, seed, 3000);
         let estimates = Estimates::new(&experiment, &tally, 0.95);
-        let headline = estimates.precision(Quantity::Irradiance, &radiosity::in_turn).headline;
+        let headline = estimates.precision(Quantity::Irradiance, &radiosity::parallel::in_turn).headline;
         assert_eq!(headline.sealed_area, 0.0, "the hole is found");
         let mut errors: Vec<(f64, f64)> = estimates
             .known()
@@ -413,7 +414,7 @@ fn targets_are_about_the_area_of_the_headline() {
         let estimates = Estimates::new(&experiment, &tally, 0.95);
         (
             judge(&target, &estimates, 100_000),
-            estimates.precision(Quantity::Irradiance, &radiosity::in_turn).headline,
+            estimates.precision(Quantity::Irradiance, &radiosity::parallel::in_turn).headline,
         )
     };
     let halves = scenes::unequal_rooms(0.0);
@@ -426,7 +427,7 @@ fn targets_are_about_the_area_of_the_headline() {
         ..surface(quad(DVec3::splat(0.1), DVec3::X * 0.8, DVec3::Y * 0.8, [2, 2]), 0.5)
     };
     let sky = box_walls(DVec3::ONE, [1, 1]).into_iter().map(|wall| SurfaceSpec {
-        name: Some(radiosity::SKY.into()),
+        name: Some(radiosity::surfaces::SKY.into()),
         emittance: 1.0.into(),
         ..surface(wall, 0.0)
     });

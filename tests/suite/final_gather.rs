@@ -4,8 +4,8 @@ use crate::common::{box_scene, quad, surface};
 use crate::verdict::{Mean, Truth, exactly, judge_those, solve};
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Chains, Experiment, IndexChoice, Iterations, Method, Sampler, Scene, SceneSpec,
-    Sides, Solve, Spectrum, SurfaceSpec, Unfit,
+    Chains, Experiment, IndexChoice, Method, Scene, SceneSpec, Sides, Spectrum, SurfaceSpec, Unfit,
+    methods::{BatchScore, Batches, Iterations, Sampler, Solve},
 };
 
 /// The chosen patches: corners beside and across from the emitter of the cube, and the middle of a wall.

@@ -6,7 +6,7 @@ use exact::{Exact, SystemAccuracy};
 use glam::DVec3;
 use radiosity::{
     Birth, Direction, Estimator, EstimatorKind, IndexChoice, SceneSpec, Sides, Solution, Walks,
-    birth_probabilities,
+    methods::birth_probabilities,
 };
 use stats::mean_squared_z;
 

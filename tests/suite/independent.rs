@@ -6,7 +6,7 @@ use crate::common::{collision, experiment, quad, surface, walk};
 use glam::DVec3;
 use radiosity::{
     Birth, Chains, Direction, Estimates, Experiment, IndexChoice, Method, Scene, SceneSpec, Shape, Sides,
-    Solve, Space, SurfaceSpec, Walks,
+    Space, SurfaceSpec, Walks, methods::Solve,
 };
 use stats::{normal_quantile, student_quantile};
 

@@ -8,9 +8,10 @@ use crate::verdict::{
 };
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Chains, Counts, Estimator, EstimatorKind, Experiment, IndexChoice, Iterations,
-    Method, RayBirths, Sampler, Scene, SceneSpec, Sequence, Sides, Solution, Solve, Space, Spectrum,
-    SurfaceSpec, instruments::IterationPhase,
+    Chains, Counts, Estimator, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence,
+    Sides, Solution, Space, Spectrum, SurfaceSpec,
+    instruments::IterationPhase,
+    methods::{BatchScore, Batches, Iterations, RayBirths, Sampler, Solve},
 };
 
 fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {

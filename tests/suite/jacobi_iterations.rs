@@ -3,7 +3,9 @@
 use crate::common::box_scene;
 use exact::{Exact, jacobi_variances, systematic_jacobi_variances};
 use glam::DVec3;
-use radiosity::{IndexChoice, RayBirths, Scene, SceneSpec, Sequence, instruments::stochastic_iteration};
+use radiosity::{
+    IndexChoice, Scene, SceneSpec, Sequence, instruments::stochastic_iteration, methods::RayBirths,
+};
 
 /// The reflectances R of BS table 1.
 const TABLE_1: [f64; 6] = [0.1, 1.0 / 3.0, 0.5, 2.0 / 3.0, 0.9, 0.95];

@@ -8,7 +8,8 @@ use crate::support::{answer, path, run, run_job, storms_leave_no_trace, summary}
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
-    Direction, Estimates, Estimator, EstimatorKind, IndexChoice, SceneSpec, Score, Shape, Space, Tally, Walks,
+    Direction, Estimates, Estimator, EstimatorKind, IndexChoice, SceneSpec, Shape, Space, Tally, Walks,
+    methods::Score,
 };
 use stats::mean_squared_z;
 use tempfile::tempdir;

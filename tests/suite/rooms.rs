@@ -4,7 +4,7 @@
 use crate::common::{box_walls, quad, surface};
 use crate::verdict::{Truth, exactly, judge};
 use glam::DVec3;
-use radiosity::{Experiment, IndexChoice, Method, Sampler, Scene, SceneSpec, Sides, SurfaceSpec};
+use radiosity::{Experiment, IndexChoice, Method, Scene, SceneSpec, Sides, SurfaceSpec, methods::Sampler};
 
 const X: DVec3 = DVec3::X;
 const Y: DVec3 = DVec3::Y;

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use radiosity::ThreadPool;
+use radiosity::parallel::ThreadPool;
 
 /// The threads of a worker, and what they do.
 pub(crate) struct Lending {

@@ -13,7 +13,7 @@ use protocol::digest::Digester;
 use protocol::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
 use protocol::pace::{BOARD_WALKS, FIRST_CHUNK, MOST_KEPT, next_chunk};
 use protocol::{LeaseProvenance, Limits};
-use radiosity::{Overflow, Tally, ThreadPool};
+use radiosity::{Overflow, Tally, parallel::ThreadPool};
 
 use crate::access::Access;
 use crate::lending::{Lending, LentThreads};

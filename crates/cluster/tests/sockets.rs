@@ -21,7 +21,7 @@ use cluster::noise::{self, HANDSHAKE_RECORD};
 use cluster::{Access, JobHashes, Wish, Work, WorkerError, WorkerIntroduction, serve, work};
 use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
 use protocol::{Coordinator, Ending, Foreign, JobPlan, Limits};
-use radiosity::{Overflow, Tally, ThreadPool};
+use radiosity::{Overflow, Tally, parallel::ThreadPool};
 
 /// Whether the prefix has reached `walks` walks, to stop there.
 fn far(walks: u64) -> impl Fn(&Coordinator) -> bool {

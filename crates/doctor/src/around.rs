@@ -5,7 +5,10 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use parallel::run_on_all_cores;
-use radiosity::{Hit, IndexChoice, Lookout, Ray, Scene, SceneError, SceneSpec, Side};
+use radiosity::{
+    IndexChoice, Scene, SceneError, SceneSpec, Side,
+    rays::{Hit, Lookout, Ray},
+};
 
 use crate::pilot::{Draws, extent};
 

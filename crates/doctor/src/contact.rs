@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use radiosity::{Ray, Scene, SceneSpec, Shape};
+use radiosity::{Scene, SceneSpec, Shape, rays::Ray};
 
 use crate::finding::{Finding, Kind};
 use crate::nearby::{NearPoint, Nearby, triangles};

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use glam::DVec3;
-use radiosity::{Overlap, Scene, Side, Sides};
+use radiosity::{Scene, Side, Sides, surfaces::Overlap};
 
 use crate::finding::{Finding, Kind};
 use crate::pilot::LightPilot;

@@ -3,7 +3,11 @@
 use std::ops::RangeInclusive;
 
 use glam::DVec3;
-use radiosity::{Face, Hit, Lookout, Ray, Scene, Side};
+use radiosity::{
+    Scene, Side,
+    rays::{Hit, Lookout, Ray},
+    surfaces::Face,
+};
 
 /// The number of walks from each emitting patch, within the two limits below.
 const WALKS_EACH: u64 = 256;

@@ -1,6 +1,6 @@
 //! Votes: what rays from the two sides of each surface see.
 
-use radiosity::{Ray, Scene, Side, Sides, Surface};
+use radiosity::{Scene, Side, Sides, rays::Ray, surfaces::Surface};
 
 use crate::losses::Losses;
 use crate::pilot::{Draws, LightPilot};

@@ -2,7 +2,7 @@
 
 use doctor::{Finding, Kind, examine, repair};
 use glam::DVec3;
-use radiosity::{IndexChoice, SKY, Scene, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec, surfaces::SKY};
 
 const WALLS: [&str; 6] = ["floor", "ceiling", "south", "north", "west", "east"];
 

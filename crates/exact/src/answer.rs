@@ -81,7 +81,7 @@ pub enum ExactError {
 }
 
 /// The exact solution of a scene's radiosity system, and what predictions about walks need. Vectors are in the order
-/// of faces ([`radiosity::Faces`]).
+/// of faces ([`radiosity::surfaces::Faces`]).
 #[derive(Clone, Debug)]
 pub struct Exact {
     form_factors: FormFactors,

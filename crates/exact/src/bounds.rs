@@ -1,6 +1,9 @@
 //! Bounds on the error that hold before anything is solved (S97 §§2.2–2.5, 3.3–3.8, table 4).
 
-use radiosity::{AbsorptionMode, EstimatorKind, Event, Scene};
+use radiosity::{
+    EstimatorKind, Scene,
+    methods::{AbsorptionMode, Event},
+};
 
 use crate::answer::Exact;
 
@@ -30,7 +33,7 @@ impl VarianceBounds {
 
     /// The bounds of a scene that need not be solved, as one channel sees it.
     pub fn of_scene(scene: &Scene, channel: usize) -> Self {
-        let face = |f: radiosity::Face| [f.area, f.reflectance[channel], f.emittance[channel]];
+        let face = |f: radiosity::surfaces::Face| [f.area, f.reflectance[channel], f.emittance[channel]];
         Self::of_faces(scene.faces().iter().map(face))
     }
 

@@ -11,7 +11,10 @@
 //! [`Exact::shooting_variances`] and [`Exact::gathering_variances`] the light of the second moment is carried by Q where
 //! it is by R for one channel: with σ = R and p_s = Φ_s/Φ_T, Q is R and w is 1.
 
-use radiosity::{AbsorptionMode, EstimatorKind, Event};
+use radiosity::{
+    EstimatorKind,
+    methods::{AbsorptionMode, Event},
+};
 
 use crate::answer::Exact;
 use crate::system::{RadiositySystem, Singular};

@@ -1,7 +1,7 @@
 //! The faces of any scene as polygons.
 
 use glam::DVec3;
-use radiosity::{SceneSpec, Shape, Side, Sides, Stack, SurfaceSpec};
+use radiosity::{SceneSpec, Shape, Side, Sides, SurfaceSpec, surfaces::Stack};
 
 use crate::cubature::{GAUSS_3, GAUSS_4, GAUSS_5, Rule};
 use crate::layers::{PlaneLayers, SideRegion};
@@ -40,7 +40,7 @@ pub(crate) struct ConvexPiece {
 /// 10⁻¹⁰ there.
 pub(crate) const FAR: [(f64, Rule); 3] = [(8.0, GAUSS_3), (4.0, GAUSS_4), (2.0, GAUSS_5)];
 
-/// The faces of a scene around the origin, in the order of the pieces of [`radiosity::Faces`], and the outlines of its surfaces.
+/// The faces of a scene around the origin, in the order of the pieces of [`radiosity::surfaces::Faces`], and the outlines of its surfaces.
 pub(crate) struct FaceScene {
     pub faces: Vec<ExchangeFace>,
     pub outlines: Vec<Polygon>,

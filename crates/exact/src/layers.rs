@@ -2,7 +2,7 @@
 //! between exchange all their light through the gap, which has no thickness.
 
 use glam::DVec3;
-use radiosity::{Side, Stack};
+use radiosity::{Side, surfaces::Stack};
 
 use crate::polygon::{CutPlane, Polygon, Polygons, area, doubled_area_vector, in_front};
 

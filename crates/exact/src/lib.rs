@@ -6,7 +6,7 @@
 //! says how far it may be off. Predictions about walks ([`Exact::shooting_variances`], [`Exact::gathering_variances`], [`WeightedWalk`],
 //! [`VarianceBounds`]) read an [`Exact`].
 //!
-//! The unknowns are faces, the active sides of patches, numbered as [`radiosity::Faces`] does: a two-sided patch has
+//! The unknowns are faces, the active sides of patches, numbered as [`radiosity::surfaces::Faces`] does: a two-sided patch has
 //! two, and nothing passes from one to the other. Every vector here is in the order of faces.
 //!
 //! Geometry comes in two kinds. A closed box of axis-aligned rectangles ([`BoxScene`]) has closed forms for all
@@ -16,7 +16,7 @@
 //!
 //! Lamps without area are points, whose light on faces is added to the system; what a lamp does not see of a face is cut off.
 //!
-//! Surfaces that overlap in one plane are layers ([`radiosity::Stack`]): a face exchanges light with other planes
+//! Surfaces that overlap in one plane are layers ([`radiosity::surfaces::Stack`]): a face exchanges light with other planes
 //! through what no layer in front covers of it, and with the layer that it faces through the area between them.
 //!
 //! Threads fill the rows of general scenes and never enter the answer; its last digits may differ between

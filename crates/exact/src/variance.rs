@@ -3,7 +3,10 @@
 //! Discrete walks, source-term suppression: the estimate is of b_i. Divide by the number of walks. A walk
 //! contributes the square of its whole score on a face.
 
-use radiosity::{AbsorptionMode, EstimatorKind, Event};
+use radiosity::{
+    EstimatorKind,
+    methods::{AbsorptionMode, Event},
+};
 
 use crate::answer::Exact;
 use crate::system::RadiositySystem;

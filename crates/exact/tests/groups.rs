@@ -4,8 +4,9 @@ use crate::common::{Numbers, plain_box};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
-    Estimate, Estimates, EstimatorKind, Experiment, Groups, IndexChoice, Method, PatchGroup, Scene,
-    SceneSpec, Sequence, Spectrum, Tally,
+    Estimate, Estimates, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence,
+    Spectrum, Tally,
+    groups::{Groups, PatchGroup},
     sensitivity::{Derivative, Influences, Property},
 };
 

@@ -8,8 +8,8 @@ use exact::{Exact, ExactError, SystemAccuracy};
 use glam::DVec3;
 use photometry::{Distribution, Luminaire};
 use radiosity::{
-    Emission, Estimator, EstimatorKind, Experiment, IndexChoice, LampSpec, LampsSpec, Method, Scene,
-    SceneSpec, Sequence, Sides, Solution,
+    Estimator, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Sides, Solution,
+    lamps::{Emission, LampSpec, LampsSpec},
 };
 
 /// A table without symmetry that lights the lower half of the sphere.

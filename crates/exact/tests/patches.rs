@@ -4,9 +4,9 @@ use crate::shapes::{grey, quad};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Birth, Chains, Direction, Estimate, Estimator, EstimatorKind, Experiment,
-    IndexChoice, InfiniteEnd, Iterations, Method, RayBirths, Sampler, Scene, SceneSpec, Score, Shape, Solve,
-    Space, SurfaceSpec, Walks,
+    Birth, Chains, Direction, Estimate, Estimator, EstimatorKind, Experiment, IndexChoice, Method, Scene,
+    SceneSpec, Shape, Space, SurfaceSpec, Walks,
+    methods::{BatchScore, Batches, InfiniteEnd, Iterations, RayBirths, Sampler, Score, Solve},
 };
 
 /// The walls of a unit cube, facing inwards: z low, z high, y low, y high, x low, x high.

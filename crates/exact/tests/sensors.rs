@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 use exact::{BoxScene, Exact, Facing, Rectangle, form_factor};
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Birth, Chains, Direction, EstimatorKind, Experiment, IndexChoice, Iterations,
-    Method, Readings, Sampler, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides, Solve,
-    Space, Spectrum, SurfaceSpec, Walks,
+    Birth, Chains, Direction, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence,
+    Shape, Sides, Space, Spectrum, SurfaceSpec, Walks,
+    methods::{BatchScore, Batches, Iterations, Sampler, Solve},
+    sensors::{Readings, SensorShape, SensorSpec},
 };
 
 const LEVEL: f64 = 0.95;
@@ -218,7 +219,10 @@ fn intervals_of_single_walks_are_true() {
     for (name, method) in [
         ("collision", collision()),
         ("absorption", Method::shooting(EstimatorKind::Absorption)),
-        ("infinite", Method::shooting(EstimatorKind::Infinite.ending(radiosity::InfiniteEnd::default()))),
+        (
+            "infinite",
+            Method::shooting(EstimatorKind::Infinite.ending(radiosity::methods::InfiniteEnd::default())),
+        ),
         ("gathering", Method::gathering(Birth::Area, EstimatorKind::Collision)),
     ] {
         intervals_are_true(name, &sensed(&spec, method, std::slice::from_ref(&plane)), &truth);

@@ -9,7 +9,7 @@ use std::thread;
 use crate::shapes::{grey, painted, quad, room};
 use exact::Exact;
 use glam::DVec3;
-use radiosity::{Face, IndexChoice, Scene, SceneSpec, Sides};
+use radiosity::{IndexChoice, Scene, SceneSpec, Sides, surfaces::Face};
 
 /// The box reaches from 0 to here [m].
 const SIZE: [f64; 3] = [2.0, 1.0, 1.0];

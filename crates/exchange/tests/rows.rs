@@ -6,7 +6,8 @@ use crate::common::Grouped;
 use exchange::{Intervals, SparseRow};
 use glam::DVec3;
 use radiosity::{
-    SceneSpec, Sequence, Shape, SkyPatches, Space,
+    SceneSpec, Sequence, Shape, Space,
+    daylight::SkyPatches,
     exchange::{ExchangeRows, FactorKind},
 };
 use stats::Coverage;

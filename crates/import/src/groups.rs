@@ -8,7 +8,7 @@
 use std::collections::{HashMap, VecDeque};
 
 use glam::{DVec3, I64Vec3};
-use radiosity::{Corners, SceneSpec};
+use radiosity::{SceneSpec, surfaces::Corners};
 
 /// How far a group reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]

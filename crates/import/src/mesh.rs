@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use glam::DVec3;
-use radiosity::{LampsSpec, Sides, Spectrum};
+use radiosity::{Sides, Spectrum, lamps::LampsSpec};
 
 /// The most triangles that a mesh may have. A scene takes 1.3 kB for each (`docs/results/reading.md`): some 22 GB.
 pub const MAX_TRIANGLES: usize = 1 << 24;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use import::{Error, Files, Format, Imported, LostProperty, MaterialOverride, Mesh, Options, SidesChoice};
-use radiosity::{Emission, Shape, Sides, Spectrum};
+use radiosity::{Shape, Sides, Spectrum, lamps::Emission};
 
 fn read(path: &str, content: &[u8]) -> Result<Mesh, Error> {
     let mut none = |_: &Path| Err(io::Error::from(io::ErrorKind::NotFound));

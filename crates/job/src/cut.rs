@@ -1,6 +1,6 @@
 //! How surfaces are cut into patches, where a job leaves that to the program or to a file.
 
-use radiosity::{Leaves, Shape, SurfaceSpec};
+use radiosity::{Shape, SurfaceSpec, surfaces::Leaves};
 use serde::{Deserialize, Serialize};
 
 /// The cells of one surface: `[nu, nv]` of a quad, the rows of a triangle, or the cuts of a quad into rectangles.

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use radiosity::{Birth, Quantity, SensorSpec};
+use radiosity::{Birth, precision::Quantity, sensors::SensorSpec};
 
 use crate::document::{KeyTable, Value};
 use crate::error::Error;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use import::matches;
-use radiosity::{Faces, Scene, Side};
+use radiosity::{Scene, Side, surfaces::Faces};
 
 use crate::document::{KeyTable, Value};
 use crate::error::Error;
@@ -61,7 +61,7 @@ impl FaceGroups {
     }
 
     fn by_patch(faces: &Faces) -> Self {
-        let name = |face: radiosity::Face| match (faces.back_of(face.patch), face.side) {
+        let name = |face: radiosity::surfaces::Face| match (faces.back_of(face.patch), face.side) {
             (None, _) => face.patch.to_string(),
             (Some(_), Side::Front) => format!("{} front", face.patch),
             (Some(_), Side::Back) => format!("{} back", face.patch),

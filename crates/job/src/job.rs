@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use import::{Format, Mesh, Options};
-use radiosity::{IndexChoice, PatchGroup, Scene, Space};
+use radiosity::{IndexChoice, Scene, Space, groups::PatchGroup};
 
 use crate::budget::{Budget, read_budget};
 use crate::document::{KeyTable, Value};

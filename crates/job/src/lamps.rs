@@ -3,7 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use radiosity::{Emission, LampSpec, LampsSpec, Spectrum};
+use radiosity::{
+    Spectrum,
+    lamps::{Emission, LampSpec, LampsSpec},
+};
 
 use crate::document::{KeyTable, Value};
 use crate::error::Error;

@@ -65,7 +65,7 @@ pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};
 pub use output::{NamedView, Stand, View};
 pub use partition::{Auto, Forecast, Partition};
 pub use planes::PlaneTarget;
-pub use radiosity::Sampler;
+pub use radiosity::methods::Sampler;
 pub use scene::{MaterialRow, SceneFile, load_scene, load_scene_with};
 pub use scene_text::to_toml;
 pub use schema::{job_schema, scene_schema};

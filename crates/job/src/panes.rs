@@ -1,6 +1,9 @@
 //! The tables `[[pane]]` of a scene: clear glass that light crosses.
 
-use radiosity::{CLEAREST, PaneSpec, Shape};
+use radiosity::{
+    Shape,
+    surfaces::{CLEAREST, PaneSpec},
+};
 
 use crate::document::{KeyTable, Value};
 use crate::error::Error;

@@ -3,7 +3,10 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use radiosity::{Leaves, LeavesError, Space};
+use radiosity::{
+    Space,
+    surfaces::{Leaves, LeavesError},
+};
 use serde::{Deserialize, Serialize};
 
 use crate::cut::Cut;

@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use glam::DVec3;
-use radiosity::{SensorShape, SensorSpec, planes::PlaneFigure};
+use radiosity::{
+    planes::PlaneFigure,
+    sensors::{SensorShape, SensorSpec},
+};
 use serde::{Deserialize, Serialize};
 
 use crate::bytes::all_bytes;

@@ -10,8 +10,10 @@ use std::path::{Path, PathBuf};
 use import::{Format, Imported, Mesh, Options, Spots};
 use parallel::run_on_all_cores;
 use radiosity::{
-    IndexChoice, LampsSpec, Leaves, SKY, Scene, SceneError, SceneSpec, SensorSpec, Shape, Spectrum,
-    SurfaceSpec,
+    IndexChoice, Scene, SceneError, SceneSpec, Shape, Spectrum, SurfaceSpec,
+    lamps::LampsSpec,
+    sensors::SensorSpec,
+    surfaces::{Leaves, SKY},
 };
 
 use crate::cut::Cut;

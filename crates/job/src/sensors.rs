@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use radiosity::{SensorShape, SensorSpec};
+use radiosity::sensors::{SensorShape, SensorSpec};
 use serde::{Deserialize, Serialize};
 
 use crate::document::{KeyTable, Value};

@@ -5,7 +5,11 @@
 //! Every method knows how to deal with surfaces, so that none needs to know of the sky.
 
 use glam::DVec3;
-use radiosity::{SKY, SensorShape, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
+use radiosity::{
+    Shape, Sides, Spectrum, SurfaceSpec,
+    sensors::{SensorShape, SensorSpec},
+    surfaces::SKY,
+};
 
 use crate::document::Value;
 use crate::error::Error;

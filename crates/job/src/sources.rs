@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use radiosity::{Groups, PatchGroup};
+use radiosity::groups::{Groups, PatchGroup};
 
 use crate::document::{KeyTable, Value};
 use crate::error::{Error, SourceLocation};

@@ -1,6 +1,6 @@
 //! What is asked of patches.
 
-use radiosity::Quantity;
+use radiosity::precision::Quantity;
 use serde::{Deserialize, Serialize};
 
 use crate::document::Value;

@@ -158,7 +158,7 @@ impl Keyword for Unhit {
     }
 }
 
-/// The word of a [`radiosity::InfiniteEnd`], before its number is known.
+/// The word of a [`radiosity::methods::InfiniteEnd`], before its number is known.
 #[derive(Clone, Copy)]
 pub(crate) enum EndWord {
     Roulette,
@@ -178,7 +178,7 @@ impl Keyword for EndWord {
     }
 }
 
-/// The word of a [`radiosity::Solve`].
+/// The word of a [`radiosity::methods::Solve`].
 #[derive(Clone, Copy)]
 pub(crate) enum SolveWord {
     Links,

@@ -1,6 +1,10 @@
 //! Choices that files and outputs write as one word.
 
-use radiosity::{EstimatorKind, Quantity, RayBirths, Sampler, Space};
+use radiosity::{
+    EstimatorKind, Space,
+    methods::{RayBirths, Sampler},
+    precision::Quantity,
+};
 
 /// A choice that files and outputs write as one word.
 pub trait Keyword: Copy + 'static {

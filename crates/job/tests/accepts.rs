@@ -9,8 +9,10 @@ use job::{
     job_hash, load, load_scene,
 };
 use radiosity::{
-    Birth, EstimatorKind, IndexChoice, InfiniteEnd, Quantity, SensorShape, SensorSpec, Shape, Sides, Space,
-    Spectrum,
+    Birth, EstimatorKind, IndexChoice, Shape, Sides, Space, Spectrum,
+    methods::InfiniteEnd,
+    precision::Quantity,
+    sensors::{SensorShape, SensorSpec},
 };
 
 const SCENE: &str = r#"

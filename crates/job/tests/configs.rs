@@ -115,8 +115,8 @@ fn lamps() {
     let (job, scene) = loaded("lamps");
     let (counts, _) = shot(&job, &scene, 100_000);
     assert_eq!((counts.escaped, counts.absorbed_back), (0, 0));
-    let members = |groups: &[radiosity::PatchGroup]| {
-        let of = |group: &radiosity::PatchGroup| (group.name.clone(), group.patches.clone());
+    let members = |groups: &[radiosity::groups::PatchGroup]| {
+        let of = |group: &radiosity::groups::PatchGroup| (group.name.clone(), group.patches.clone());
         groups.iter().map(of).collect::<Vec<_>>()
     };
     let sources = [("left".into(), vec![(16, 16)]), ("right".into(), vec![(17, 17)])];

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use job::{Error, Job, Sampler, WalkKind, job_hash, load};
-use radiosity::{BatchScore, Batches, Iterations, Solve};
+use radiosity::methods::{BatchScore, Batches, Iterations, Solve};
 
 /// A job on the 54-patch cube.
 fn cube54(set: &[&str]) -> Job {

@@ -13,8 +13,10 @@ use std::collections::HashMap;
 use job::Forecast;
 use protocol::{Book, Look};
 use radiosity::{
-    Estimate, Estimates, Experiment, Face, FaceShare, Precision, Quantity, Readings, Scene, Sequence, Side,
-    TINY, Tally,
+    Estimate, Estimates, Experiment, Scene, Sequence, Side, Tally,
+    precision::{FaceShare, Precision, Quantity, TINY},
+    sensors::Readings,
+    surfaces::Face,
 };
 use report::words::share;
 use report::{Check, Verdict, face_words};

@@ -1,6 +1,6 @@
 //! Reports on surfaces that coincide, in words.
 
-use radiosity::{Overlap, Scene, Side};
+use radiosity::{Scene, Side, surfaces::Overlap};
 use report::words::counted;
 
 /// The number of overlaps that are named.

@@ -11,7 +11,7 @@
 //! it, widened by the noise of the discrete result.
 
 use radiosity::{
-    AbsorptionMode, Estimates, EstimatorKind, Experiment, Method, Sequence, Space, Tally, Walks,
+    Estimates, EstimatorKind, Experiment, Method, Sequence, Space, Tally, Walks, methods::AbsorptionMode,
 };
 use report::DiscretisedSummary;
 

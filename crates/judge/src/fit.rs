@@ -1,6 +1,6 @@
 //! Fit: whether a method suits a scene, by what theory says of its variance before any walk is shot.
 
-use radiosity::{Direction, EstimatorKind, Experiment, Face};
+use radiosity::{Direction, EstimatorKind, Experiment, surfaces::Face};
 
 /// The least factor in variance, or in the length of walks, by which another method must be better to be named.
 const WORTH_NAMING: f64 = 10.0;

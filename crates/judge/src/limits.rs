@@ -1,7 +1,7 @@
 //! The limits of what an experiment's walks can come to, for the cluster to refuse impossible results.
 
 use protocol::{Limits, MaterialLimits, SensorLimits};
-use radiosity::{Estimator, Experiment, InfiniteEnd};
+use radiosity::{Estimator, Experiment, methods::InfiniteEnd};
 
 /// The factor above what theory says: if an honest worker broke a limit, its work would end.
 const MARGIN: f64 = 4.0;
@@ -105,7 +105,11 @@ fn longest_walk(experiment: &Experiment) -> u64 {
 mod tests {
     use super::*;
     use job::Job;
-    use radiosity::{PatchGroup, SensorShape, SensorSpec, Sequence};
+    use radiosity::{
+        Sequence,
+        groups::PatchGroup,
+        sensors::{SensorShape, SensorSpec},
+    };
 
     /// What breaks a limit, if anything does: in a job with a sensor, and, if the method allows for it, in one with groups.
     fn breach(job: &Job) -> Option<&'static str> {

@@ -1,7 +1,7 @@
 //! What would be modelled, and why, in words: for `radwalk check`.
 
 use job::Job;
-use radiosity::{Experiment, Scene, SensorShape, Side};
+use radiosity::{Experiment, Scene, Side, sensors::SensorShape};
 use report::words::counted;
 use report::{MethodWords, Model, Units, target_scope, view_troubles};
 

@@ -1,7 +1,7 @@
 //! Whether patches are fine enough for the light on them.
 
 use job::Forecast;
-use radiosity::{Accuracy, Estimates};
+use radiosity::{Estimates, linear::Accuracy};
 use report::words::percent;
 use report::{Verdict, face_words};
 

@@ -1,6 +1,6 @@
 //! Warnings about badly placed sensors, in words.
 
-use radiosity::{Experiment, SensorView};
+use radiosity::{Experiment, sensors::SensorView};
 use report::words::percent;
 
 /// The number of rays that each sensor sends out to look round.
@@ -31,7 +31,10 @@ pub fn sensor_warnings(experiment: &Experiment) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use radiosity::{EstimatorKind, IndexChoice, Method, Scene, SceneSpec, SensorShape, SensorSpec};
+    use radiosity::{
+        EstimatorKind, IndexChoice, Method, Scene, SceneSpec,
+        sensors::{SensorShape, SensorSpec},
+    };
 
     use super::*;
 

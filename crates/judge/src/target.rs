@@ -11,7 +11,7 @@ mod total;
 use job::{Target, TotalTarget};
 use parallel::run_on_all_cores;
 use protocol::Look;
-use radiosity::{Estimates, Experiment, Quantity, Tally};
+use radiosity::{Estimates, Experiment, Tally, precision::Quantity};
 use report::WorstPatch;
 use stats::{DoubleSampling, foresight};
 

@@ -4,7 +4,8 @@ use judge::checks;
 use judge::target::{Observer, looks};
 use protocol::Look;
 use radiosity::{
-    Estimates, EstimatorKind, Experiment, IndexChoice, Method, Quantity, Scene, SceneSpec, Sequence, Tally,
+    Estimates, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Tally,
+    precision::Quantity,
 };
 use report::Verdict;
 
@@ -33,8 +34,12 @@ fn run(first: &Experiment, last: &Experiment, seed: u64, walks: u64) -> (Tally, 
 /// The checks that failed.
 fn alarms(experiment: &Experiment, tally: &Tally, looks: &[Look]) -> Vec<String> {
     let estimates = Estimates::new(experiment, tally, 0.95);
-    let checks =
-        checks(&estimates, None, &estimates.precision(Quantity::Irradiance, &radiosity::in_turn), looks);
+    let checks = checks(
+        &estimates,
+        None,
+        &estimates.precision(Quantity::Irradiance, &radiosity::parallel::in_turn),
+        looks,
+    );
     checks.into_iter().filter(|check| check.verdict == Verdict::Failed).map(|check| check.name).collect()
 }
 

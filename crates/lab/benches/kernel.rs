@@ -10,8 +10,10 @@ use divan::counter::ItemsCount;
 use glam::DVec3;
 use photometry::{Distribution, Luminaire};
 use radiosity::{
-    Birth, Direction, Emission, EstimatorKind, Experiment, IndexChoice, LampSpec, LampsSpec, Ray, Scene,
-    SceneSpec, Sequence, Side, Space, Walks, boards::Scoreboard,
+    Birth, Direction, EstimatorKind, Experiment, IndexChoice, Scene, SceneSpec, Sequence, Side, Space, Walks,
+    boards::Scoreboard,
+    lamps::{Emission, LampSpec, LampsSpec},
+    rays::Ray,
 };
 use scenes::{cornell, cube, interior};
 

@@ -3,7 +3,7 @@
 use job::Target;
 use judge::checks;
 use judge::target::{Observer, looks};
-use radiosity::{Estimates, Experiment, Quantity, Solution, Tally};
+use radiosity::{Estimates, Experiment, Solution, Tally, precision::Quantity};
 use report::{Check, Verdict};
 
 use crate::walking::{CONFIDENCE, advance};
@@ -34,8 +34,12 @@ pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option
         }
     }
     let estimates = Estimates::new(experiment, &tally, CONFIDENCE);
-    let checks =
-        checks(&estimates, None, &estimates.precision(Quantity::Irradiance, &radiosity::in_turn), &seen);
+    let checks = checks(
+        &estimates,
+        None,
+        &estimates.precision(Quantity::Irradiance, &radiosity::parallel::in_turn),
+        &seen,
+    );
     let solution = Solution::new(experiment, &tally, CONFIDENCE);
     JudgedRun { tally, solution, checks, reached }
 }

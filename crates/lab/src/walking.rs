@@ -56,8 +56,9 @@ pub(crate) fn estimate(solution: &Solution, patch: usize) -> Estimate {
 /// The patches that reflect and do not emit.
 pub(crate) fn receivers(experiment: &Experiment) -> Vec<usize> {
     let patches = experiment.scene().faces().iter().enumerate();
-    let receives =
-        |(_, patch): &(usize, radiosity::Face)| !patch.emittance.is_lit() && patch.reflectance.is_lit();
+    let receives = |(_, patch): &(usize, radiosity::surfaces::Face)| {
+        !patch.emittance.is_lit() && patch.reflectance.is_lit()
+    };
     patches.filter(receives).map(|(i, _)| i).collect()
 }
 
@@ -71,7 +72,7 @@ impl TallyReader {
     /// The reader of an experiment whose walks tell of every patch.
     pub(crate) fn new(experiment: &Experiment) -> Self {
         let empty = experiment.tally();
-        let worth = |(i, patch): (usize, radiosity::Face)| {
+        let worth = |(i, patch): (usize, radiosity::surfaces::Face)| {
             let meaning = experiment.meaning(i, 0, &empty).expect("walks are born everywhere");
             patch.reflectance[0] * meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0)
         };

@@ -7,7 +7,10 @@ use std::time::{Duration, Instant};
 use judge::plan::predict_stop;
 use judge::target::Prospect;
 use protocol::{Coordinator, Notice};
-use radiosity::{Estimates, Experiment, Precision, Quantity};
+use radiosity::{
+    Estimates, Experiment,
+    precision::{Precision, Quantity},
+};
 use results::Settings;
 
 use crate::run_status::{FaultCounts, Goal, RunStatus, Saved};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use radiosity::SkyPatches;
+use radiosity::daylight::SkyPatches;
 use report::OutputFolder;
 use results::daylight::{DAYLIGHT_FILES, DaylightAnswer, DaylightQuestion, Wished, count_here};
 use sky::Wanted;

@@ -41,45 +41,15 @@ mod thread_pool;
 mod trace;
 mod walk;
 
-pub use executor::{ParallelFor, in_turn};
-pub use experiment::arrivals::Arrival;
-pub use experiment::glare::{Glare, Unexamined};
-pub use experiment::precision::{
-    FLOOR, FaceShare, Headline, Judged, Place, Precision, QUANTILES, Quantity, Reach, TINY,
-};
-pub use experiment::readings::{Reading, Readings};
-pub use experiment::slopes::{Accuracy, AnswerError, Fit, ReportedAnswer, Slopes};
-pub use experiment::solution::{Channels, Estimate, Estimates, Mix, Solution};
-pub use experiment::{
-    Board, Experiment, Groups, Lost, Meaning, PatchGroup, SensorView, SourceScores, Unfit,
-    birth_probabilities,
-};
-pub use geometry::axes::{Covariance, outer_square, principal_axes};
-pub use geometry::face::{Face, FaceIter, Faces};
-pub use geometry::lamp::{Emission, LampSpec, LampsSpec};
-pub use geometry::leaves::{CutCell, Leaves, LeavesError};
-pub use geometry::pane::{CLEAREST, PaneSpec};
-pub use geometry::planes::Body;
-pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
-pub use geometry::sky::SkyPatches;
-pub use geometry::spec::{Corners, SKY, SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
-pub use geometry::surface::Surface;
-pub use jacobi::plan::{Iterations, RayBirths, Solve};
-pub use method::{BatchScore, Batches, Birth, Chains, Direction, Method, Score, Unit, Walks};
-pub use random::Sampler;
+pub use experiment::solution::{Estimate, Estimates, Solution};
+pub use experiment::{Board, Experiment, Unfit};
+pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
+pub use method::{Birth, Chains, Direction, Method, Walks};
 pub use random::rng::{Sequence, WalkRng};
-pub use scene::sealed::Sealed;
-pub use scene::view::Lookout;
-pub use scene::{IndexChoice, Memory, Scene, SceneError};
+pub use scene::{IndexChoice, Scene, SceneError};
 pub use tally::{Counts, Layout, Overflow, Tally};
-pub use thread_pool::ThreadPool;
-pub use trace::coplanar::Overlap;
-pub use trace::ray::{Hit, Ray};
-pub use trace::stack::Stack;
 pub use walk::Space;
-pub use walk::batch::WalkEnd;
-pub use walk::collision::InfiniteEnd;
-pub use walk::estimator::{AbsorptionMode, Estimator, EstimatorKind, Event};
+pub use walk::estimator::{Estimator, EstimatorKind};
 pub use walk::plain::walk as plain_walk;
 
 /// Where the walks of a thread score, below [`Board`].
@@ -92,6 +62,7 @@ pub mod boards {
 pub mod daylight {
     pub use crate::experiment::daylight::{Coefficients, DaylightSpec, SkyTally, sky_rows, sky_tallies};
     pub use crate::experiment::segments::Segment;
+    pub use crate::geometry::sky::SkyPatches;
 }
 
 /// Walks that are counted by the group that takes them.
@@ -102,12 +73,47 @@ pub mod exchange {
     pub use crate::experiment::segments::Segment;
 }
 
+/// Groups of sources, each with figures of its own.
+pub mod groups {
+    pub use crate::experiment::{Groups, Meaning, PatchGroup, SourceScores};
+}
+
 /// What looks into walks, chains and traces one by one: the product replays a walk, all else is for measurements.
 pub mod instruments {
     pub use crate::experiment::replay::{Replay, ReplayedHit};
     pub use crate::jacobi::{Iteration, IterationPhase, Reciprocity, stochastic_iteration};
+    pub use crate::scene::Memory;
     pub use crate::scene::retracing::{Foresight, Retracing};
     pub use crate::trace::tree::{StepKind, TreeStep};
+}
+
+/// Lamps without area.
+pub mod lamps {
+    pub use crate::geometry::lamp::{Emission, LampSpec, LampsSpec};
+}
+
+/// Patches whose radiosity is linear, and what is told of their errors.
+pub mod linear {
+    pub use crate::experiment::slopes::{Accuracy, AnswerError, Fit, ReportedAnswer, Slopes};
+    pub use crate::geometry::axes::{Covariance, outer_square, principal_axes};
+}
+
+/// What a method is made of, besides its estimator.
+pub mod methods {
+    pub use crate::experiment::birth_probabilities;
+    pub use crate::experiment::solution::{Channels, Mix};
+    pub use crate::jacobi::plan::{Iterations, RayBirths, Solve};
+    pub use crate::method::{BatchScore, Batches, Score, Unit};
+    pub use crate::random::Sampler;
+    pub use crate::walk::batch::WalkEnd;
+    pub use crate::walk::collision::InfiniteEnd;
+    pub use crate::walk::estimator::{AbsorptionMode, Event};
+}
+
+/// Loops that several threads share.
+pub mod parallel {
+    pub use crate::executor::{ParallelFor, in_turn};
+    pub use crate::thread_pool::ThreadPool;
 }
 
 /// The figures of planes of points.
@@ -115,8 +121,44 @@ pub mod planes {
     pub use crate::experiment::planes::{Figure, PlaneFigure, PlaneFigures, Sufficiency};
 }
 
+/// How precise a picture, its figures and its headline are.
+pub mod precision {
+    pub use crate::experiment::Lost;
+    pub use crate::experiment::glare::{Glare, Unexamined};
+    pub use crate::experiment::precision::{
+        FLOOR, FaceShare, Headline, Judged, Place, Precision, QUANTILES, Quantity, Reach, TINY,
+    };
+}
+
+/// Single rays, and what they meet.
+pub mod rays {
+    pub use crate::experiment::arrivals::Arrival;
+    pub use crate::scene::sealed::Sealed;
+    pub use crate::scene::view::Lookout;
+    pub use crate::trace::ray::{Hit, Ray};
+}
+
 /// What the light would be with other materials and lamps.
 pub mod sensitivity {
     pub use crate::experiment::SensitivityMaterial;
     pub use crate::experiment::influence::{Derivative, Influences, Property};
+}
+
+/// Surfaces that measure light and stop none.
+pub mod sensors {
+    pub use crate::experiment::SensorView;
+    pub use crate::experiment::readings::{Reading, Readings};
+    pub use crate::geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
+}
+
+/// Surfaces and their faces as a scene has built them.
+pub mod surfaces {
+    pub use crate::geometry::face::{Face, FaceIter, Faces};
+    pub use crate::geometry::leaves::{CutCell, Leaves, LeavesError};
+    pub use crate::geometry::pane::{CLEAREST, PaneSpec};
+    pub use crate::geometry::planes::Body;
+    pub use crate::geometry::spec::{Corners, SKY};
+    pub use crate::geometry::surface::Surface;
+    pub use crate::trace::coplanar::Overlap;
+    pub use crate::trace::stack::Stack;
 }

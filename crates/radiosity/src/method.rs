@@ -8,6 +8,13 @@ use crate::walk::Space;
 use crate::walk::estimator::{Estimator, EstimatorKind};
 
 /// Where gathering walks are born.
+///
+/// ```
+/// use radiosity::{Birth, EstimatorKind, Method};
+///
+/// let of_two = Method::gathering(Birth::Patches(vec![0, 7]), EstimatorKind::Collision);
+/// assert!(of_two.unit().is_walk());
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Birth {
@@ -21,6 +28,12 @@ pub enum Birth {
 }
 
 /// The direction of walks: from the emitters (shooting), or from the patches (gathering).
+///
+/// ```
+/// use radiosity::{Direction, EstimatorKind, Method};
+///
+/// assert_eq!(Method::shooting(EstimatorKind::Collision).direction(), Some(&Direction::Shooting));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// From the emitters, carrying power (S97 §2).
@@ -58,6 +71,13 @@ impl Score {
 }
 
 /// Walks that are samples each.
+///
+/// ```
+/// use radiosity::{EstimatorKind, Method, Space, Walks};
+///
+/// let walks = Walks { space: Space::Continuous, ..Walks::shooting(EstimatorKind::Absorption) };
+/// assert_eq!(Method::Walks(walks).space(), Space::Continuous);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walks {
     /// Which way they run.
@@ -113,6 +133,13 @@ impl BatchScore {
 }
 
 /// Chains of single rays between patches, one sample each: stochastic Jacobi (BS §4).
+///
+/// ```
+/// use radiosity::Method;
+///
+/// let Method::Chains(chains) = Method::chains(4096) else { panic!("chains are asked for") };
+/// assert_eq!(chains.rays, 4096);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chains {
     /// Rays of a chain.
@@ -126,6 +153,13 @@ pub struct Chains {
 }
 
 /// A kind of sample and what it scores.
+///
+/// ```
+/// use radiosity::{EstimatorKind, Method};
+///
+/// let methods = [Method::shooting(EstimatorKind::Collision), Method::chains(4096)];
+/// assert_eq!(methods.map(|method| method.unit().is_chain()), [false, true]);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     /// Walks, each a sample of its own.

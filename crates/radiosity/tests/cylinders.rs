@@ -5,8 +5,9 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use crate::common::surface;
 use glam::DVec3;
 use radiosity::{
-    Emission, EstimatorKind, Experiment, IndexChoice, LampSpec, Method, Readings, Scene, SceneSpec,
-    SensorShape, SensorSpec, Sequence, Shape, Tally,
+    EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, Tally,
+    lamps::{Emission, LampSpec},
+    sensors::{Readings, SensorShape, SensorSpec},
 };
 
 /// A full cylinder at some places, then half ones that face these directions there.

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use radiosity::{
-    Experiment, IndexChoice, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides, SkyPatches,
-    SurfaceSpec, Unfit,
-    daylight::{Coefficients, DaylightSpec, Segment, SkyTally, sky_tallies},
+    Experiment, IndexChoice, Scene, SceneSpec, Sequence, Shape, Sides, SurfaceSpec, Unfit,
+    daylight::{Coefficients, DaylightSpec, Segment, SkyPatches, SkyTally, sky_tallies},
+    sensors::{SensorShape, SensorSpec},
 };
 
 /// A square of side 2 a around the z axis at height z.

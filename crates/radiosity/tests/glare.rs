@@ -5,8 +5,10 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use photometry::{Luminaire, LuminousOpening};
 use radiosity::{
-    Emission, Estimator, Experiment, Glare, IndexChoice, LampSpec, LampsSpec, Method, Readings, Scene,
-    SceneSpec, SensorShape, SensorSpec, Sequence, Unexamined,
+    Estimator, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence,
+    lamps::{Emission, LampSpec, LampsSpec},
+    precision::{Glare, Unexamined},
+    sensors::{Readings, SensorShape, SensorSpec},
 };
 
 /// A downlight: cd at 0°, 45° and 90° from its aim, alike all round.

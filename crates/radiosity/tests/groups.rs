@@ -3,8 +3,10 @@
 use crate::common::{box_scene, experiment, quad, room_with_plates, surface, walk};
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Estimator, Experiment, Face, IndexChoice, InfiniteEnd, Sampler, Scene, SceneError,
-    SceneSpec, Shape, Side, Space, Spectrum, Unfit, Walks,
+    Estimator, Experiment, IndexChoice, Scene, SceneError, SceneSpec, Shape, Side, Space, Spectrum, Unfit,
+    Walks,
+    methods::{BatchScore, Batches, InfiniteEnd, Sampler},
+    surfaces::Face,
 };
 
 const ROULETTE: Estimator = Estimator::Infinite(InfiniteEnd::Roulette { threshold: 0.01 });

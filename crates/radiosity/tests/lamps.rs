@@ -6,8 +6,10 @@ use std::sync::LazyLock;
 use glam::DVec3;
 use photometry::{Distribution, Luminaire};
 use radiosity::{
-    Emission, Estimate, Estimator, Experiment, IndexChoice, LampSpec, LampsSpec, Method, Readings, Scene,
-    SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Solution, SurfaceSpec, Unfit, WalkRng,
+    Estimate, Estimator, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, Solution,
+    SurfaceSpec, Unfit, WalkRng,
+    lamps::{Emission, LampSpec, LampsSpec},
+    sensors::{Readings, SensorShape, SensorSpec},
 };
 use stats::mean_squared_z;
 
@@ -254,7 +256,10 @@ fn irradiances(spec: &SceneSpec, method: impl Into<Method>, samples: u64) -> Vec
 /// Student's t: none above 6 of 300 (a false alarm in 2,000).
 #[test]
 fn chains_and_gathers_find_the_light_of_lamps() {
-    use radiosity::{BatchScore, Batches, Chains, Iterations, Sampler, Solve};
+    use radiosity::{
+        Chains,
+        methods::{BatchScore, Batches, Iterations, Sampler, Solve},
+    };
     let chains = |solve| Chains { rays: 20_000, solve, linear: false, final_gather: Vec::new() };
     for (number, spec) in rooms().iter().enumerate() {
         let walks = irradiances(spec, Method::shooting(Estimator::Collision), 600_000);
@@ -307,7 +312,7 @@ fn sensors_add_the_light_of_faces_and_of_lamps() {
 
 #[test]
 fn methods_that_would_miss_lamps_are_refused() {
-    use radiosity::{Birth, Direction, Score, Space, Walks};
+    use radiosity::{Birth, Direction, Space, Walks, methods::Score};
     let lamp = LampSpec::new(DVec3::splat(0.5), Emission::Uniform, 1.0);
     let scene = || Scene::build(&with_lamps(cube(0.5), vec![lamp.clone()]), IndexChoice::Auto).unwrap();
     let gathering = Walks {

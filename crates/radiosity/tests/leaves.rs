@@ -2,9 +2,10 @@
 
 use crate::common::{quad, room_with_plates};
 use radiosity::{
-    BatchScore, Batches, Birth, Chains, Direction, Estimator, Experiment, Faces, IndexChoice, Iterations,
-    Leaves, Method, Sampler, Scene, SceneError, SceneSpec, Score, Sequence, Shape, Side, Solution, Solve,
-    Space, Spectrum, Tally, Walks,
+    Birth, Chains, Direction, Estimator, Experiment, IndexChoice, Method, Scene, SceneError, SceneSpec,
+    Sequence, Shape, Side, Solution, Space, Spectrum, Tally, Walks,
+    methods::{BatchScore, Batches, Iterations, Sampler, Score, Solve},
+    surfaces::{Faces, Leaves},
 };
 use stats::Measured;
 

@@ -5,7 +5,10 @@ use std::f64::consts::PI;
 use crate::support::{Random, quadrature, tables};
 use glam::DVec3;
 use photometry::Distribution;
-use radiosity::{Emission, IndexChoice, LampSpec, LampsSpec, Scene, SceneSpec};
+use radiosity::{
+    IndexChoice, Scene, SceneSpec,
+    lamps::{Emission, LampSpec, LampsSpec},
+};
 
 /// A cube around a lamp with this table.
 fn lit_by(light: &Distribution) -> Scene {

@@ -3,9 +3,9 @@
 use crate::common::{box_scene, cube54, quad, surface};
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Birth, Chains, Direction, Estimates, Estimator, EstimatorKind, Experiment,
-    IndexChoice, InfiniteEnd, Method, Sampler, Scene, SceneSpec, Score, Sequence, Shape, Sides, Solve, Space,
-    Spectrum, Tally, Walks,
+    Birth, Chains, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice, Method, Scene,
+    SceneSpec, Sequence, Shape, Sides, Space, Spectrum, Tally, Walks,
+    methods::{BatchScore, Batches, InfiniteEnd, Sampler, Score, Solve},
 };
 
 /// A room with all that scenes may have: cells, a two-sided plate, a triangle in rows and one of a single cell.

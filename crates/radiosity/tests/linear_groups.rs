@@ -3,8 +3,8 @@
 use crate::common::{box_walls, experiment, surface, walk};
 use glam::DVec3;
 use radiosity::{
-    Birth, Direction, Estimates, Estimator, IndexChoice, SceneSpec, Score, Shape, Sides, Space, SurfaceSpec,
-    Walks,
+    Birth, Direction, Estimates, Estimator, IndexChoice, SceneSpec, Shape, Sides, Space, SurfaceSpec, Walks,
+    methods::Score,
 };
 
 /// Walls of which no two edges are alike, so that every group of a wall's cells has axes of its own.

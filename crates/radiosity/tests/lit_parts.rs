@@ -4,7 +4,9 @@ use std::cell::Cell;
 
 use crate::common::{box_walls, collision, experiment, flipped, quad, surface, walk};
 use glam::{DMat3, DVec3};
-use radiosity::{IndexChoice, Scene, SceneSpec, Sequence, Shape, Sides, Space, SurfaceSpec, in_turn};
+use radiosity::{
+    IndexChoice, Scene, SceneSpec, Sequence, Shape, Sides, Space, SurfaceSpec, parallel::in_turn,
+};
 
 fn both_sides(shape: Shape, reflectance: f64) -> SurfaceSpec {
     SurfaceSpec { sides: Sides::Both, ..surface(shape, reflectance) }

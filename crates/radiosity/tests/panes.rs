@@ -5,10 +5,12 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 use radiosity::{
-    Birth, CLEAREST, Emission, Estimator, Experiment, IndexChoice, LampSpec, Method, PaneSpec, Readings,
-    Scene, SceneError, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, SkyPatches, Solution,
-    SurfaceSpec, Unfit,
-    daylight::{Coefficients, SkyTally},
+    Birth, Estimator, Experiment, IndexChoice, Method, Scene, SceneError, SceneSpec, Sequence, Shape,
+    Solution, SurfaceSpec, Unfit,
+    daylight::{Coefficients, SkyPatches, SkyTally},
+    lamps::{Emission, LampSpec},
+    sensors::{Readings, SensorShape, SensorSpec},
+    surfaces::{CLEAREST, PaneSpec},
 };
 use stats::mean_squared_z;
 
@@ -175,7 +177,8 @@ fn lamps_shine_through_panes() {
         let way = DVec3::new(0.4 - x, 0.3 - y, 1.4);
         let square = way.length_squared();
         let expected = 5.0 * way.z / square.sqrt() / square * through_both(way.normalize());
-        let light = scene.lamps_at(DVec3::new(x, y, 0.0) - scene.origin(), DVec3::Z, radiosity::Ray::FREE)[0];
+        let light =
+            scene.lamps_at(DVec3::new(x, y, 0.0) - scene.origin(), DVec3::Z, radiosity::rays::Ray::FREE)[0];
         assert!((light / expected - 1.0).abs() < 1e-12, "{light} {expected}");
     }
 }

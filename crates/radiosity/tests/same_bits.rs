@@ -3,7 +3,10 @@
 use crate::common::{box_scene, bumpy_sphere, collision, cube54, experiment, map_corners, rotation, walk};
 use glam::DVec3;
 use photometry::Luminaire;
-use radiosity::{Emission, IndexChoice, LampSpec, SceneSpec, Space, Tally};
+use radiosity::{
+    IndexChoice, SceneSpec, Space, Tally,
+    lamps::{Emission, LampSpec},
+};
 
 fn tally(spec: &SceneSpec, index: IndexChoice, space: Space, cuts: &[u64]) -> Tally {
     let experiment = experiment(spec, index, collision(space));

@@ -3,9 +3,10 @@
 use crate::common::{cube54, quad, surface};
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Birth, Chains, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd,
-    Iterations, Method, Readings, Sampler, Scene, SceneSpec, Score, SensorShape, SensorSpec, Sequence, Sides,
-    Solve, Space, Spectrum, Tally, Unfit, Walks,
+    Birth, Chains, Direction, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence,
+    Sides, Space, Spectrum, Tally, Unfit, Walks,
+    methods::{BatchScore, Batches, InfiniteEnd, Iterations, Sampler, Score, Solve},
+    sensors::{Readings, SensorShape, SensorSpec},
 };
 
 fn desk(height: f64, cells: [u32; 2]) -> SensorSpec {
@@ -106,7 +107,7 @@ fn a_tally_is_a_function_of_its_walks_and_faces_know_nothing_of_sensors() {
 }
 
 /// What some samples say of every cell and channel.
-fn read(experiment: &Experiment, walks: u64) -> Vec<radiosity::Reading> {
+fn read(experiment: &Experiment, walks: u64) -> Vec<radiosity::sensors::Reading> {
     let tally = tally(experiment, &[0, walks]);
     let readings = Readings::new(experiment, &tally, 0.95).unwrap();
     (0..readings.sensors().cell_count()).flat_map(|cell| readings.cell(cell)).collect()

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use radiosity::{
-    Estimator, Experiment, IndexChoice, Method, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape,
-    SkyPatches, Spectrum, SurfaceSpec, Unfit,
-    daylight::{Coefficients, SkyTally},
+    Estimator, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, Spectrum, SurfaceSpec,
+    Unfit,
+    daylight::{Coefficients, SkyPatches, SkyTally},
+    sensors::{SensorShape, SensorSpec},
 };
 
 /// A sheet so wide that no walk of these tests passes its edge, but for one in 10¹².

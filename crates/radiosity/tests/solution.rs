@@ -3,8 +3,10 @@
 use crate::common::{box_scene, box_walls, collision, experiment, surface, walk};
 use glam::DVec3;
 use radiosity::{
-    Birth, Counts, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice, InfiniteEnd,
-    Precision, Quantity, SceneSpec, Sides, Solution, Space, Spectrum, Tally, Walks,
+    Birth, Counts, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice, SceneSpec, Sides,
+    Solution, Space, Spectrum, Tally, Walks,
+    methods::InfiniteEnd,
+    precision::{Precision, Quantity},
 };
 use stats::{Moments, mean_interval};
 
@@ -89,7 +91,7 @@ fn precision_is_weighted_by_the_area_that_light_can_reach() {
     let floor = 0.01 * (0..6).map(|i| area[i] * h(i)).sum::<f64>() / 22.0;
     let error = |i: usize| half_width(i) / h(i).max(floor);
     let Precision { rms_relative_error, max_relative_error, worst_face, headline, unhit } =
-        estimates.precision(Quantity::Irradiance, &radiosity::in_turn);
+        estimates.precision(Quantity::Irradiance, &radiosity::parallel::in_turn);
     // Of the dark walls that reflect, only the unhit one is worse than the sixth.
     let squares = 3.0 * error(2).powi(2) + 6.0 * error(4).powi(2) + 6.0 * error(5).powi(2);
     assert_close(rms_relative_error, (squares / 15.0).sqrt());

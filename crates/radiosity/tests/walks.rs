@@ -4,8 +4,8 @@
 use crate::common::{box_scene, box_walls, collision, cube54, experiment, map_corners, quad, surface, walk};
 use glam::DVec3;
 use radiosity::{
-    Experiment, IndexChoice, Ray, Scene, SceneSpec, Shape, Side, Sides, Solution, Space, Spectrum,
-    SurfaceSpec, Tally,
+    Experiment, IndexChoice, Scene, SceneSpec, Shape, Side, Sides, Solution, Space, Spectrum, SurfaceSpec,
+    Tally, rays::Ray,
 };
 
 const BOTH_SPACES: [Space; 2] = [Space::Discrete, Space::Continuous];

@@ -6,7 +6,7 @@ use crate::common::{
     box_scene, bumpy_sphere, collision, cube54, experiment, flipped, map_corners, rotation, walk,
 };
 use glam::DVec3;
-use radiosity::{IndexChoice, Ray, Scene, SceneSpec, Side, Space, Spectrum, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneSpec, Side, Space, Spectrum, SurfaceSpec, rays::Ray};
 
 /// Rays to trace in each scene.
 fn rays_wanted() -> u64 {

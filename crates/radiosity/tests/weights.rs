@@ -2,7 +2,7 @@
 
 use crate::common::{box_scene, collision, experiment, walk};
 use glam::DVec3;
-use radiosity::{EstimatorKind, IndexChoice, SceneSpec, Score, Space, Spectrum, Tally, Walks};
+use radiosity::{EstimatorKind, IndexChoice, SceneSpec, Space, Spectrum, Tally, Walks, methods::Score};
 
 /// A closed box of two patches a wall that all reflect and emit alike.
 fn room(reflectance: Spectrum, emittance: Spectrum) -> SceneSpec {

@@ -1,6 +1,6 @@
 //! The errors of the answer, as `summary.json` shows them before a run and after it.
 
-use radiosity::{AnswerError, ReportedAnswer};
+use radiosity::linear::{AnswerError, ReportedAnswer};
 use serde::Serialize;
 
 /// The relative errors over the area of what tables and pictures show, predicted by a pilot or found by a run.

@@ -1,7 +1,7 @@
 //! The box that holds a scene.
 
 use glam::DVec3;
-use radiosity::{Scene, Surface};
+use radiosity::{Scene, surfaces::Surface};
 
 /// The box that holds a scene [m].
 #[derive(Clone, Copy, Debug)]

@@ -17,7 +17,11 @@ mod tests;
 mod troubles;
 
 use glam::DVec3;
-use radiosity::{Lookout, Ray, Scene, Side, Surface};
+use radiosity::{
+    Scene, Side,
+    rays::{Lookout, Ray},
+    surfaces::Surface,
+};
 use serde::Serialize;
 
 use crate::bounds::Bounds;

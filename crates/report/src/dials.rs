@@ -2,7 +2,10 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Estimates, Groups, SourceScores};
+use radiosity::{
+    Estimates,
+    groups::{Groups, SourceScores},
+};
 use serde::Serialize;
 
 /// The sources of a result, and what makes intervals of their scores.

@@ -3,7 +3,7 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Faces, Side};
+use radiosity::{Side, surfaces::Faces};
 use serde::{Serialize, Serializer};
 
 use crate::patches::side_name;

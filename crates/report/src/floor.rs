@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use radiosity::{Estimates, Lookout, Ray, Scene, Side};
+use radiosity::{
+    Estimates, Scene, Side,
+    rays::{Lookout, Ray},
+};
 
 use crate::bounds::Bounds;
 use crate::camera::Frame;

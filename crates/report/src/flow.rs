@@ -230,7 +230,7 @@ fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use radiosity::{IndexChoice, Precision, Scene, Spectrum};
+    use radiosity::{IndexChoice, Scene, Spectrum, precision::Precision};
 
     use super::*;
     use crate::model::Model;

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
-use radiosity::Readings;
+use radiosity::sensors::Readings;
 
 use crate::picture::Picture;
 use crate::words::quantity;

@@ -1,6 +1,9 @@
 //! A method in the words of job files.
 
-use radiosity::{Direction, EstimatorKind, Iterations, Method, RayBirths, Sampler, Solve, Space};
+use radiosity::{
+    Direction, EstimatorKind, Method, Space,
+    methods::{Iterations, RayBirths, Sampler, Solve},
+};
 use serde::Serialize;
 
 /// How walks and scores are made, in the words of job files.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use radiosity::{AbsorptionMode, Method, Scene, Sides, Space};
+use radiosity::{Method, Scene, Sides, Space, methods::AbsorptionMode};
 use serde::Serialize;
 
 use crate::method::MethodWords;

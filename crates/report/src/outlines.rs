@@ -1,7 +1,7 @@
 //! Where sensors are drawn in three dimensions.
 
 use glam::DVec3;
-use radiosity::{Readings, Sensors};
+use radiosity::sensors::{Readings, Sensors};
 
 use crate::bounds::Bounds;
 

@@ -11,7 +11,10 @@ use std::io::{self, Read, Write};
 use flate2::read::GzDecoder;
 use job::Finishes;
 use minijinja::{AutoEscape, Environment, context};
-use radiosity::{Estimates, Reading, Readings};
+use radiosity::{
+    Estimates,
+    sensors::{Reading, Readings},
+};
 use serde::Serialize;
 
 use self::charts::{convergence, profile};

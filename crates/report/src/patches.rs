@@ -6,7 +6,7 @@
 use std::io::{self, Write};
 use std::ops::Deref;
 
-use radiosity::{Estimate, Estimates, Face, Mix, Scene, Side, Slopes};
+use radiosity::{Estimate, Estimates, Scene, Side, linear::Slopes, methods::Mix, surfaces::Face};
 
 use crate::bounds::Bounds;
 
@@ -506,7 +506,7 @@ mod tests {
 
     #[test]
     fn the_best_mix_has_columns_where_it_was_asked_for() {
-        let method = radiosity::Method::shooting(radiosity::Score::Mix);
+        let method = radiosity::Method::shooting(radiosity::methods::Score::Mix);
         let experiment = Experiment::new(cube(), method).unwrap();
         let text = table(&experiment, &shot(&experiment));
         assert!(
@@ -528,12 +528,14 @@ mod tests {
                 spec.surfaces[0].reflectance = Spectrum::rgb([0.25, 0.5, 0.0]);
             }
             let collision = radiosity::Estimator::Collision;
-            let [constant, linear] = [radiosity::Score::Of(collision), radiosity::Score::Linear(collision)]
-                .map(|score| {
-                    let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
-                    let experiment = Experiment::new(scene, radiosity::Method::shooting(score)).unwrap();
-                    table(&experiment, &shot(&experiment))
-                });
+            let [constant, linear] =
+                [radiosity::methods::Score::Of(collision), radiosity::methods::Score::Linear(collision)].map(
+                    |score| {
+                        let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+                        let experiment = Experiment::new(scene, radiosity::Method::shooting(score)).unwrap();
+                        table(&experiment, &shot(&experiment))
+                    },
+                );
             let channels = if coloured { 3 } else { 1 };
             for (number, (constant, linear)) in constant.lines().zip(linear.lines()).enumerate() {
                 let more = linear.strip_prefix(constant).unwrap();

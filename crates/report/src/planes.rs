@@ -4,8 +4,9 @@ use std::io::{self, Write};
 
 use glam::DVec3;
 use radiosity::{
-    Glare, Reading, Readings, SensorCell, SensorShape, Unexamined,
     planes::{Figure, PlaneFigure, Sufficiency},
+    precision::{Glare, Unexamined},
+    sensors::{Reading, Readings, SensorCell, SensorShape},
 };
 use serde::Serialize;
 

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use radiosity::{FaceShare, Headline, Precision, Quantity, Scene};
+use radiosity::{
+    Scene,
+    precision::{FaceShare, Headline, Precision, Quantity},
+};
 use serde::{Serialize, Serializer};
 
 use crate::patches::face_words;

@@ -1,8 +1,9 @@
 //! One walk in words.
 
 use radiosity::{
-    Scene, WalkEnd,
+    Scene,
     instruments::{Replay, ReplayedHit},
+    methods::WalkEnd,
 };
 
 use crate::patches::side_name;

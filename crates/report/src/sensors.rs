@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Reading, Readings, SensorCell};
+use radiosity::sensors::{Reading, Readings, SensorCell};
 use serde::Serialize;
 
 use crate::patches::per_channel;

@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 use parallel::on_all_cores;
-use radiosity::{Corners, Estimate, Estimates, Scene, Side};
+use radiosity::{Estimate, Estimates, Scene, Side, surfaces::Corners};
 
 use crate::bounds::Bounds;
 
@@ -37,7 +37,7 @@ const AT_ONCE: usize = 1 << 14;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smooth {
     channels: usize,
-    /// By piece of a face, corner (as [`radiosity::Faces::piece_corners`] has them; a triangle's last one twice) and channel.
+    /// By piece of a face, corner (as [`radiosity::surfaces::Faces::piece_corners`] has them; a triangle's last one twice) and channel.
     values: Vec<f64>,
 }
 

@@ -3,7 +3,7 @@
 use parallel::run_on_all_cores;
 use std::io::{self, Write};
 
-use radiosity::{Estimate, Estimates, Experiment, Quantity, Tally};
+use radiosity::{Estimate, Estimates, Experiment, Tally, precision::Quantity};
 use serde::Serialize;
 
 use crate::patches::{known_error, per_channel, side_columns, side_heads};
@@ -31,7 +31,7 @@ pub fn source_summaries(experiment: &Experiment, tally: &Tally, confidence: f64)
         let estimates = Estimates::of_source(experiment, tally, confidence, number)?;
         let lit = || estimates.iter().map(|(_, face, _)| face).filter(|face| face.emittance.is_lit());
         let channels = estimates.scene().channels();
-        let power = |face: &radiosity::Face| (0..channels).map(|c| face.power(c)).sum::<f64>();
+        let power = |face: &radiosity::surfaces::Face| (0..channels).map(|c| face.power(c)).sum::<f64>();
         let is_own =
             |&lamp: &usize| experiment.groups().is_some_and(|groups| groups.source_of_lamp(lamp) == number);
         let lamps = || (0..estimates.scene().lamp_count()).filter(is_own);

@@ -2,7 +2,11 @@
 
 use std::io::{self, Write};
 
-use radiosity::{AbsorptionMode, Counts, Direction, Method, Precision, Quantity, Scene, Tally};
+use radiosity::{
+    Counts, Direction, Method, Scene, Tally,
+    methods::AbsorptionMode,
+    precision::{Precision, Quantity},
+};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 

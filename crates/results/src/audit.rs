@@ -12,7 +12,7 @@ use std::path::Path;
 use job::OutputFile;
 use protocol::digest::{self, Digest, Digester};
 use protocol::{Checkpoint, Contributor, Delivery, WalkRange};
-use radiosity::{Estimates, Experiment, Overflow, Readings, Sequence, sensitivity::Influences};
+use radiosity::{Estimates, Experiment, Overflow, Sequence, sensitivity::Influences, sensors::Readings};
 use serde_json::Value;
 
 use crate::checkpoints::{PLANES, SENSITIVITIES, SENSORS, SOURCES};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use radiosity::Groups;
+use radiosity::groups::Groups;
 
 use crate::error::Error;
 use crate::replica::{repack, unpack};

@@ -2,7 +2,7 @@
 
 use job::{Auto, Cut, Forecast, Job};
 use judge::partition::{Finer, Missed, PatchControl};
-use radiosity::{Arrival, EstimatorKind, Experiment, Scene, Sequence, Shape, Space, Walks};
+use radiosity::{EstimatorKind, Experiment, Scene, Sequence, Shape, Space, Walks, rays::Arrival};
 
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 
 use exact::{ESTIMATORS, Exact, ExactError, SharedPath, SystemAccuracy, VarianceBounds, WeightedWalk};
 use job::Job;
-use radiosity::{Scene, birth_probabilities};
+use radiosity::{Scene, methods::birth_probabilities};
 use report::{Check, ExactBounds, ExactColumns, ExactSummary, Units};
 
 use crate::outputs::units;

@@ -9,7 +9,12 @@ use job::{Beside, Forecast, Keyword, Light, NamedView, OutputFile, WalkKind};
 use judge::{DiscretisedControl, bounces, checks_of_result, is_discretised, target};
 use parallel::{on_all_cores, run_on_all_cores};
 use protocol::{Book, Checkpoint, Contributor, Look, Session, WalkRange};
-use radiosity::{Estimates, Experiment, Precision, Quantity, Readings, Scene, sensitivity::Influences};
+use radiosity::{
+    Estimates, Experiment, Scene,
+    precision::{Precision, Quantity},
+    sensitivity::Influences,
+    sensors::Readings,
+};
 use report::words::{counted, percent, quantity};
 use report::{
     AccuracySummary, ChoiceSummary, Digits, DiscretisedSummary, Draft, Live, Milestone, Model, NamedShot,

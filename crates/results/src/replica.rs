@@ -9,8 +9,8 @@ use photometry::LuminousOpening;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
 use radiosity::{
-    Board, Experiment, IndexChoice, LampsSpec, Overflow, PaneSpec, Quantity, Scene, SceneSpec, Sequence,
-    Spectrum, Tally, daylight::DaylightSpec,
+    Board, Experiment, IndexChoice, Overflow, Scene, SceneSpec, Sequence, Spectrum, Tally,
+    daylight::DaylightSpec, lamps::LampsSpec, precision::Quantity, surfaces::PaneSpec,
 };
 use serde::{Deserialize, Serialize};
 

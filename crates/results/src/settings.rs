@@ -7,8 +7,11 @@ use job::{
 };
 use judge::target::{Observer, SensorGoal, judge, total_is_met};
 use radiosity::{
-    Estimates, Experiment, Groups, PatchGroup, Scene, SensorSpec, Shape, Tally, daylight::DaylightSpec,
+    Estimates, Experiment, Scene, Shape, Tally,
+    daylight::DaylightSpec,
     exchange::ExchangeSpec,
+    groups::{Groups, PatchGroup},
+    sensors::SensorSpec,
 };
 use serde::{Deserialize, Serialize};
 

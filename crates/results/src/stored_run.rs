@@ -4,7 +4,7 @@ use std::path::Path;
 
 use job::Partition;
 use protocol::{Checkpoint, CheckpointError};
-use radiosity::{Estimates, Experiment, Readings, sensitivity::Influences};
+use radiosity::{Estimates, Experiment, sensitivity::Influences, sensors::Readings};
 
 use crate::checkpoints::{CURRENT, PREVIOUS};
 use crate::error::Error;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::common::tally;
 use job::{Cut, Job, Partition};
-use radiosity::{CutCell, Estimates, Experiment, SceneSpec, Shape, SurfaceSpec};
+use radiosity::{Estimates, Experiment, SceneSpec, Shape, SurfaceSpec, surfaces::CutCell};
 use results::choose;
 use stats::Coverage;
 use tempfile::{TempDir, tempdir};

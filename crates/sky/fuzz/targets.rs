@@ -1,7 +1,7 @@
 // The fuzz targets of the readers of weather and of matrices: whatever a file holds, a reader must not panic, run for ever or take memory without end, and
 // what it reads has a finite sky.
 
-use radiosity::SkyPatches;
+use radiosity::daylight::SkyPatches;
 use sky::{Dome, Encoding, Matrix, SkyUnit, Weather, Year};
 
 /// Hours that a sky is made of, at most: years are long.

@@ -167,7 +167,7 @@ impl Year {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use radiosity::{Sequence, SkyPatches};
+    use radiosity::{Sequence, daylight::SkyPatches};
     use stats::Coverage;
 
     /// Counts of walks of known probabilities, the last of which is that of ending.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use radiosity::SkyPatches;
+use radiosity::daylight::SkyPatches;
 
 use crate::luminance::{Sky, gauss};
 

@@ -207,7 +207,7 @@ mod tests {
     use super::*;
     use crate::annual::tests::{counted, truth, weather, window};
     use crate::dome::Dome;
-    use radiosity::SkyPatches;
+    use radiosity::daylight::SkyPatches;
     use stats::{Coverage, Interval};
 
     /// Intervals of the mean, of autonomy, useful daylight and excess, and of daylight hours hold the truth of 500 hours in 94 % of 250 seeds and more:

@@ -125,7 +125,7 @@ mod tests {
     use super::*;
     use crate::annual::tests::{counted, weather, window};
     use crate::dome::Dome;
-    use radiosity::SkyPatches;
+    use radiosity::daylight::SkyPatches;
 
     /// Standard errors are those of the multinomial; the covariance of replicates is that of counts with half a walk more for each class that
     /// brings the sun: within 4 standard errors of 4,000 replicates.

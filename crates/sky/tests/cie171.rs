@@ -7,9 +7,10 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 use radiosity::{
-    IndexChoice, PaneSpec, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides, SkyPatches,
-    SurfaceSpec,
-    daylight::{Coefficients, SkyTally},
+    IndexChoice, Scene, SceneSpec, Sequence, Shape, Sides, SurfaceSpec,
+    daylight::{Coefficients, SkyPatches, SkyTally},
+    sensors::{SensorShape, SensorSpec},
+    surfaces::PaneSpec,
 };
 use sky::{Dome, STANDARD_SKIES, Sky, SkyPatchCounts, SunPosition};
 

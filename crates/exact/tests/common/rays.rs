@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "every test file uses its own part")]
 
 use exact::Exact;
-use radiosity::{Face, IndexChoice, Ray, Scene, SceneSpec, Side};
+use radiosity::{IndexChoice, Scene, SceneSpec, Side, rays::Ray, surfaces::Face};
 
 use crate::common::Numbers;
 

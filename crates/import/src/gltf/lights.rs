@@ -6,7 +6,10 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 use photometry::Luminaire;
-use radiosity::{Emission, LampSpec, LampsSpec, Spectrum};
+use radiosity::{
+    Spectrum,
+    lamps::{Emission, LampSpec, LampsSpec},
+};
 
 use super::buffers::{Data, decode_data, decode_percent};
 use super::json::{At, LightJson, ProfileUse, element};

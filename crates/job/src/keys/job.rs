@@ -1,6 +1,6 @@
 //! The keys of job files.
 
-use radiosity::{EstimatorKind, Quantity, Sampler, Space};
+use radiosity::{EstimatorKind, Space, methods::Sampler, precision::Quantity};
 use serde_json::{Value, json};
 
 use crate::key::{Key, names};

@@ -1,6 +1,9 @@
 //! How many paths make a batch or a chain, and whether a budget has enough of them.
 
-use radiosity::{EstimatorKind, Sampler, Solve, Space};
+use radiosity::{
+    EstimatorKind, Space,
+    methods::{Sampler, Solve},
+};
 
 use super::table::{Beside, MethodTable, WalkKind};
 use crate::budget::Budget;

@@ -1,6 +1,9 @@
 //! What chains make of their rays, and which patches gather from what they find.
 
-use radiosity::{EstimatorKind, Iterations, Solve, Space};
+use radiosity::{
+    EstimatorKind, Space,
+    methods::{Iterations, Solve},
+};
 
 use super::table::{Beside, MethodTable, WalkKind};
 use super::walks::read_patches;

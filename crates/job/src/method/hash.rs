@@ -1,6 +1,11 @@
 //! The digest that names an answer.
 
-use radiosity::{AbsorptionMode, Birth, InfiniteEnd, Iterations, PatchGroup, SensorSpec, Sensors, Solve};
+use radiosity::{
+    Birth,
+    groups::PatchGroup,
+    methods::{AbsorptionMode, InfiniteEnd, Iterations, Solve},
+    sensors::{SensorSpec, Sensors},
+};
 
 use super::table::{Beside, MethodTable, WalkKind};
 use crate::word::Keyword;

@@ -1,6 +1,9 @@
 //! The table `[method]` as a whole.
 
-use radiosity::{Sampler, Solve, Space};
+use radiosity::{
+    Space,
+    methods::{Sampler, Solve},
+};
 
 use super::batches::{ChainKeys, read_batch, read_sampler, settle_batches, settle_jacobi};
 use super::chains::{read_final_gather, read_solve};

@@ -1,8 +1,8 @@
 //! The table `[method]`, and the walks that it takes.
 
 use radiosity::{
-    BatchScore, Batches, Birth, Chains, Direction, EstimatorKind, InfiniteEnd, Sampler, Score, Solve, Space,
-    Walks,
+    Birth, Chains, Direction, EstimatorKind, Space, Walks,
+    methods::{BatchScore, Batches, InfiniteEnd, Sampler, Score, Solve},
 };
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use radiosity::{Birth, InfiniteEnd};
+use radiosity::{Birth, methods::InfiniteEnd};
 
 use crate::document::Value;
 use crate::error::Error;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use import::{Format, Imported, MaterialOverride, Options};
-use radiosity::{LampsSpec, PaneSpec, Shape, Spectrum, SurfaceSpec};
+use radiosity::{Shape, Spectrum, SurfaceSpec, lamps::LampsSpec, surfaces::PaneSpec};
 
 use super::SceneFile;
 use super::surface::{can_name_a_surface, read_surface};

@@ -7,7 +7,10 @@
 use std::collections::BTreeMap;
 
 use job::Cut;
-use radiosity::{Arrival, CutCell, Leaves};
+use radiosity::{
+    rays::Arrival,
+    surfaces::{CutCell, Leaves},
+};
 
 use super::grid::Grid;
 use super::merged::around;

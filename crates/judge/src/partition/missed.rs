@@ -10,7 +10,7 @@
 
 use std::collections::BTreeMap;
 
-use radiosity::{Arrival, Corners, Experiment, Scene, Sequence, Spectrum};
+use radiosity::{Experiment, Scene, Sequence, Spectrum, rays::Arrival, surfaces::Corners};
 
 /// G, the number of groups of a control.
 const GROUPS: usize = 16;

@@ -2,7 +2,10 @@
 //! halves, and the linear fit to its light follows from them.
 
 use glam::DVec3;
-use radiosity::{Covariance, Scene, outer_square, principal_axes};
+use radiosity::{
+    Scene,
+    linear::{Covariance, outer_square, principal_axes},
+};
 
 use super::clusters::{Cluster, Clusters};
 

@@ -1,6 +1,6 @@
 //! What a pilot has seen of the light on a surface: how much of it each grid catches.
 
-use radiosity::{Experiment, Fit, Shape, Side, Tally};
+use radiosity::{Experiment, Shape, Side, Tally, linear::Fit};
 
 use super::grid::Grid;
 use super::images::Images;

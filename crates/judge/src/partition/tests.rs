@@ -1,7 +1,7 @@
 //! The rule of choice, on light that is known.
 
 use glam::DVec3;
-use radiosity::{CutCell, IndexChoice, Scene, SceneSpec, Shape, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneSpec, Shape, SurfaceSpec, surfaces::CutCell};
 
 use super::images::Images;
 use super::moments::{PartFrames, Pool};

@@ -7,7 +7,7 @@
 //! parts as they are *expected* to pay: gains fall from one cut to the next as they do in smooth light, unless the pilot sees
 //! otherwise, and measurement and expectation are weighed by their variances.
 
-use radiosity::{CutCell, Leaves};
+use radiosity::surfaces::{CutCell, Leaves};
 
 use super::images::{Images, halved, levels};
 

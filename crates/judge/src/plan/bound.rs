@@ -2,7 +2,7 @@
 
 use exact::VarianceBounds;
 use job::Target;
-use radiosity::{Birth, Direction, Estimates, Experiment, Quantity, birth_probabilities};
+use radiosity::{Birth, Direction, Estimates, Experiment, methods::birth_probabilities, precision::Quantity};
 use stats::{foresight, normal_quantile};
 
 use crate::target::{about, looks};

@@ -1,7 +1,7 @@
 //! The forecast of a job: what `radwalk plan` prints.
 
 use job::{Job, Target};
-use radiosity::{Estimates, Experiment, Memory};
+use radiosity::{Estimates, Experiment, instruments::Memory};
 use report::words::{duration, quantity};
 use report::{Units, target_scope};
 use serde_json::{Value, json};

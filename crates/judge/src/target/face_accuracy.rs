@@ -2,7 +2,12 @@
 
 use job::{Target, Unhit};
 use parallel::run_on_all_cores;
-use radiosity::{Channels, Estimate, Estimates, Face, Place, Reach};
+use radiosity::{
+    Estimate, Estimates,
+    methods::Channels,
+    precision::{Place, Reach},
+    surfaces::Face,
+};
 
 /// The accuracy of one face.
 #[derive(Clone, Copy, Debug)]

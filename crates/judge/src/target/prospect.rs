@@ -1,7 +1,7 @@
 //! Prospects: what the first walks of a job predict of its errors later.
 
 use job::{SensorTarget, Target, Unhit};
-use radiosity::{Estimates, Quantity, Readings};
+use radiosity::{Estimates, precision::Quantity, sensors::Readings};
 use stats::foresight;
 
 use super::face_accuracy::{Bar, FaceAccuracy, face_accuracies, parts_within};

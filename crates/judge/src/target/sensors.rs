@@ -1,7 +1,10 @@
 //! Whether the readings of sensors meet the target that a job sets them.
 
 use job::{SensorTarget, Unhit};
-use radiosity::{Experiment, Readings, SensorSpec, Tally};
+use radiosity::{
+    Experiment, Tally,
+    sensors::{Readings, SensorSpec},
+};
 use report::{SensorSummary, SensorsSummary};
 
 /// The fewest samples of sensors whose spread tells anything.

@@ -1,7 +1,7 @@
 //! Noise and discretisation together, held against the total error that a job asks for.
 
 use job::TotalTarget;
-use radiosity::{AnswerError, Estimates};
+use radiosity::{Estimates, linear::AnswerError};
 use stats::foresight;
 
 /// Whether noise and discretisation keep within a total, and whether twice these walks will: they make the noise less, and the

@@ -1,7 +1,7 @@
 //! What is true: exact solutions of the patches' system, and runs that are far longer.
 
 use exact::Exact;
-use radiosity::{Estimates, Face, Scene, SceneSpec, Side, Slopes};
+use radiosity::{Estimates, Scene, SceneSpec, Side, linear::Slopes, surfaces::Face};
 use results::StoredRun;
 
 use super::Failure;
@@ -56,7 +56,7 @@ impl FaceReference {
 /// B and H of every face and channel, and the variance of H; its own emittance where nothing is known.
 fn light(estimates: &Estimates) -> Vec<[f64; 3]> {
     let channels = estimates.scene().channels();
-    let of = |(_, face, known): (usize, radiosity::Face, Option<radiosity::Channels>)| {
+    let of = |(_, face, known): (usize, radiosity::surfaces::Face, Option<radiosity::methods::Channels>)| {
         (0..channels).map(move |c| {
             let h = known.and_then(|known| known[c].irradiance).unwrap_or(0.0);
             let error = known.and_then(|known| known[c].irradiance_error).unwrap_or(0.0);

@@ -11,8 +11,9 @@ use super::rays::side_by_side;
 use super::{Failure, processor_seconds};
 use glam::DVec3;
 use radiosity::{
-    IndexChoice, Ray, Scene,
+    IndexChoice, Scene,
     instruments::{Foresight, Retracing, StepKind, TreeStep},
+    rays::Ray,
 };
 use scenes::interior;
 

@@ -6,7 +6,10 @@ use std::fs;
 use std::path::Path;
 
 use parallel::on_all_cores;
-use radiosity::{IndexChoice, Sequence, SkyPatches, daylight::Coefficients, daylight::SkyTally};
+use radiosity::{
+    IndexChoice, Sequence,
+    daylight::{Coefficients, SkyPatches, SkyTally},
+};
 use report::Markdown;
 use sky::{BoundedValue, Dome, Metrics, STANDARD_SKIES, Sky, SkyPatchCounts, SkyUnit, TARGETS, Wanted, Year};
 

@@ -9,7 +9,9 @@ use std::path::Path;
 use super::meshes::grey_scene;
 use super::{Failure, collision_shooting, processor_seconds};
 use exact::Exact;
-use radiosity::{Board, Experiment, Face, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution};
+use radiosity::{
+    Board, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution, surfaces::Face,
+};
 use report::{Axis, Chart, Series, Style};
 use scenes::{cornell, corridor, cube, interior, two_rooms};
 

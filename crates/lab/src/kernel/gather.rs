@@ -7,8 +7,8 @@ use std::ops::Range;
 use super::{Failure, collision_shooting, processor_seconds};
 use exact::Exact;
 use radiosity::{
-    BatchScore, Batches, Birth, Board, Chains, Estimates, Estimator, Experiment, IndexChoice, Method,
-    Sampler, Scene, SceneSpec, Sequence, Solve,
+    Birth, Board, Chains, Estimates, Estimator, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence,
+    methods::{BatchScore, Batches, Sampler, Solve},
 };
 use scenes::{cornell, corridor, cube};
 

@@ -7,9 +7,10 @@ use std::path::Path;
 use glam::DVec3;
 use photometry::{Distribution, Luminaire};
 use radiosity::{
-    Emission, Estimator, Experiment, IndexChoice, LampSpec, LampsSpec, Method, Readings, Scene, SceneSpec,
-    SensorShape, SensorSpec, Sequence, Shape, SurfaceSpec,
+    Estimator, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, SurfaceSpec,
+    lamps::{Emission, LampSpec, LampsSpec},
     planes::{Figure, PlaneFigures},
+    sensors::{Readings, SensorShape, SensorSpec},
 };
 use scenes::interior;
 use stats::{Coverage, Interval};

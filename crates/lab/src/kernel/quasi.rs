@@ -7,8 +7,10 @@ use std::ops::Range;
 
 use super::{Failure, processor_seconds};
 use radiosity::{
-    BatchScore, Batches, Board, Chains, Estimates, Estimator, Experiment, Face, IndexChoice, Iterations,
-    Method, Sampler, Scene, SceneSpec, Sequence, Solve, Space, Walks,
+    Board, Chains, Estimates, Estimator, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Space,
+    Walks,
+    methods::{BatchScore, Batches, Iterations, Sampler, Solve},
+    surfaces::Face,
 };
 use scenes::{cornell, cube, interior};
 

@@ -1,6 +1,6 @@
 //! The rays of diffuse walks, by the public parts of the kernel.
 
-use radiosity::{Face, Ray, Scene, Sequence, Side, WalkRng};
+use radiosity::{Scene, Sequence, Side, WalkRng, rays::Ray, surfaces::Face};
 
 use super::Failure;
 

@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use radiosity::{
-    EstimatorKind, Experiment, IndexChoice, Method, PatchGroup, Scene, SceneSpec, Sequence, Spectrum,
+    EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Spectrum, groups::PatchGroup,
 };
 use scenes::{cornell, cube, interior};
 

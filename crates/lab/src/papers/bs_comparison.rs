@@ -3,8 +3,8 @@
 
 use exact::{Exact, jacobi_variances};
 use radiosity::{
-    Direction, EstimatorKind, IndexChoice, RayBirths, Scene, SceneSpec, Sequence, Space, Walks,
-    instruments::stochastic_iteration,
+    Direction, EstimatorKind, IndexChoice, Scene, SceneSpec, Sequence, Space, Walks,
+    instruments::stochastic_iteration, methods::RayBirths,
 };
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;

@@ -2,7 +2,8 @@
 
 use exact::{Exact, jacobi_variances, systematic_jacobi_variances};
 use radiosity::{
-    Direction, EstimatorKind, IndexChoice, RayBirths, Scene, Sequence, instruments::stochastic_iteration,
+    Direction, EstimatorKind, IndexChoice, Scene, Sequence, instruments::stochastic_iteration,
+    methods::RayBirths,
 };
 use stats::Measured;
 

@@ -5,7 +5,8 @@
 
 use glam::DVec3;
 use radiosity::{
-    Direction, IndexChoice, Ray, Scene, SceneSpec, Sequence, Shape, Side, WalkRng, birth_probabilities,
+    Direction, IndexChoice, Scene, SceneSpec, Sequence, Shape, Side, WalkRng, methods::birth_probabilities,
+    rays::Ray,
 };
 
 /// The work of tracing, counted.

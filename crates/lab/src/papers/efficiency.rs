@@ -2,8 +2,8 @@
 
 use exact::{ESTIMATORS, Exact, RadiositySystem};
 use radiosity::{
-    Chains, Direction, Estimator, EstimatorKind, Experiment, InfiniteEnd, Iterations, Method, RayBirths,
-    SceneSpec, Solve, Tally, Walks,
+    Chains, Direction, Estimator, EstimatorKind, Experiment, Method, SceneSpec, Tally, Walks,
+    methods::{InfiniteEnd, Iterations, RayBirths, Solve},
 };
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;

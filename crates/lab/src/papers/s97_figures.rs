@@ -1,7 +1,10 @@
 //! S97 figs 2 and 3, SInf fig 1: the variance of every patch of the 54-patch cube under eight estimators.
 
 use exact::{ESTIMATORS, Exact};
-use radiosity::{AbsorptionMode, Direction, EstimatorKind, Event, InfiniteEnd};
+use radiosity::{
+    Direction, EstimatorKind,
+    methods::{AbsorptionMode, Event, InfiniteEnd},
+};
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 

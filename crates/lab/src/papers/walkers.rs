@@ -3,7 +3,7 @@
 use exact::Exact;
 use radiosity::{
     Birth, Direction, Estimator, EstimatorKind, Experiment, Method, Scene, SceneSpec, Shape, Walks,
-    birth_probabilities,
+    methods::birth_probabilities,
 };
 
 use crate::walking;

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use job::Cut;
 use radiosity::{
-    Direction, Estimator, EstimatorKind, Experiment, Fit, IndexChoice, Scene, SceneSpec, Score, Sequence,
-    Side, Space, SurfaceSpec, Tally, Walks,
+    Direction, Estimator, EstimatorKind, Experiment, IndexChoice, Scene, SceneSpec, Sequence, Side, Space,
+    SurfaceSpec, Tally, Walks, linear::Fit, methods::Score,
 };
 
 use crate::clock::thread_seconds;

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use job::Cut;
 use judge::partition::{Grid, doublings};
-use radiosity::{CutCell, Fit, SceneSpec, Shape, Side};
+use radiosity::{SceneSpec, Shape, Side, linear::Fit, surfaces::CutCell};
 
 use super::runs::{Failure, experiment, fits, walk};
 

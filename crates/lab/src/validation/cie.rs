@@ -8,8 +8,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use photometry::{Distribution, Luminaire};
 use radiosity::{
-    Emission, Estimator, Experiment, IndexChoice, LampSpec, LampsSpec, Method, Scene, SceneSpec, Shape,
-    SurfaceSpec, exchange::FactorKind,
+    Estimator, Experiment, IndexChoice, Method, Scene, SceneSpec, Shape, SurfaceSpec,
+    exchange::FactorKind,
+    lamps::{Emission, LampSpec, LampsSpec},
 };
 use stats::Measured;
 

@@ -9,6 +9,18 @@ use crate::walk::marks::MarkBoard;
 use crate::walk::score::RELATED;
 
 /// The board that an experiment scores on.
+///
+/// ```
+/// use radiosity::{EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence};
+///
+/// let scene = Scene::build(&SceneSpec::furnace(3, 0.5), IndexChoice::Auto)?;
+/// let experiment = Experiment::new(scene, Method::shooting(EstimatorKind::Collision))?;
+/// let (sequence, mut board, mut tally) = (Sequence::new(1), experiment.board(), experiment.tally());
+/// experiment.walk(&sequence, 0..100, &mut board);
+/// board.add_to(&mut tally)?;
+/// assert_eq!(tally.counts.walks, 100);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Board {
     /// The scores of faces.

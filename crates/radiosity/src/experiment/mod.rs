@@ -54,6 +54,15 @@ use lit::LampsAtCells;
 use unfit::{check, check_sensors};
 
 /// A scene and a method that fits it.
+///
+/// ```
+/// use radiosity::{EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec};
+///
+/// let scene = Scene::build(&SceneSpec::furnace(3, 0.5), IndexChoice::Auto)?;
+/// let solution = Experiment::new(scene, Method::shooting(EstimatorKind::Collision))?.run(1, 1000)?;
+/// assert_eq!(solution.estimates.len(), 54);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Experiment {
     scene: Scene,

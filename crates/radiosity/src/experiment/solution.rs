@@ -15,6 +15,16 @@ use crate::tally::Tally;
 const RARE_SCORES: f64 = 10.0;
 
 /// The estimate of one face in one channel, with its interval.
+///
+/// ```
+/// use radiosity::{EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec};
+///
+/// let scene = Scene::build(&SceneSpec::furnace(1, 0.5), IndexChoice::Auto)?;
+/// let solution = Experiment::new(scene, Method::shooting(EstimatorKind::Collision))?.run(1, 10_000)?;
+/// let [ceiling] = solution.face(0).expect("an active side")[..] else { panic!("one channel") };
+/// assert!(ceiling.ci_low < ceiling.radiosity && ceiling.radiosity < ceiling.ci_high);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// B = E + b [W/m²]; E alone where nothing was scored ([`Estimate::known_radiosity`]).
@@ -93,6 +103,16 @@ impl Channels {
 
 /// What a tally says of the faces of a scene, each estimated when it is asked for: of a million faces nothing is
 /// kept but their tally.
+///
+/// ```
+/// use radiosity::{EstimatorKind, Estimates, Experiment, IndexChoice, Method, Scene, SceneSpec};
+///
+/// let scene = Scene::build(&SceneSpec::furnace(3, 0.5), IndexChoice::Auto)?;
+/// let experiment = Experiment::new(scene, Method::shooting(EstimatorKind::Collision))?;
+/// let nothing = experiment.tally();
+/// assert_eq!(Estimates::new(&experiment, &nothing, 0.95).iter().count(), 54);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Estimates<'a> {
     experiment: &'a Experiment,
@@ -245,6 +265,16 @@ impl<'a> Estimates<'a> {
 }
 
 /// The estimates of all faces at once.
+///
+/// ```
+/// use radiosity::{EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Solution};
+///
+/// let scene = Scene::build(&SceneSpec::furnace(3, 0.5), IndexChoice::Auto)?;
+/// let experiment = Experiment::new(scene, Method::shooting(EstimatorKind::Collision))?;
+/// let narrow = Solution::new(&experiment, &experiment.tally(), 0.5);
+/// assert_eq!(narrow.estimates.len(), 54);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// By number, the channels of a face side by side; `None` if no walk gives an estimate.

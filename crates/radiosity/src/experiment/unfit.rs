@@ -7,6 +7,15 @@ use crate::method::{Birth, Direction, Method, Walks};
 use crate::scene::Scene;
 
 /// A method that would be wrong in this scene.
+///
+/// ```
+/// use radiosity::{Birth, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Unfit};
+///
+/// let black = Scene::build(&SceneSpec::furnace(1, 0.0), IndexChoice::Auto)?;
+/// let gathering = Method::gathering(Birth::Area, EstimatorKind::Survival);
+/// assert_eq!(Experiment::new(black, gathering).unwrap_err(), Unfit::BlackEmitter { patch: 0 });
+/// # Ok::<(), radiosity::SceneError>(())
+/// ```
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Unfit {
     /// Gathering by survival scores where a walk survives on an emitter.

@@ -14,6 +14,14 @@ use super::leaves::Leaves;
 use super::pane::PaneSpec;
 
 /// The outline of a planar surface and how it is cut into patches.
+///
+/// ```
+/// use glam::DVec3;
+/// use radiosity::Shape;
+///
+/// let triangle = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows: 4 };
+/// assert_eq!((triangle.area(), triangle.cell_count()), (0.5, 16));
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Shape {
     /// A parallelogram given by a corner and its two neighbours [m]; the front faces (u − c) × (v − c).
@@ -57,6 +65,12 @@ pub enum Shape {
 pub type Corners<T = DVec3> = ArrayVec<T, 4>;
 
 /// Which sides of a surface reflect and emit.
+///
+/// ```
+/// use radiosity::Sides;
+///
+/// assert_eq!([Sides::Front, Sides::Both].map(Sides::count), [1.0, 2.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Sides {
     /// Only the front; a ray that meets the back is absorbed there and counted.
@@ -76,6 +90,12 @@ impl Sides {
 }
 
 /// The side of a surface that a ray leaves or meets.
+///
+/// ```
+/// use radiosity::Side;
+///
+/// assert_eq!([Side::Front, Side::Back].map(Side::sign), [1.0, -1.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// The side its normal points to.
@@ -95,6 +115,14 @@ impl Side {
 }
 
 /// A reflectance or an emittance: one number per channel (red, green, blue). Grey where they are equal.
+///
+/// ```
+/// use radiosity::Spectrum;
+///
+/// let red = Spectrum::rgb([0.6, 0.1, 0.1]);
+/// assert!(!red.is_grey() && Spectrum::from(0.5).is_grey());
+/// assert_eq!(red.max(), 0.6);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum([f64; 3]);
 
@@ -143,6 +171,15 @@ impl Index<usize> for Spectrum {
 }
 
 /// One planar surface with its material.
+///
+/// ```
+/// use glam::DVec3;
+/// use radiosity::{Shape, Sides, SurfaceSpec};
+///
+/// let square = Shape::parallelogram(DVec3::ZERO, DVec3::X, DVec3::Y, [1, 1]);
+/// let lamp = SurfaceSpec { sides: Sides::Both, ..SurfaceSpec::new(square, 0.5).emitting(10.0) };
+/// assert_eq!(lamp.emittance.channels(), [10.0; 3]);
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceSpec {
     /// The name that outputs show; `None` shows the surface's number.
@@ -197,6 +234,16 @@ impl SurfaceSpec {
 pub const SKY: &str = "sky";
 
 /// A whole scene: surfaces in the order that numbers them. Right-handed coordinates, metres.
+///
+/// ```
+/// use glam::DVec3;
+/// use radiosity::{SceneSpec, Shape, SurfaceSpec};
+///
+/// let wall = |z, u, v| Shape::parallelogram(DVec3::new(0.0, 0.0, z), u, v, [2, 2]);
+/// let floor = SurfaceSpec::new(wall(0.0, DVec3::X, DVec3::Y), 0.2);
+/// let ceiling = SurfaceSpec::new(wall(3.0, DVec3::Y, DVec3::X), 0.8).emitting(100.0);
+/// assert_eq!(SceneSpec::new(vec![floor, ceiling]).patch_count(), 8);
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneSpec {
     /// Surface number = index here.

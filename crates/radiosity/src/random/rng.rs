@@ -46,6 +46,14 @@ impl Jump {
 }
 
 /// The sequence of one job: hands out the generator of any walk.
+///
+/// ```
+/// use radiosity::Sequence;
+///
+/// let sequence = Sequence::new(7);
+/// let mut third = sequence.walks_from(1).nth(2).expect("walks have no end");
+/// assert_eq!(third.bits(), sequence.walk(3).bits());
+/// ```
 #[derive(Clone, Debug)]
 pub struct Sequence {
     state: u128,
@@ -95,6 +103,13 @@ pub(crate) trait Numbers {
 }
 
 /// The random numbers of one walk.
+///
+/// ```
+/// use radiosity::Sequence;
+///
+/// let [u, v] = Sequence::new(7).walk(0).pair();
+/// assert!(0.0 < u && u < 1.0 && 0.0 < v && v < 1.0);
+/// ```
 #[derive(Clone, Debug)]
 pub struct WalkRng {
     state: u128,

@@ -51,6 +51,16 @@ use sealed::Sealed;
 use sheets::Sheets;
 
 /// What is wrong with a scene. `surface` counts from 0.
+///
+/// ```
+/// use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
+///
+/// let mirror = SceneSpec::furnace(1, 1.0);
+/// let Err(SceneError::Surface { surface, key, problem }) = Scene::build(&mirror, IndexChoice::Auto) else {
+///     panic!("a reflectance of 1 is refused");
+/// };
+/// assert_eq!((surface, key), (0, "reflectance"), "{problem}");
+/// ```
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SceneError {
     /// A value of one surface is not allowed.
@@ -69,6 +79,15 @@ pub enum SceneError {
 }
 
 /// How to look for the nearest surface. The answer is the same with each.
+///
+/// ```
+/// use radiosity::{IndexChoice, Scene, SceneSpec};
+///
+/// let cube = SceneSpec::furnace(1, 0.5);
+/// assert!(!Scene::build(&cube, IndexChoice::Auto)?.has_tree(), "six squares need none");
+/// assert!(Scene::build(&cube, IndexChoice::Tree)?.has_tree());
+/// # Ok::<(), radiosity::SceneError>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum IndexChoice {
     /// A tree where there are more than a handful of surfaces.
@@ -83,6 +102,15 @@ pub enum IndexChoice {
 }
 
 /// Surfaces, patches, emitters, and the index that rays are traced with. Clones share all of it.
+///
+/// ```
+/// use radiosity::{IndexChoice, Scene, SceneSpec};
+///
+/// let scene = Scene::build(&SceneSpec::furnace(3, 0.5), IndexChoice::Auto)?;
+/// assert_eq!(scene.faces().into_iter().count(), 54);
+/// assert!((scene.total_power(0) - 3.0).abs() < 1e-12, "six faces of 1 m² that emit 0.5 W/m²");
+/// # Ok::<(), radiosity::SceneError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
     pub(crate) parts: Arc<Parts>,

@@ -3,6 +3,13 @@
 use thiserror::Error;
 
 /// A sum left its range. It takes more than 10³⁸ units; the tally is to be thrown away.
+///
+/// ```
+/// use radiosity::{Counts, Overflow};
+///
+/// let mut counts = Counts { walks: u64::MAX, ..Counts::default() };
+/// assert_eq!(counts.add(&Counts { walks: 1, ..Counts::default() }), Err(Overflow));
+/// ```
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("a sum of the tally overflowed (more than 2^128 units); use fewer walks")]
 pub struct Overflow;
@@ -19,6 +26,15 @@ pub enum MergeError {
 }
 
 /// How walks ended, and what they cost.
+///
+/// ```
+/// use radiosity::Counts;
+///
+/// let mut counts = Counts { walks: 3, rays: 5, absorbed: 3, ..Counts::default() };
+/// counts.add(&Counts { walks: 1, rays: 1, escaped: 1, ..Counts::default() })?;
+/// assert_eq!((counts.walks, counts.absorbed + counts.escaped), (4, 4), "each walk ends once");
+/// # Ok::<(), radiosity::Overflow>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// The number of walks that began.

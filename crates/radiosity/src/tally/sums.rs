@@ -8,6 +8,13 @@ use super::counts::{Counts, MergeError, Overflow};
 pub(crate) const MOMENTS: usize = 2;
 
 /// What a tally keeps of each patch, in this order.
+///
+/// ```
+/// use radiosity::Layout;
+///
+/// let grey = Layout { scores: 1, moments: 2, slopes: 0, events: false };
+/// assert_eq!((grey.columns(), grey.without_squares().columns()), (2, 1));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// Scores per walk and patch: one for each channel, or for each estimator that is compared.
@@ -39,6 +46,16 @@ impl Layout {
 }
 
 /// The merged result of any set of walks.
+///
+/// ```
+/// use radiosity::{Layout, Tally};
+///
+/// let layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
+/// let mut whole = Tally::new(54, layout);
+/// whole.merge(&Tally::new(54, layout))?;
+/// assert!(whole.merge(&Tally::new(53, layout)).is_err(), "of another scene");
+/// # Ok::<(), radiosity::boards::MergeError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tally {
     /// How the walks ended.

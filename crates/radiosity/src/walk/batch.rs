@@ -308,8 +308,15 @@ mod tests {
     use super::*;
     use crate::tally::Scoreboard;
     use crate::walk::plain;
-    use crate::{Birth, Emission, LampSpec, PaneSpec, Shape, Sides, SurfaceSpec};
-    use crate::{Direction, Estimator, Experiment, IndexChoice, InfiniteEnd, SceneSpec, Score, Tally, Walks};
+    use crate::{
+        Birth, Shape, Sides, SurfaceSpec,
+        lamps::{Emission, LampSpec},
+        surfaces::PaneSpec,
+    };
+    use crate::{
+        Direction, Estimator, Experiment, IndexChoice, SceneSpec, Tally, Walks,
+        methods::{InfiniteEnd, Score},
+    };
     use glam::DVec3;
 
     /// A room with a two-sided plate and a triangle in rows, open at the top.

@@ -23,6 +23,12 @@ use super::collision::InfiniteEnd;
 use crate::simd::batch::{Decisions, Lanes};
 
 /// Which events of a walk score (S97 §2, §3).
+///
+/// ```
+/// use radiosity::EstimatorKind;
+///
+/// assert_eq!(EstimatorKind::default().word(), "collision");
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EstimatorKind {
@@ -40,6 +46,13 @@ pub enum EstimatorKind {
 }
 
 /// An estimator with all that it needs to know.
+///
+/// ```
+/// use radiosity::{Estimator, EstimatorKind, methods::InfiniteEnd};
+///
+/// let infinite = EstimatorKind::Infinite.ending(InfiniteEnd::default());
+/// assert_eq!((infinite.kind(), Estimator::Direct.kind()), (EstimatorKind::Infinite, EstimatorKind::Direct));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Estimator {
     /// The absorption at the end of a walk scores.

@@ -21,6 +21,12 @@ pub(crate) mod weighted;
 use serde::{Deserialize, Serialize};
 
 /// Where a surviving walk goes on from (BS §2).
+///
+/// ```
+/// use radiosity::{EstimatorKind, Method, Space};
+///
+/// assert_eq!(Method::shooting(EstimatorKind::Collision).space(), Space::Discrete);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Space {

@@ -20,6 +20,16 @@ use crate::scene::{Scene, SurfaceCell};
 use crate::trace::ray::Ray;
 
 /// One grey walk from the emitters; `arrived` is told each face that the walk arrives on, and whether it survives there.
+///
+/// ```
+/// use radiosity::{IndexChoice, Scene, SceneSpec, Sequence, Space, methods::WalkEnd, plain_walk};
+///
+/// let scene = Scene::build(&SceneSpec::furnace(1, 0.5), IndexChoice::Auto)?;
+/// let mut met = Vec::new();
+/// let end = plain_walk(&scene, Space::Discrete, Sequence::new(1).walk(0), |face, survives| met.push((face, survives)));
+/// assert_eq!((end, met.last().map(|&(_, survives)| survives)), (WalkEnd::Absorbed, Some(false)));
+/// # Ok::<(), radiosity::SceneError>(())
+/// ```
 pub fn walk(scene: &Scene, space: Space, mut rng: WalkRng, mut arrived: impl FnMut(u32, bool)) -> WalkEnd {
     // Emit: a source with probability Φ_s/Φ_T, a uniform point of it, and a direction by its distribution.
     let mut ray = scene.emit(&mut rng);

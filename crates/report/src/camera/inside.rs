@@ -10,7 +10,10 @@ use std::collections::HashSet;
 use glam::DVec3;
 use job::Stand;
 use parallel::on_all_cores;
-use radiosity::{Hit, Lookout, Ray, Scene, Side};
+use radiosity::{
+    Scene, Side,
+    rays::{Hit, Lookout, Ray},
+};
 
 use super::choice::{CLEARLY_MORE, Frame, TRIAL_SIZE};
 use super::{Camera, Sight};

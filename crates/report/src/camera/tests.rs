@@ -43,8 +43,9 @@ fn one_looks_through_the_backs_of_a_closed_room() {
     let scene = cube();
     let camera = best(&scene);
     assert!(camera.up.z > 0.999 && camera.cut.is_none());
-    let seen =
-        |(number, patch): &(u32, radiosity::Face)| patch_at(&scene, &camera, patch.centroid) == Some(*number);
+    let seen = |(number, patch): &(u32, radiosity::surfaces::Face)| {
+        patch_at(&scene, &camera, patch.centroid) == Some(*number)
+    };
     assert_eq!((0..).zip(scene.faces()).filter(seen).count(), 45);
 }
 
@@ -107,7 +108,7 @@ fn what_stands_under_a_sky_is_seen_from_outside() {
     for side in &mut spec.surfaces[3..] {
         (side.emittance, side.reflectance) = (1.0.into(), 0.0.into());
         side.cell_emittance.clear();
-        side.name = Some(radiosity::SKY.into());
+        side.name = Some(radiosity::surfaces::SKY.into());
     }
     let scene = build(&spec);
     assert_eq!(scene.surfaces_before_sky(), 3);

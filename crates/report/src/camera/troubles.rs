@@ -1,7 +1,10 @@
 //! What is wrong with where a camera stands.
 
 use job::{NamedView, View};
-use radiosity::{Hit, Ray, Scene};
+use radiosity::{
+    Scene,
+    rays::{Hit, Ray},
+};
 
 use super::Camera;
 use super::choice::{STAND_SIZE, TRIAL_SIZE};

@@ -5,8 +5,10 @@ use base64::engine::general_purpose::STANDARD;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use radiosity::{
-    BatchScore, Batches, Birth, Chains, Direction, Estimates, EstimatorKind, Experiment, IndexChoice, Method,
-    Quantity, Sampler, Scene, SceneSpec, Sequence, Solve, Space, SurfaceSpec, Walks,
+    Birth, Chains, Direction, Estimates, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec,
+    Sequence, Space, SurfaceSpec, Walks,
+    methods::{BatchScore, Batches, Sampler, Solve},
+    precision::Quantity,
 };
 
 use super::{ColumnCells, columns, write_parquet, write_vtu};
@@ -123,8 +125,10 @@ fn every_output_has_the_same_cells_of_every_kind_of_patch() {
     }
     assert_eq!(compared, 60 * 14);
     // The summary counts what the table leaves empty: the tiny patch as unhit, three as sealed.
-    let summary =
-        PrecisionSummary::new(&scene, &estimates.precision(Quantity::Irradiance, &radiosity::in_turn));
+    let summary = PrecisionSummary::new(
+        &scene,
+        &estimates.precision(Quantity::Irradiance, &radiosity::parallel::in_turn),
+    );
     assert_eq!(summary.unhit.patches, 1);
     assert!((summary.headline.sealed_area - 3.0 * 0.04).abs() < 1e-12);
     let area: f64 = number("area").iter().flatten().sum();

@@ -8,7 +8,10 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Estimates, Reading, Readings};
+use radiosity::{
+    Estimates,
+    sensors::{Reading, Readings},
+};
 use serde_json::{Value, json};
 
 use crate::outlines::outlines;

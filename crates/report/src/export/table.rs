@@ -4,7 +4,7 @@
 
 use std::io;
 
-use radiosity::{Corners, Estimates};
+use radiosity::{Estimates, surfaces::Corners};
 
 use crate::patches::{Digits, write_some};
 
@@ -100,7 +100,7 @@ impl ColumnCells {
     }
 }
 
-/// The outlines that the rows are drawn by, in the order of rows: (row, corners [m] as [`radiosity::Faces::piece_corners`] has
+/// The outlines that the rows are drawn by, in the order of rows: (row, corners [m] as [`radiosity::surfaces::Faces::piece_corners`] has
 /// them). A row has one, and that of a group one for each of its cells.
 pub fn corners<'a>(estimates: &'a Estimates) -> impl Iterator<Item = (usize, Corners)> + 'a {
     let faces = estimates.scene().faces();

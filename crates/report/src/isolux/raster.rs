@@ -1,6 +1,6 @@
 //! `planes.png`: the maps of `planes.svg` in pixels, for where drawings are not shown.
 
-use radiosity::Readings;
+use radiosity::sensors::Readings;
 
 use super::{PlaneGrid, colour, grids, levels};
 use crate::chart::write_label;

@@ -9,7 +9,7 @@
 
 use glam::{DVec3, Vec3};
 use parallel::on_all_cores;
-use radiosity::{Face, Scene};
+use radiosity::{Scene, surfaces::Face};
 
 use super::filter::{PixelLinks, even_gathered, even_noise, even_reach, give_back};
 use super::lamps::{Lamps, SHADOWS};

@@ -5,7 +5,7 @@
 //! Pharr, W. Jakob & G. Humphreys, *Physically based rendering*, 4th ed., §12.6.3).
 
 use glam::DVec3;
-use radiosity::{Scene, Side, Surface};
+use radiosity::{Scene, Side, surfaces::Surface};
 
 use super::light::of_piece;
 
@@ -388,7 +388,7 @@ fn less(cos: f64, cos_by: f64, sin_by: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use radiosity::{IndexChoice, Ray, Scene, SceneSpec};
+    use radiosity::{IndexChoice, Scene, SceneSpec, rays::Ray};
 
     use super::super::numbers::{Use, point, unit};
     use super::*;

@@ -1,7 +1,11 @@
 //! The rays of pixels.
 
 use glam::DVec3;
-use radiosity::{Hit, Lookout, Ray, Side, Surface};
+use radiosity::{
+    Side,
+    rays::{Hit, Lookout, Ray},
+    surfaces::Surface,
+};
 
 use super::field::{Lights, Noisy};
 use super::lamps::{Aim, Odds, SHADOWS};

@@ -179,7 +179,7 @@ impl<'a> DaylightAnswer<'a> {
                 sensors.cells_of(sensor).map(|cell| self.places[cell].metrics.daylight.map(end)).collect();
             Level::of(&plane).word()
         };
-        let summary = |(number, spec): (usize, &radiosity::SensorSpec)| LevelSummary {
+        let summary = |(number, spec): (usize, &radiosity::sensors::SensorSpec)| LevelSummary {
             sensor: spec.name.clone(),
             low: level(number, |known| known.low),
             high: level(number, |known| known.high),

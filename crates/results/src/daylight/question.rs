@@ -4,8 +4,8 @@ use std::path::Path;
 
 use job::{Job, MethodTable};
 use radiosity::{
-    Experiment, Scene, SkyPatches, Unfit,
-    daylight::{Coefficients, DaylightSpec, Segment},
+    Experiment, Scene, Unfit,
+    daylight::{Coefficients, DaylightSpec, Segment, SkyPatches},
 };
 use sky::{Dome, SkyUnit, Wanted, Weather, Year};
 

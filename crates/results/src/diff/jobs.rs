@@ -5,7 +5,7 @@ use std::path::Path;
 
 use job::{Beside, Keyword, WalkKind};
 use protocol::Checkpoint;
-use radiosity::{AbsorptionMode, Space};
+use radiosity::{Space, methods::AbsorptionMode};
 use serde::Deserialize;
 
 use crate::replica;

@@ -137,7 +137,7 @@ impl FactorsQuestion {
         let mut faces = std::collections::HashMap::new();
         let surface = |surface| scene.surface_name(surface);
         scene.faces().iter().for_each(|face| *faces.entry(surface(face.surface)).or_insert(0) += 1);
-        let name = |(face, number): (radiosity::Face, &String)| match faces[surface(face.surface)] {
+        let name = |(face, number): (radiosity::surfaces::Face, &String)| match faces[surface(face.surface)] {
             1 => surface(face.surface).to_owned(),
             _ => format!("{} {number}", surface(face.surface)),
         };

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use radiosity::Arrival;
+use radiosity::rays::Arrival;
 
 /// The file of a control that is under way.
 pub(crate) const ARRIVALS: &str = "pilot.arrivals.bin";

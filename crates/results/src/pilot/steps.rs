@@ -181,7 +181,7 @@ mod tests {
     use std::cell::Cell;
     use std::path::Path;
 
-    use radiosity::Arrival;
+    use radiosity::rays::Arrival;
 
     use super::super::{Chosen, choose, choose_by};
     use super::*;

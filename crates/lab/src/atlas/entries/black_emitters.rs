@@ -1,7 +1,7 @@
 //! Entry of the atlas: emitters that do not reflect, which gathering by survival does not see.
 
 use exact::Exact;
-use radiosity::{Birth, EstimatorKind, Method, SceneSpec, birth_probabilities};
+use radiosity::{Birth, EstimatorKind, Method, SceneSpec, methods::birth_probabilities};
 use report::{Axis, Chart};
 use stats::Measured;
 

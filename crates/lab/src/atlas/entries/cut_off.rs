@@ -1,7 +1,7 @@
 //! Entry of the atlas: infinite walks that are cut off.
 
 use exact::Exact;
-use radiosity::{Estimator, EstimatorKind, InfiniteEnd, Method, SceneSpec};
+use radiosity::{Estimator, EstimatorKind, Method, SceneSpec, methods::InfiniteEnd};
 use report::{Axis, Chart, Series};
 use stats::Measured;
 

@@ -2,7 +2,7 @@
 
 use exact::Exact;
 use job::{Target, Unhit};
-use radiosity::{Estimate, EstimatorKind, Experiment, Method, Quantity, Solution};
+use radiosity::{Estimate, EstimatorKind, Experiment, Method, Solution, precision::Quantity};
 use report::{Axis, Chart, Series};
 use stats::Measured;
 

@@ -1,7 +1,7 @@
 //! Entry of the atlas: an emitter so small that walks hardly find it.
 
 use exact::Exact;
-use radiosity::{Birth, EstimatorKind, Method, SceneSpec, birth_probabilities};
+use radiosity::{Birth, EstimatorKind, Method, SceneSpec, methods::birth_probabilities};
 use report::{Axis, Chart, Series};
 use stats::Measured;
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::*;
 use crate::random::rng::Sequence;
 use crate::walk::{Space, plain};
-use crate::{EstimatorKind, Experiment, IndexChoice, Method, PatchGroup};
+use crate::{EstimatorKind, Experiment, IndexChoice, Method, groups::PatchGroup};
 use crate::{Scene, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 use glam::DVec3;
 

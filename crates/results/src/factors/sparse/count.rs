@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 
 use exchange::{Intervals, SparseRow};
 use radiosity::{
-    Sequence, SkyPatches,
+    Sequence,
+    daylight::SkyPatches,
     exchange::{ExchangeRows, RowBoard},
 };
 use report::OutputFolder;
