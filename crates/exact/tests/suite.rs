@@ -18,6 +18,7 @@ mod patches;
 mod sensors;
 mod shadows;
 mod system;
+mod unmet;
 mod variance;
 mod walks;
 mod wall;

@@ -10,7 +10,7 @@ const RAYS: u32 = 1 << 10;
 const TOO_MANY: f64 = 0.5;
 
 /// The warnings about an experiment's sensors: those behind walls or inside them, and those that face away from the
-/// scene.
+/// scene and its lamps.
 pub fn sensor_warnings(experiment: &Experiment) -> Vec<String> {
     let specs = experiment.sensors().map_or(&[][..], |sensors| sensors.specs());
     let warning = |(number, name): (usize, &str)| {
@@ -22,7 +22,7 @@ pub fn sensor_warnings(experiment: &Experiment) -> Vec<String> {
                 percent(part)
             ));
         }
-        (active == 0 && nothing > 0).then(|| {
+        (active == 0 && nothing > 0 && !experiment.is_lit_by_lamps(number)).then(|| {
             format!("sensor {name:?}: it faces away from the scene and will read 0; turn it round or move it")
         })
     };

@@ -62,8 +62,8 @@ pub fn write_sensitivities(writer: impl Write, influences: &Influences) -> io::R
     let mut table = csv::Writer::from_writer(writer);
     let scene = influences.estimates().scene();
     let columns: [DerivativeColumn; 4] = [
-        ("derivative", |d| Some(d.value)),
-        ("std_error", |d| d.std_error),
+        ("derivative", |d| Some(d.value).filter(|_| !d.is_unsampled())),
+        ("std_error", |d| d.std_error.filter(|_| !d.is_unsampled())),
         ("ci_low", |d| Some(d.ci_low)),
         ("ci_high", |d| Some(d.ci_high)),
     ];

@@ -41,7 +41,8 @@ pub fn source_summaries(experiment: &Experiment, tally: &Tally, confidence: f64)
         Some(SourceSummary {
             name: name.clone(),
             emitters: lit().count() + lamps().filter(|&lamp| of_lamp(lamp) > 0.0).count(),
-            power: lit().map(|face| power(&face)).sum::<f64>() + lamps().map(of_lamp).sum::<f64>(),
+            // Not by `sum`, which says −0 of no emitters.
+            power: lit().map(|face| power(&face)).chain(lamps().map(of_lamp)).fold(0.0, |sum, own| sum + own),
             factor: experiment.mixture().map(|factors| factors[number]),
             relative_error: estimates.precision(Quantity::Irradiance, &run_on_all_cores).headline.quantiles
                 [0],

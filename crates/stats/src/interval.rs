@@ -110,6 +110,12 @@ pub fn batches_interval(mean: f64, error: f64, quantile: f64, hit: f64) -> Inter
     Interval { low: (low - half_step).clamp(0.0, mean), high: (high + half_step).max(mean) }
 }
 
+/// By how many standard errors, times the relative standard error 1/√k, Garwood's upper limit of a Poisson number k exceeds k + z√k: the
+/// first terms of χ²'s quantile with 2k + 2 degrees of freedom.
+pub fn beyond_of_count(quantile: f64) -> f64 {
+    (quantile * quantile + 2.0) / 3.0
+}
+
 /// Byar's approximation of the mean at which a Poisson count is z standard deviations away (Breslow & Day 1987, eq. 2.10).
 fn byar(count: f64, z: f64) -> f64 {
     let root = 1.0 - 1.0 / (9.0 * count) + z / (3.0 * count.sqrt());

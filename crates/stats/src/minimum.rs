@@ -13,7 +13,7 @@
 //! with their correlation, since by Plackett's identity its derivative is φ₂(q, q) − φ₂(q′, q′) ≥ 0 at the quantiles q ≤ q′ of both
 //! limits. More than two are simulated in the tests, with correlations from 0 to 1.
 
-use crate::interval::Interval;
+use crate::interval::{Interval, beyond_of_count};
 use crate::student::student_quantile;
 
 /// The part of the probability to fail with which comparisons of pairs do.
@@ -26,10 +26,7 @@ const SELECTION: f64 = 0.5;
 /// Where there are no estimates, or no degree of freedom.
 pub fn minimum_interval(estimates: &[[f64; 2]], correlation: f64, confidence: f64, freedom: u64) -> Interval {
     let (n, miss) = (estimates.len() as f64, 1.0 - confidence);
-    let limit = |tail: f64| {
-        let quantile = student_quantile(1.0 - tail, freedom);
-        move |&[mean, error]: &[f64; 2], sign: f64| mean + sign * quantile * error
-    };
+    let quantile = |tail: f64| student_quantile(1.0 - tail, freedom);
     let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
     // Both variances are about equal: their sum has twice the degrees of freedom.
     let apart = student_quantile(1.0 - SELECTION * miss / n, 2 * freedom);
@@ -42,17 +39,27 @@ pub fn minimum_interval(estimates: &[[f64; 2]], correlation: f64, confidence: f6
     let count = near().count() as f64;
     let above = if count < 4.0 { 1.0 / (count + 1.0) } else { 1.0 / count };
     let below = (1.0 - above).min(0.75);
-    let [below, above] = [below * miss, above * miss].map(limit);
+    let [below, above] = [below * miss, above * miss].map(quantile);
     Interval {
-        low: least(&mut near().map(|estimate| below(estimate, -1.0))),
-        high: least(&mut near().map(|estimate| above(estimate, 1.0))),
+        low: least(&mut near().map(|[mean, error]| mean - below * error)),
+        high: least(&mut near().map(|[mean, error]| mean + leaning(above, *mean, *error) * error)),
     }
+}
+
+/// Standard errors of an upper limit: those of a Poisson number with the relative error of a mean that is no less than 0, in which few contributions are too low
+/// together with their spread ([`beyond_of_count`]).
+fn leaning(quantile: f64, mean: f64, error: f64) -> f64 {
+    if mean > 0.0 { quantile + beyond_of_count(quantile) * (error / mean).min(1.0) } else { quantile }
 }
 
 /// The interval of the quotient of two positive figures, from the estimate and the interval of each, of one level, and the correlation of their
 /// errors: the distances of the limits of their logarithms are added as standard errors are (MOVER: G. Y. Zou & A. Donner, Statist. Med. 27
-/// (2008) 1693, eq. (7)).
+/// (2008) 1693, eq. (7)). A figure of 0 has no logarithm: its upper limit is divided by the other's lower one.
 pub fn quotient_interval(top: (f64, Interval), bottom: (f64, Interval), correlation: f64) -> Interval {
+    if top.0 == 0.0 {
+        let high = if top.1.high > 0.0 { top.1.high / bottom.1.low } else { 0.0 };
+        return Interval { low: 0.0, high };
+    }
     let quotient = (top.0 / bottom.0).ln();
     let distance = |a: f64, b: f64| (a * a + b * b - 2.0 * correlation * a * b).max(0.0).sqrt();
     // A limit of 0, or no limit above, leaves nothing known on that side.

@@ -49,6 +49,8 @@ impl Student {
     /// Links: one more of them in one of the chains would add its square u² to the square of s/√n. The upper end has it beforehand, and the
     /// standard error [`MORE`]·u. The upper end is no lower than that of a Poisson number whose relative standard error is that of the mean: mean and
     /// spread of few chains are low together.
+    /// Many contributions: the upper end leans in the same way. Where samples have brought nothing, those that would bring `most` have stayed out with
+    /// probability ½(1 − confidence) at least.
     /// Hits: the interval is that of a count ([`stats::batches_interval`]). Where nothing has come in, what could have come has stayed out
     /// with probability ½(1 − confidence) at least.
     pub(super) fn estimate(&self, moments: &Moments, per_unit: f64, most: f64, by: By) -> ChainEstimate {
@@ -74,15 +76,12 @@ impl Student {
                 let Interval { low, high } = stats::batches_interval(mean, sample_error, quantile, one);
                 (low, high)
             }
+            (Some(_), By::Many) if mean == 0.0 => (0.0, -most * (self.tail.ln() / moments.n as f64).exp_m1()),
             (Some(quantile), _) if sample_error > 0.0 => {
                 let below = quantile * sample_error * (1.0 - LEAN_BELOW * (sample_error / mean).min(1.0));
                 let above = quantile * with_links(1.0);
-                let of_count = match by {
-                    By::Links(_) => {
-                        (quantile + beyond_of_count(quantile) * sample_error / mean) * sample_error
-                    }
-                    _ => 0.0,
-                };
+                let of_count =
+                    (quantile + stats::beyond_of_count(quantile) * sample_error / mean) * sample_error;
                 ((mean - below).max(0.0), mean + above.max(of_count))
             }
             _ => (0.0, most.max(mean)),
@@ -90,12 +89,6 @@ impl Student {
         let error = Some(with_links(MORE)).filter(|_| sample_error > 0.0).zip(self.deviation);
         ChainEstimate { mean, error: error.map(|(error, deviation)| deviation * error), low, high }
     }
-}
-
-/// By how many standard errors, times the relative standard error 1/√k, Garwood's upper limit of a Poisson number k exceeds k + z√k: the
-/// first terms of χ²'s quantile with 2k + 2 degrees of freedom.
-fn beyond_of_count(quantile: f64) -> f64 {
-    (quantile * quantile + 2.0) / 3.0
 }
 
 /// What a mean is made of.

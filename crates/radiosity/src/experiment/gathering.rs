@@ -1,5 +1,7 @@
 //! What gathering walks need beyond the scene: where they are born, and what the faces that they meet are worth.
 
+use stats::Sizes;
+
 use super::unfit::Unfit;
 use crate::geometry::face::Face;
 use crate::method::{Birth, Score};
@@ -20,6 +22,8 @@ pub(super) struct Gathering {
     pub(super) b_bar: [f64; 3],
     /// A bound on E[x²]/E[x], x in events of the largest value, per channel.
     pub(super) ratio_bound: [f64; 3],
+    /// What events are worth, over the largest value, each with the area [m²] on which arrivals score it, per channel.
+    pub(super) sizes: [Sizes; 3],
 }
 
 /// What an event on patch j is worth, over the largest value.
@@ -98,7 +102,12 @@ impl Gathering {
             // Below 1 only where related estimators share a unit.
             (largest_ratio(scene, estimator, b_bar[c], c) / largest_value[c]).max(1.0)
         });
-        Ok(Gathering { births, probability, values, largest_value, b_bar, ratio_bound })
+        let sizes = PER_CHANNEL.map(|c| {
+            let emitters = scene.faces().iter().filter(|face| face.emittance[c] > 0.0);
+            let area = |face: &Face| face.area * event.probability(face.reflectance.max());
+            Sizes::new(emitters.map(|face| (scaled(&face, event, c), area(&face))))
+        });
+        Ok(Gathering { sizes, births, probability, values, largest_value, b_bar, ratio_bound })
     }
 }
 

@@ -32,6 +32,13 @@ pub struct Derivative {
     pub ci_high: f64,
 }
 
+impl Derivative {
+    /// Whether no walk has told anything of it, so that its limits alone are known.
+    pub fn is_unsampled(&self) -> bool {
+        self.value == 0.0 && self.std_error == Some(0.0) && self.ci_high > self.ci_low
+    }
+}
+
 /// What a tally says of the influence of materials.
 #[derive(Clone, Debug)]
 pub struct Influences<'a> {

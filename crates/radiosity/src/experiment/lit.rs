@@ -50,6 +50,17 @@ impl Experiment {
         self.lamps_at_cells.get_or_init(make)
     }
 
+    /// Whether any lamp without area lights a sensor, at the middle of one of its cells.
+    pub fn is_lit_by_lamps(&self, sensor: usize) -> bool {
+        let Some(sensors) = self.sensors().filter(|_| self.scene.lamp_count() > 0) else { return false };
+        sensors.cells_of(sensor).any(|number| {
+            let cell = sensors.cell(number);
+            let (place, response) = (cell.middle - self.scene.origin(), sensors.response(&cell));
+            let mut lamps = 0..self.scene.lamp_count();
+            lamps.any(|lamp| self.scene.lamp_light(lamp, place, response, Ray::FREE, 0).is_some())
+        })
+    }
+
     /// Whether all light in a channel comes straight from lamps to points, where it is known exactly: nothing reflects, and no face emits.
     pub(super) fn is_all_direct(&self, channel: usize) -> bool {
         let emits = || self.scene.faces().iter().any(|face| face.emittance[channel] > 0.0);

@@ -1,5 +1,7 @@
 //! What a unit is worth: from the sums of a tally to power and radiosity.
 
+use stats::Sizes;
+
 use super::Experiment;
 use super::gathering::Gathering;
 use crate::geometry::face::Face;
@@ -122,6 +124,20 @@ impl Experiment {
             // A colour of light that all emitters share has weights of 1, but for rounding.
             ratio_bound: (weight * ratio_bound).max(1.0),
             bias_bound: face.reflectance[channel] * per_hit * cut_off * weakened,
+        }
+    }
+
+    /// The sizes that scores on face i may have, in events, and what their probabilities are multiplied by at most; `None` where all events are worth the
+    /// same, or samples are no walks. A walk comes to a face 1/(1 − σ_i·σ_max) times at most in the mean; by reciprocity a gathering walk
+    /// born on face i then meets face j A_j/A_i times as often.
+    pub(super) fn sizes(&self, (i, face): (usize, &Face), channel: usize) -> Option<(&Sizes, f64)> {
+        let Method::Walks(_) = &self.method else { return None };
+        let visits = 1.0 / (1.0 - face.reflectance.max() * self.between_visits(i).max());
+        match &self.gathering {
+            Some(gathering) => {
+                Some((&gathering.sizes[channel], gathering.probability[i] * visits / face.area))
+            }
+            None => self.scene.emitters().sizes(channel).map(|sizes| (sizes, visits)),
         }
     }
 

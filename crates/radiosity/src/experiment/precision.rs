@@ -315,7 +315,7 @@ impl Spread {
 
 /// The headline of judged faces.
 fn headline(quantity: Quantity, ranks: Vec<Ranked>) -> Headline {
-    let area: f64 = ranks.iter().map(|ranked| ranked.part * ranked.area).sum();
+    let area = ranks.iter().fold(0.0, |sum, ranked| sum + ranked.part * ranked.area);
     let floor = [0, 1, 2].map(|c| {
         let value = |ranked: &Ranked| ranked.channels[c].and_then(|judged| judged.value).unwrap_or(0.0);
         FLOOR * ranks.iter().map(|ranked| ranked.area * value(ranked).abs()).sum::<f64>() / area

@@ -128,7 +128,8 @@ impl<'a> Readings<'a> {
         let sensor = self.sensors.planes().nth(plane).expect("a plane of the job");
         let cells = self.sensors.cells_of(sensor);
         let points = cells.len() as f64;
-        let direct: f64 = cells.map(|cell| self.direct(cell, channel) / points).sum();
+        let direct =
+            cells.map(|cell| self.direct(cell, channel) / points).fold(0.0, |sum, light| sum + light);
         self.read(self.sensors.cell_count() + plane, channel, direct)
     }
 
@@ -139,7 +140,8 @@ impl<'a> Readings<'a> {
 
     /// What lamps bring to a cell, where it is known exactly [W/m²].
     fn direct(&self, cell: usize, channel: usize) -> f64 {
-        self.lights_at(cell).map(|(_, light)| light[channel]).sum()
+        // Not by `sum`, which says −0 of no lamps.
+        self.lights_at(cell).fold(0.0, |sum, (_, light)| sum + light[channel])
     }
 
     /// What each of the lamps brings to a cell, where it is known exactly, channel by channel [W/m²].

@@ -2,7 +2,7 @@
 
 use std::ops::Deref;
 
-use stats::{Moments, Sample};
+use stats::{Interval, Moments, Sample};
 
 use super::chains::{By, ChainEstimate, Contributions, Student};
 use super::mixture::Shares;
@@ -242,7 +242,6 @@ impl<'a> Estimates<'a> {
                 meaning.irradiance_per_event = meaning.irradiance_per_event.map(|_| 0.0);
             }
             let moments = || moments(self.tally, i, channel);
-            let confidence = self.confidence;
             Some(match (&self.student, self.shares.as_ref().zip(self.experiment.groups())) {
                 (Some(student), _) => {
                     let by = self.contributions.as_ref().map_or(By::Many, |contributions| {
@@ -252,15 +251,42 @@ impl<'a> Estimates<'a> {
                     estimate_of_chains(face, channel, sample, &meaning, (student, by))
                 }
                 (None, Some((shares, groups))) => {
-                    let sample = shares.sample(groups, self.tally, i, channel);
-                    estimate(face, channel, sample, &shares.scaled(meaning), confidence)
+                    let (sample, events) = shares.sample(groups, self.tally, i, channel);
+                    let interval = shares.interval(
+                        (groups, self.tally, i, channel),
+                        (&sample, meaning.unit),
+                        &|sample| self.interval(sample, &meaning, (i, face), channel),
+                    );
+                    estimate(face, channel, (sample, events), &shares.scaled(meaning), interval)
                 }
                 (None, None) => {
-                    let sample = ((&moments()).into(), self.tally.events(i));
-                    estimate(face, channel, sample, &meaning, confidence)
+                    let sample = (&moments()).into();
+                    let interval = self.interval(sample, &meaning, (i, face), channel);
+                    estimate(face, channel, (sample, self.tally.events(i)), &meaning, interval)
                 }
             })
         })
+    }
+}
+
+impl Estimates<'_> {
+    /// The interval of the mean score [events] of walks on face i, with room for scores of sizes that no walk has met.
+    fn interval(
+        &self,
+        sample: Sample,
+        meaning: &Meaning,
+        (i, face): (usize, &Face),
+        channel: usize,
+    ) -> Interval {
+        let Meaning { unit, ratio_bound, .. } = *meaning;
+        let interval = stats::mean_interval(sample, unit, self.confidence, ratio_bound);
+        match self.experiment.sizes((i, face), channel).filter(|_| sample.sum > 0.0) {
+            Some((sizes, scale)) => {
+                let (mean, seen) = (unit * sample.sum / sample.n as f64, unit * sample.sum_sq / sample.sum);
+                sizes.widen(interval, mean, (sample.n, self.confidence), seen, scale)
+            }
+            None => interval,
+        }
     }
 }
 
@@ -301,8 +327,8 @@ impl Solution {
 /// Absorption and survival of the same walks, mixed as the sample likes best (S97 §2.6, §3.7).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mix {
-    /// α: the weight of survival that gives the least variance; 1 − α is that of absorption. `None` where nothing
-    /// scored or the estimators agree walk by walk.
+    /// α: the weight of survival that gives the least variance; 1 − α is that of absorption. `None` where the estimators agree walk by walk,
+    /// or where one of them has scored nothing: then collision stands for both.
     pub alpha: Option<f64>,
     /// B by that mix [W/m²]. The weight was chosen by the same walks, which costs a bias of the order of 1/N.
     pub radiosity: f64,
@@ -326,6 +352,18 @@ impl Mix {
         };
         let [collision, absorption, survival, sum] = [0, 1, 2, 3].map(|score| moments(tally, i, score));
         let variance = |moments: &Moments| moments.standard_error().map_or(0.0, |error| error * error);
+        let mean = |moments: &Moments| moments.mean().unwrap_or(0.0);
+        let per_unit = meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0) * reflectance;
+        // An estimator that has scored nothing yet has no spread, and would be taken for exact.
+        if reflectance > 0.0 && (absorption.sum == 0 || survival.sum == 0) {
+            let error = collision.standard_error().filter(|_| collision.sum > 0);
+            return Some(Mix {
+                alpha: None,
+                radiosity: face.emittance[0] + per_unit * mean(&collision),
+                std_error: error.map(|error| per_unit * error),
+                collision_excess: None,
+            });
+        }
         let (var_a, var_s) = (variance(&absorption), variance(&survival));
         let covariance = 0.5 * (variance(&sum) - var_a - var_s) * absorbed * survived;
         let (var_a, var_s) = (var_a * absorbed * absorbed, var_s * survived * survived);
@@ -333,10 +371,8 @@ impl Mix {
         let alpha = (denominator > 0.0 && survived > 0.0).then(|| (var_a - covariance) / denominator);
         let weight = alpha.unwrap_or(0.0);
         let mixed = |a: f64, s: f64| weight * survived * s + (1.0 - weight) * absorbed * a;
-        let mean = |moments: &Moments| moments.mean().unwrap_or(0.0);
         let rest = 1.0 - weight;
         let mix_variance = weight * weight * var_s + rest * rest * var_a + 2.0 * weight * rest * covariance;
-        let per_unit = meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0) * reflectance;
         Some(Mix {
             alpha,
             radiosity: face.emittance[0] + per_unit * mixed(mean(&absorption), mean(&survival)),
@@ -352,12 +388,11 @@ fn estimate(
     channel: usize,
     (sample, hits): (Sample, u128),
     meaning: &Meaning,
-    confidence: f64,
+    interval: Interval,
 ) -> Estimate {
-    let Meaning { unit, irradiance_per_event, ratio_bound, bias_bound } = *meaning;
+    let Meaning { unit, irradiance_per_event, bias_bound, .. } = *meaning;
     // Where the estimator gives no irradiance the face has R = 0, so that b = 0 is still right.
     let reflected_per_event = face.reflectance[channel] * irradiance_per_event.unwrap_or(0.0);
-    let interval = stats::mean_interval(sample, unit, confidence, ratio_bound);
     let mean = unit * sample.mean().unwrap_or(0.0);
     // A channel without light is known to have none; of one with light, no score says nothing but a bound.
     let scored = sample.sum > 0.0 || irradiance_per_event == Some(0.0);

@@ -1,5 +1,7 @@
 //! Where walks are born.
 
+use stats::Sizes;
+
 use super::lamps::PointLamps;
 use crate::geometry::face::Faces;
 use crate::geometry::frame::Frames;
@@ -155,6 +157,8 @@ pub(crate) struct Births {
     weights: Vec<[f64; 3]>,
     /// The largest of them, channel by channel; 1 where a channel has no light at all.
     largest_weights: [f64; 3],
+    /// The weights with the probabilities of their births, channel by channel.
+    sizes: [Sizes; 3],
 }
 
 impl Births {
@@ -212,6 +216,7 @@ impl Births {
             sources,
             weights: Vec::new(),
             largest_weights: [1.0; 3],
+            sizes: Default::default(),
         })
     }
 
@@ -244,18 +249,26 @@ impl Births {
         let light = |i: usize| (piece(i).emittance, piece(i).area);
         let alike = |a: usize, b: usize| light(a) == light(b);
         let sources = sources(surfaces, faces, may_emit, alike);
-        let of_lamps: Vec<f64> = (0..lamps.len()).map(|lamp| chance(&|c| lamps.power(lamp, c))).collect();
-        let mut births = Births::at_sources(sources, |i| chance(&|c| piece(i).power(c)), &of_lamps)?;
-        let of_source = |source: &SourceRun| {
-            let surface = &surfaces[source.surface as usize];
-            let face = faces.piece(surface.piece(source.first_cell, source.side));
-            weights(&|c| face.power(c))
+        let chances_of_lamps: Vec<f64> =
+            (0..lamps.len()).map(|lamp| chance(&|c| lamps.power(lamp, c))).collect();
+        let share_of_piece = |i: usize| chance(&|c| piece(i).power(c));
+        let mut births = Births::at_sources(sources, share_of_piece, &chances_of_lamps)?;
+        let first_piece = |source: &SourceRun| {
+            faces.piece(surfaces[source.surface as usize].piece(source.first_cell, source.side))
         };
+        let of_source = |source: &SourceRun| weights(&|c| first_piece(source).power(c));
+        let chance_of_source =
+            |source: &SourceRun| chance(&|c| first_piece(source).power(c)) * f64::from(source.cells);
         let of_lamps = (0..lamps.len()).map(|lamp| weights(&|c| lamps.power(lamp, c)));
         births.weights = births.sources.iter().map(of_source).chain(of_lamps).collect();
         births.largest_weights = std::array::from_fn(|c| {
             let largest = births.weights.iter().map(|weights| weights[c]).fold(0.0, f64::max);
             if largest > 0.0 { largest } else { 1.0 }
+        });
+        let chances = births.sources.iter().map(chance_of_source).chain(chances_of_lamps);
+        let weighted: Vec<_> = births.weights.iter().zip(chances).collect();
+        births.sizes = std::array::from_fn(|c| {
+            Sizes::new(weighted.iter().map(|&(weights, chance)| (weights[c], chance)))
         });
         Some(births)
     }
@@ -284,6 +297,11 @@ impl Births {
     /// The largest weight that a walk sets out with, channel by channel; 1 where a channel has no light at all.
     pub(crate) fn largest_weights(&self) -> [f64; 3] {
         self.largest_weights
+    }
+
+    /// The weights that walks set out with in a channel, each with the probability of a birth with it; `None` where all weights are 1.
+    pub(crate) fn sizes(&self, channel: usize) -> Option<&Sizes> {
+        (!self.weights.is_empty()).then(|| &self.sizes[channel])
     }
 }
 

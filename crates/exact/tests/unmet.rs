@@ -1,0 +1,92 @@
+//! Light that few walks bring beside light that many do: intervals have room for what no walk has met.
+
+use crate::common::plain_box;
+use exact::Exact;
+use glam::DVec3;
+use radiosity::{
+    Birth, Estimates, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape,
+    Spectrum, SurfaceSpec, groups::PatchGroup,
+};
+
+const SEEDS: u64 = 20;
+
+/// A box of 2 × 1 × 1 m, 2 × 2 patches a wall, with a square of this size [m] at a place.
+fn room(reflectance: f64, place: DVec3, [u, v]: [DVec3; 2], lamp: Spectrum) -> SceneSpec {
+    let mut spec = plain_box(DVec3::ZERO, DVec3::new(2.0, 1.0, 1.0), [2, 2], reflectance, 0.0);
+    spec.surfaces.push(SurfaceSpec::new(Shape::parallelogram(place, u, v, [1, 1]), 0.1).emitting(lamp));
+    spec
+}
+
+/// A lamp that shines at the ceiling from 1 cm below it: walls see little of it, the floor next to nothing.
+fn hidden_lamp(reflectance: f64, lamp: Spectrum) -> SceneSpec {
+    room(reflectance, DVec3::new(0.4, 0.4, 0.99), [0.2 * DVec3::X, 0.2 * DVec3::Y], lamp)
+}
+
+/// The part of the 95 % intervals that cover, of every face and channel in 20 runs, and that of the face which they cover least.
+fn coverage(experiment: &Experiment, truth: &SceneSpec, walks: u64) -> [f64; 2] {
+    let exact = Exact::of_channels(truth, &|_| {}).unwrap();
+    let truth: Vec<&[f64]> = exact.iter().map(|channel| &channel.solution().radiosity[..]).collect();
+    let mut covered = vec![0_u32; experiment.scene().faces().len()];
+    for seed in 0..SEEDS {
+        let mut board = experiment.board();
+        experiment.walk(&Sequence::new(seed), 0..walks, &mut board);
+        let tally = board.take().unwrap();
+        let estimates = Estimates::new(experiment, &tally, 0.95);
+        for (face, covered) in covered.iter_mut().enumerate() {
+            let channels = estimates.face(face).unwrap();
+            // Roundings of the solution where an interval has no width.
+            let holds = |(c, truth): (usize, &&[f64])| {
+                let slack = 1e-9 * truth[face];
+                channels[c].ci_low - slack <= truth[face] && truth[face] <= channels[c].ci_high + slack
+            };
+            *covered += truth.iter().enumerate().map(|channel| u32::from(holds(channel))).sum::<u32>();
+        }
+    }
+    let each = (SEEDS * truth.len() as u64) as f64;
+    let parts = || covered.iter().map(|&covered| f64::from(covered) / each);
+    [parts().sum::<f64>() / covered.len() as f64, parts().fold(1.0, f64::min)]
+}
+
+/// Were a face's 20 intervals independent and as true as they say, 13 of them would hold or fewer with a probability of 3·10⁻⁵.
+fn assert_true(what: &str, experiment: &Experiment, truth: &SceneSpec, walks: u64) {
+    let [all, least] = coverage(experiment, truth, walks);
+    assert!(all > 0.93 && least > 0.65, "{what}: {all} of all intervals hold, {least} of one face");
+}
+
+fn scene(spec: &SceneSpec) -> Scene {
+    Scene::build(spec, IndexChoice::Auto).unwrap()
+}
+
+/// A window, and a light of 4 cm² that hardly any gathering walk meets. By the spread of the scores alone 37 % of the intervals held.
+#[test]
+fn gathering_walks_that_have_not_met_a_small_bright_lamp_allow_for_it() {
+    let small = [0.02 * DVec3::Y, 0.02 * DVec3::X];
+    let mut spec = room(0.6, DVec3::new(1.0, 0.5, 0.99), small, 1e5.into());
+    spec.surfaces[4].emittance = 100.0.into();
+    for kind in [EstimatorKind::Collision, EstimatorKind::Absorption] {
+        let method = Method::gathering(Birth::Area, kind);
+        assert_true(kind.word(), &Experiment::new(scene(&spec), method).unwrap(), &spec, 100_000);
+    }
+}
+
+/// Red that a hidden lamp has nearly all of.
+#[test]
+fn walks_of_a_colour_that_few_carry_allow_for_it() {
+    let mut spec = hidden_lamp(0.05, Spectrum::rgb([30.0, 0.0, 0.0]));
+    spec.surfaces[4].emittance = Spectrum::rgb([0.001, 0.5, 1.0]);
+    let method = Method::shooting(EstimatorKind::Collision);
+    assert_true("red", &Experiment::new(scene(&spec), method).unwrap(), &spec, 3_000);
+}
+
+/// A mixture in which what lit the room is dimmed to a thousandth, and a hidden lamp is not.
+#[test]
+fn mixtures_allow_for_a_source_that_no_walk_has_brought() {
+    let mut spec = hidden_lamp(0.05, 30.0.into());
+    spec.surfaces[4].emittance = 10.0.into();
+    let wall = PatchGroup { name: "wall".into(), patches: vec![(16, 19)] };
+    let walked = Experiment::new(scene(&spec), Method::shooting(EstimatorKind::Collision)).unwrap();
+    let sources = walked.with_groups(&[wall], &[]).unwrap();
+    let mixed = sources.with_mixture(&spec, &[1e-3, 1.0]).unwrap();
+    spec.surfaces[4].emittance = 0.01.into();
+    assert_true("mixture", &mixed, &spec, 3_000);
+}
