@@ -24,7 +24,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let (level, goal) = (settings.level(experiment.scene()), settings.sensor_goal(&experiment));
     let asked = (level, goal.as_ref());
     let forecast =
-        RunForecast::of(&job, &experiment, asked, args.workers, (cpu_seconds, results::peak_memory()));
+        RunForecast::of(&job, &experiment, asked, args.workers, (cpu_seconds, results::peak_memory));
     drop(phase);
     if args.json {
         say(&forecast.json().to_string());

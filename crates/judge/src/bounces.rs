@@ -25,7 +25,7 @@ pub fn bounces(experiment: &Experiment) -> Option<Vec<Bounce>> {
             break;
         }
         let mut power = [0.0; BOUNCES];
-        for (reflections, step) in experiment.replay(&sequence, walk).steps.iter().enumerate() {
+        for (reflections, step) in experiment.replay_beginning(&sequence, walk).iter().enumerate() {
             power[reflections.min(BOUNCES - 1)] += arriving(experiment, &step.weights);
             arrivals += 1;
         }

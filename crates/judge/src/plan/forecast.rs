@@ -40,13 +40,13 @@ pub struct RunForecast<'a> {
 
 impl<'a> RunForecast<'a> {
     /// Walks a pilot of a job whose intervals have `level` each and whose sensors have a `goal`, for the number of `workers`
-    /// that is asked for. `clock` tells the processor time of this process [s]; `peak_memory` is the most memory that it has held [bytes], where the system tells.
+    /// that is asked for. `clock` tells the processor time of this process [s]; `peak_memory` the most memory that it has held so far [bytes], where the system tells.
     pub fn of(
         job: &'a Job,
         experiment: &Experiment,
         (level, goal): (f64, Option<&SensorGoal>),
         workers: Option<u64>,
-        (clock, peak_memory): (fn() -> f64, Option<f64>),
+        (clock, peak_memory): (fn() -> f64, fn() -> Option<f64>),
     ) -> Self {
         let target = job.target.as_ref();
         let paths_per_walk = experiment.unit().paths();
@@ -55,7 +55,7 @@ impl<'a> RunForecast<'a> {
         let pilot = PlanPilot::shoot(experiment, job.seed, first, budget, (target, goal), level, clock);
         let estimates = Estimates::new(experiment, &pilot.tally, level);
         let bound = target.and_then(|target| Bound::new(experiment, target, &estimates, level));
-        let costs = Costs::new(experiment, &pilot, peak_memory);
+        let costs = Costs::new(experiment, &pilot, peak_memory());
         let sensors = job.sensor_target.as_ref();
         let of_sensors = sensors.map(|target| asked_of_sensors(target, job.scene.sensors()));
         let ending = pilot.ending.filter(|_| job.total_target.is_none());

@@ -20,6 +20,7 @@ use crate::random::quasi::Quasi;
 use crate::random::rng::Sequence;
 use crate::tally::{Counts, Tally};
 use crate::thread_pool::ThreadPool;
+use crate::walk::batch::Terms;
 use crate::walk::estimator::Estimator;
 
 /// The rays of a final gather are this part of the batch's own, in all. Of 1/8 … 1 none did much better in any scene that was
@@ -97,15 +98,15 @@ impl Experiment {
         let mut board = self.scores_of_walks(score, self.scene.faces().len());
         let mut tally: Option<Tally> = None;
         for first in (0..walks).step_by(WALKS_AT_ONCE) {
-            if !go_on() {
-                return None;
-            }
             let end = walks.min(first + WALKS_AT_ONCE as u64);
             let source = match plan.sampler {
                 Sampler::Random => Source::Random(sequence, batch * walks + first..batch * walks + end),
                 Sampler::Sobol => Source::Sobol(&numbers, first..end),
             };
-            let counts = self.shoot((score, space), &source, (&mut board, None));
+            let counts = self.shoot((score, Terms { space, go_on }), &source, (&mut board, None));
+            if !go_on() {
+                return None;
+            }
             with_board!(&mut board, board => board.counts.add(&counts))
                 .expect("a batch is counted in 32 bits");
             match &mut tally {

@@ -3,7 +3,7 @@
 use crate::experiment::Experiment;
 use crate::random::rng::{Sequence, WalkRng};
 use crate::simd::batch::{Decisions, WIDTH};
-use crate::walk::batch::{WalkEnd, walk_all};
+use crate::walk::batch::{Terms, WalkEnd, walk_all};
 use crate::walk::collision::CollisionModel;
 use crate::walk::estimator::{Estimator, with_collision_model};
 use crate::walk::score::Scorer;
@@ -58,17 +58,35 @@ impl<const C: usize> Scorer<C> for Recorder {
 impl Experiment {
     /// Walk number `n` of a sequence.
     pub fn replay(&self, sequence: &Sequence, n: u64) -> Replay {
+        self.replay_while(sequence, n, &|| true)
+    }
+
+    /// The arrivals with which walk number `n` of a sequence begins, some thousands of them where it has so many.
+    pub fn replay_beginning(&self, sequence: &Sequence, n: u64) -> Vec<ReplayedHit> {
+        self.replay_while(sequence, n, &|| false).steps
+    }
+
+    fn replay_while(&self, sequence: &Sequence, n: u64, go_on: &dyn Fn() -> bool) -> Replay {
+        let terms = Terms { space: self.method().space(), go_on };
         let estimator = self.method().estimator().unwrap_or(Estimator::Collision);
         match self.scene().channels() {
-            1 => with_collision_model!(Analog, estimator, |model| self.record::<1>(sequence, n, model)),
-            _ => with_collision_model!(Coloured, estimator, |model| self.record::<3>(sequence, n, model)),
+            1 => {
+                with_collision_model!(Analog, estimator, |model| self.record::<1>(sequence, n, terms, model))
+            }
+            _ => with_collision_model!(Coloured, estimator, |model| self
+                .record::<3>(sequence, n, terms, model)),
         }
     }
 
-    fn record<const C: usize>(&self, sequence: &Sequence, n: u64, model: impl CollisionModel<C>) -> Replay {
+    fn record<const C: usize>(
+        &self,
+        sequence: &Sequence,
+        n: u64,
+        terms: Terms,
+        model: impl CollisionModel<C>,
+    ) -> Replay {
         let mut recorder = Recorder::default();
-        let (scene, space) = (self.scene(), self.method().space());
-        let counts = walk_all(scene, self.births(), space, sequence, n..n + 1, model, &mut recorder);
+        let counts = walk_all(self.scene(), self.births(), terms, sequence, n..n + 1, model, &mut recorder);
         let ends = [
             (counts.absorbed_back, WalkEnd::AbsorbedBack),
             (counts.escaped, WalkEnd::Escaped),

@@ -12,8 +12,7 @@ use crate::random::rng::Sequence;
 use crate::scene::births::Births;
 use crate::tally::{Counts, Overflow};
 use crate::thread_pool::ThreadPool;
-use crate::walk::Space;
-use crate::walk::batch::{walk_all, walk_each};
+use crate::walk::batch::{Terms, walk_all, walk_each};
 use crate::walk::collision::{Analog, CollisionModel, Infinite};
 use crate::walk::estimator::{EstimatorKind, Event, with_collision_model};
 use crate::walk::light_groups::LightGroups;
@@ -95,7 +94,7 @@ impl Experiment {
                 return match self.sensors().zip(sensing.as_mut()) {
                     None => {
                         let marks = group_sums.as_mut().and_then(|group_sums| group_sums.marks.as_mut());
-                        self.single_walks(plan, sequence, walks, (scores, marks));
+                        self.single_walks(plan, (sequence, walks), (scores, marks), go_on);
                     }
                     Some((sensors, sensing)) => {
                         let onto = (scores, sensing);
@@ -120,16 +119,17 @@ impl Experiment {
     pub(super) fn single_walks(
         &self,
         plan: &Walks,
-        sequence: &Sequence,
-        walks: Range<u64>,
+        (sequence, walks): (&Sequence, Range<u64>),
         (scores, marks): (&mut Scores, Option<&mut MarkBoard>),
+        go_on: &dyn Fn() -> bool,
     ) {
+        let terms = Terms { space: plan.space, go_on };
         let counts = match &self.gathering {
             None => {
                 let source = Source::Random(sequence, walks);
-                self.shoot((plan.score, plan.space), &source, (scores, marks))
+                self.shoot((plan.score, terms), &source, (scores, marks))
             }
-            Some(gathering) => self.gather(plan, gathering, (sequence, walks), scores),
+            Some(gathering) => self.gather((plan.score, terms), gathering, (sequence, walks), scores),
         };
         with_board!(scores, board => board.counts.add(&counts)).expect("64 bits outlast any process");
     }
@@ -137,7 +137,7 @@ impl Experiment {
     /// Walks from the emitters.
     pub(super) fn shoot(
         &self,
-        (score, space): (Score, Space),
+        (score, terms): (Score, Terms),
         source: &Source,
         (board, marks): (&mut Scores, Option<&mut MarkBoard>),
     ) -> Counts {
@@ -145,37 +145,37 @@ impl Experiment {
             (Scores::Hits(board), Score::Of(estimator)) => {
                 let mut score = ShootHits::new(self.scene.parts.isa, board, estimator.event());
                 let model = Analog::of(estimator.kind().goes_on());
-                self.shoot_all(space, source, model, (&mut score, marks_of!(marks, Hits)))
+                self.shoot_all(terms, source, model, (&mut score, marks_of!(marks, Hits)))
             }
             (Scores::RelatedHits(board), Score::Mix) => {
                 let mut score = ShootRelated::new(board);
-                self.walk_all(self.scene.emitters(), space, source, Analog::default(), &mut score)
+                self.walk_all(self.scene.emitters(), terms, source, Analog::default(), &mut score)
             }
             (Scores::Fixed(board), Score::Of(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
                 let mut score = ShootWeights::<_, 1>::new(self.scene.parts.isa, board, estimator.event());
-                self.shoot_all(space, source, Infinite::new(end), (&mut score, marks_of!(marks, Fixed)))
+                self.shoot_all(terms, source, Infinite::new(end), (&mut score, marks_of!(marks, Fixed)))
             }
             (Scores::LinearHits(board), Score::Linear(estimator)) => {
                 let mut score = ShootHits::new(self.scene.parts.isa, board, estimator.event());
                 let model = Analog::of(estimator.kind().goes_on());
-                self.walk_all(self.scene.emitters(), space, source, model, &mut score)
+                self.walk_all(self.scene.emitters(), terms, source, model, &mut score)
             }
             (Scores::LinearFixed(board), Score::Linear(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
                 let mut score = ShootWeights::<_, 1>::new(self.scene.parts.isa, board, estimator.event());
-                self.walk_all(self.scene.emitters(), space, source, Infinite::new(end), &mut score)
+                self.walk_all(self.scene.emitters(), terms, source, Infinite::new(end), &mut score)
             }
             (Scores::LinearColoured(board), Score::Linear(estimator)) => {
                 with_collision_model!(Coloured, estimator, |model| {
                     let mut score = ShootWeights::<_, 3>::new(self.scene.parts.isa, board, estimator.event());
-                    self.walk_all(self.scene.emitters(), space, source, model, &mut score)
+                    self.walk_all(self.scene.emitters(), terms, source, model, &mut score)
                 })
             }
             (Scores::Coloured(board), Score::Of(estimator)) => {
                 with_collision_model!(Coloured, estimator, |model| {
                     let mut score = ShootWeights::<_, 3>::new(self.scene.parts.isa, board, estimator.event());
-                    self.shoot_all(space, source, model, (&mut score, marks_of!(marks, Coloured)))
+                    self.shoot_all(terms, source, model, (&mut score, marks_of!(marks, Coloured)))
                 })
             }
             _ => wrong_board(),
@@ -185,63 +185,63 @@ impl Experiment {
     /// Walks from the emitters; where groups are distinguished, each scores for its own.
     fn shoot_all<T: Amount, const C: usize>(
         &self,
-        space: Space,
+        terms: Terms,
         source: &Source,
         model: impl CollisionModel<C>,
         (score, marks): (&mut impl Scorer<C>, Option<&mut Marked<T, C>>),
     ) -> Counts {
         let births = self.scene.emitters();
         let (Some(groups), Source::Random(sequence, walks)) = (&self.groups, source) else {
-            return self.walk_all(births, space, source, model, score);
+            return self.walk_all(births, terms, source, model, score);
         };
         let walks = walks.clone();
         let mut score = LightGroups::new(score, &groups.first_slots);
         let Some(marks) = marks else {
-            return walk_all(&self.scene, births, space, sequence, walks, model, &mut score);
+            return walk_all(&self.scene, births, terms, sequence, walks, model, &mut score);
         };
         let event = self.method.estimator_kind().map_or(Event::Arrival, EstimatorKind::event);
         let isa = self.scene.parts.isa;
         let mut score = LikelihoodRatio::new(isa, (&mut score, marks), &groups.material_of_face, event);
-        walk_all(&self.scene, births, space, sequence, walks, model, &mut score)
+        walk_all(&self.scene, births, terms, sequence, walks, model, &mut score)
     }
 
     /// Walks from the patches.
     fn gather(
         &self,
-        plan: &Walks,
+        (score, terms): (Score, Terms),
         gathering: &Gathering,
         (sequence, walks): (&Sequence, Range<u64>),
         board: &mut Scores,
     ) -> Counts {
-        let (scene, births, space) = (&self.scene, &gathering.births, plan.space);
-        match (board, &gathering.values, plan.score) {
+        let (scene, births) = (&self.scene, &gathering.births);
+        match (board, &gathering.values, score) {
             (Scores::Fixed(board), EventValues::Grey(values), Score::Of(estimator)) => {
                 with_collision_model!(Analog, estimator, |model| {
                     let mut score = Gather::<_, 1>::new(board, values, estimator.event());
-                    walk_all(scene, births, space, sequence, walks, model, &mut score)
+                    walk_all(scene, births, terms, sequence, walks, model, &mut score)
                 })
             }
             (Scores::Coloured(board), EventValues::Coloured(values), Score::Of(estimator)) => {
                 with_collision_model!(Coloured, estimator, |model| {
                     let mut score = Gather::<_, 3>::new(board, values, estimator.event());
-                    walk_all(scene, births, space, sequence, walks, model, &mut score)
+                    walk_all(scene, births, terms, sequence, walks, model, &mut score)
                 })
             }
             (Scores::LinearFixed(board), EventValues::Grey(values), Score::Linear(estimator)) => {
                 with_collision_model!(Analog, estimator, |model| {
                     let mut score = Gather::<_, 1>::new(board, values, estimator.event());
-                    walk_all(scene, births, space, sequence, walks, model, &mut score)
+                    walk_all(scene, births, terms, sequence, walks, model, &mut score)
                 })
             }
             (Scores::LinearColoured(board), EventValues::Coloured(values), Score::Linear(estimator)) => {
                 with_collision_model!(Coloured, estimator, |model| {
                     let mut score = Gather::<_, 3>::new(board, values, estimator.event());
-                    walk_all(scene, births, space, sequence, walks, model, &mut score)
+                    walk_all(scene, births, terms, sequence, walks, model, &mut score)
                 })
             }
             (Scores::RelatedFixed(board), EventValues::Related(values), Score::Mix) => {
                 let mut score = GatherRelated::new(board, values);
-                walk_all(scene, births, space, sequence, walks, Analog::default(), &mut score)
+                walk_all(scene, births, terms, sequence, walks, Analog::default(), &mut score)
             }
             _ => wrong_board(),
         }
@@ -250,7 +250,7 @@ impl Experiment {
     fn walk_all<const C: usize>(
         &self,
         births: &Births,
-        space: Space,
+        terms: Terms,
         source: &Source,
         model: impl CollisionModel<C>,
         score: &mut impl Scorer<C>,
@@ -258,11 +258,11 @@ impl Experiment {
         let scene = &self.scene;
         match source {
             Source::Random(sequence, walks) => {
-                walk_all(scene, births, space, sequence, walks.clone(), model, score)
+                walk_all(scene, births, terms, sequence, walks.clone(), model, score)
             }
             Source::Sobol(numbers, walks) => {
                 let starts = walks.clone().map(|walk| QuasiPosition::start(walk as u32));
-                walk_each(scene, births, space, *numbers, starts, model, score)
+                walk_each(scene, births, terms, *numbers, starts, model, score)
             }
         }
     }

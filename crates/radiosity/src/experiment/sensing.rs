@@ -85,7 +85,7 @@ impl Experiment {
             let end_of_sample = (sample + 1) * size;
             let end = walks.end.min(end_of_sample);
             sensing.open_at(next, scores);
-            self.single_walks(plan, sequence, next..end, (scores, None));
+            self.single_walks(plan, (sequence, next..end), (scores, None), go_on);
             sensing.open.end = end;
             next = end;
             if end < end_of_sample {
@@ -123,7 +123,7 @@ impl Experiment {
                 return None;
             }
             let end = walks.end.min(first + WALKS_AT_ONCE as u64);
-            self.single_walks(plan, sequence, first..end, (&mut scores, None));
+            self.single_walks(plan, (sequence, first..end), (&mut scores, None), go_on);
         }
         scores.add_to(&mut tally).expect("few walks do not wrap a sum");
         Some(tally)

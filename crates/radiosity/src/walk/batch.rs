@@ -36,37 +36,57 @@ pub enum WalkEnd {
     Truncated,
 }
 
+/// Steps of a batch between two questions whether its walks are still wanted: half a million rays, a tenth of a second.
+const STEPS_AT_ONCE: u32 = 1 << 12;
+
+/// On what terms walks run.
+#[derive(Clone, Copy)]
+pub(crate) struct Terms<'a> {
+    /// Where surviving walks go on from.
+    pub space: Space,
+    /// Whether the walks are still wanted. They are given up where they are not, and what they have scored is of no use: one walk may
+    /// take longer than anyone waits.
+    pub go_on: &'a dyn Fn() -> bool,
+}
+
+impl From<Space> for Terms<'_> {
+    fn from(space: Space) -> Self {
+        Terms { space, go_on: &|| true }
+    }
+}
+
 /// Walks number `walks.start` … `walks.end` − 1 of a sequence; returns how they ended.
-pub(crate) fn walk_all<const C: usize>(
+pub(crate) fn walk_all<'a, const C: usize>(
     scene: &Scene,
     births: &impl Nursery<C>,
-    space: Space,
+    terms: impl Into<Terms<'a>>,
     sequence: &Sequence,
     walks: Range<u64>,
     model: impl CollisionModel<C>,
     estimator: &mut impl Scorer<C>,
 ) -> Counts {
     let starts = sequence.walks_from(walks.start).take((walks.end - walks.start) as usize);
-    walk_each(scene, births, space, &Generators::new(sequence), starts, model, estimator)
+    walk_each(scene, births, terms, &Generators::new(sequence), starts, model, estimator)
 }
 
 /// Walks that begin at these places of the numbers; returns how they ended.
-pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
+pub(crate) fn walk_each<'a, N: Numbers + Clone, const C: usize>(
     scene: &Scene,
     births: &impl Nursery<C>,
-    space: Space,
+    terms: impl Into<Terms<'a>>,
     numbers: &N,
     starts: impl Iterator<Item = N::Place>,
     model: impl CollisionModel<C>,
     estimator: &mut impl Scorer<C>,
 ) -> Counts {
-    let counts = Counts::default();
+    let (counts, Terms { space, go_on }) = (Counts::default(), terms.into());
     let mut newborns = Newborns::new(scene, births, numbers.clone(), starts);
     let generators = numbers.clone();
     let mut walker = Box::new(Walker {
         isa: scene.parts.isa,
         scene,
         space,
+        go_on,
         estimator,
         counts,
         len: 0,
@@ -85,6 +105,7 @@ struct Walker<'a, N, E, F, const C: usize> {
     isa: Isa,
     scene: &'a Scene,
     space: Space,
+    go_on: &'a dyn Fn() -> bool,
     estimator: &'a mut E,
     counts: Counts,
     /// The first `len` places are taken.
@@ -107,7 +128,12 @@ impl<N: Numbers, E: Scorer<C>, F: CollisionModel<C>, const C: usize> Walker<'_, 
         while self.len < WIDTH && self.begin(self.len, newborns) {
             self.len += 1;
         }
+        let mut steps = 0_u32;
         while self.len > 0 {
+            steps = steps.wrapping_add(1);
+            if steps.is_multiple_of(STEPS_AT_ONCE) && !(self.go_on)() {
+                return;
+            }
             let parts = &*self.scene.parts;
             self.departures.leave(self.isa, newborns.births.frames(self.scene), self.len, &mut rays);
             self.departures.leave_lamps(newborns.lamp_rays(), &mut rays);
