@@ -99,8 +99,9 @@ pub(crate) fn choose_for(
 /// Says what was chosen.
 fn tell(job: &Job, forecast: &Forecast) {
     info!(
-        "{} are chosen, with {} light on each: for {} paths an error of {} is predicted (noise {}, discretisation {}); the pilot took {} paths",
+        "{} {} chosen, with {} light on each: for {} paths an error of {} is predicted (noise {}, discretisation {}); the pilot took {} paths",
         counted(job.scene.patch_count(), "patch"),
+        if job.scene.patch_count() == 1 { "is" } else { "are" },
         if forecast.linear { "linear" } else { "constant" },
         forecast.for_paths,
         percent(forecast.total()),

@@ -8,8 +8,8 @@ use results::daylight::DaylightFile;
 use results::factors::{MatrixFile, SparseFile};
 
 use super::values::{
-    NamedLamp, count, factor, illuminance, lamp, output_file, part, periods, rays, reflectance, row_walks,
-    sky_patches, threads, tolerance, workers,
+    NamedLamp, altitude, azimuth, count, factor, illuminance, lamp, output_file, part, periods, rays,
+    reflectance, row_walks, sky_patches, threads, tolerance, workers,
 };
 use crate::team::Team;
 
@@ -462,10 +462,10 @@ pub(crate) struct SkyArgs {
     #[arg(long, value_name = "TYPE", required_unless_present = "weather", value_parser = clap::value_parser!(u8).range(1..=16))]
     pub cie: Option<u8>,
     /// The altitude of the sun over the horizon, for a standard sky [°]
-    #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true, value_parser = altitude)]
     pub altitude: f64,
     /// The azimuth of the sun, from the north over the east [°]
-    #[arg(long, value_name = "DEG", default_value_t = 180.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", default_value_t = 180.0, allow_negative_numbers = true, value_parser = azimuth)]
     pub azimuth: f64,
     /// What a standard sky gives a horizontal plane, without the sun [lx]
     #[arg(long, value_name = "LX", default_value_t = 10000.0, value_parser = illuminance)]

@@ -47,12 +47,27 @@ pub(super) fn lamp(typed: &str) -> Result<NamedLamp, String> {
     Ok(NamedLamp { name, power, lumens })
 }
 
+/// The most illuminance that is asked of anything [lx]; the sun's disc alone brings 130,000.
+const MOST_LUX: f64 = 1e12;
+
 /// An illuminance above 0 [lx].
 pub(super) fn illuminance(typed: &str) -> Result<f64, String> {
     let number: Option<f64> = typed.strip_suffix("lx").unwrap_or(typed).trim().parse().ok();
     number
-        .filter(|number| *number > 0.0 && number.is_finite())
-        .ok_or_else(|| "write a number of lx above 0, such as --sky=10000".into())
+        .filter(|number| *number > 0.0 && *number <= MOST_LUX)
+        .ok_or_else(|| format!("write a number of lx above 0 and up to {MOST_LUX:e}, such as 10000"))
+}
+
+/// The altitude of the sun over the horizon [°].
+pub(super) fn altitude(typed: &str) -> Result<f64, String> {
+    let number = typed.parse().ok().filter(|number: &f64| (0.0..=90.0).contains(number));
+    number.ok_or_else(|| "the sun of a sky is above the horizon; write 0 to 90 degrees".into())
+}
+
+/// The azimuth of the sun [°].
+pub(super) fn azimuth(typed: &str) -> Result<f64, String> {
+    let number = typed.parse().ok().filter(|number: &f64| (-360.0..=360.0).contains(number));
+    number.ok_or_else(|| "write degrees from the north over the east, -360 to 360".into())
 }
 
 /// A number of worker processes.

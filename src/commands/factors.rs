@@ -110,7 +110,12 @@ fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Resu
         !signals::stop_asked()
     };
     let watcher = RowWatcher { threads: team.workers * team.threads as usize, watch: &mut watch };
-    let counted = count_rows(&question, asked, &folder, args.rounds.resume, &args.join, watcher)?;
+    let counted = count_rows(&question, asked, &folder, args.rounds.resume, &args.join, watcher);
+    if counted.is_err() && !args.join.is_empty() {
+        // Parts that do not fit leave nothing behind, so that the corrected command finds its folder empty.
+        folder.remove(&files)?;
+    }
+    let counted = counted?;
     if counted.interrupted {
         drop(phase);
         warn!("interrupted; the rows that are done are kept, go on with --resume");

@@ -28,6 +28,16 @@ pub enum ListenError {
     },
 }
 
+impl ListenError {
+    /// Whether what was typed is no address at all, so that nothing was tried.
+    pub fn is_usage(&self) -> bool {
+        match self {
+            ListenError::Refused { source, .. } => source.kind() == io::ErrorKind::InvalidInput,
+            ListenError::NoName { .. } => true,
+        }
+    }
+}
+
 /// Listens at an address. Returns the listener and the address by which others reach it: `advertise`, or the address as
 /// it was typed. An address that stands for all addresses of a machine is of no use to another machine, so the
 /// machine's name replaces it.

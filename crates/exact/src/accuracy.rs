@@ -23,7 +23,7 @@ pub struct SystemAccuracy {
     /// max_i |B_i − E_i − R_i Σ_j F_ij B_j| / max_i B_i of the solution.
     pub residual: f64,
     /// How far B_i may be off [W/m²] through both, face by face: the solution of the system with the sources
-    /// R_i (Σ_j |δF_ij| B_j + δH_i) + residual · max B, to first order in the errors; δH_i is that of the light of lamps.
+    /// R_i (Σ_j |δF_ij| B_j + δH_i) + residual · max B, the residual being no less than R_i roundings, to first order in the errors; δH_i is that of the light of lamps.
     pub radiosity_error: Vec<f64>,
 }
 
@@ -50,7 +50,10 @@ impl SystemAccuracy {
         let solution = exact.solution();
         let brightest = solution.radiosity.iter().copied().fold(0.0, f64::max);
         let source = |(i, error): (usize, f64)| {
-            system.reflectance()[i] * error / exchange.areas()[i] + solution.residual * brightest
+            let reflectance = system.reflectance()[i];
+            // A residual of 0 is one that roundings of the products hide.
+            let residual = solution.residual.max(f64::EPSILON * reflectance);
+            reflectance * error / exchange.areas()[i] + residual * brightest
         };
         let mut errors = exchange.incoming_error(&solution.radiosity);
         errors.iter_mut().zip(&exact.lamps().error).for_each(|(error, of_lamps)| *error += of_lamps);

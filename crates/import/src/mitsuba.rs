@@ -59,7 +59,7 @@ pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Me
         match node.tag_name().name() {
             "shape" => reader.shape(node, line)?,
             "emitter" => {
-                reader.tally.count("emitters without area, left out; --sky=10000 gives light from outside");
+                reader.tally.count("emitters without area, left out; what comes from outside is the light of a sky, as --sky=10000 gives");
             }
             "include" => reader.tally.count("included files left out; write what they hold into the file"),
             _ => {}
@@ -164,7 +164,12 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
                 sphere()
             }
             _ => {
-                self.tally.count("shapes of kinds that are not read, left out; export them as obj or ply");
+                self.tally.count(match kind {
+                    "serialized" => {
+                        "serialized shapes, which are not read, left out; export them as obj or ply"
+                    }
+                    _ => "shapes of kinds that are not read, left out; export them as obj or ply",
+                });
                 return Ok(());
             }
         };

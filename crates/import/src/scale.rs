@@ -25,6 +25,10 @@ const ROOM: f64 = 2.8;
 const LARGE: f64 = 120.0;
 const BUILDING: [f64; 2] = [2.0, 60.0];
 
+/// Rooms and houses are seldom narrower, or lower [m].
+const NARROW: f64 = 1.5;
+const LOW: f64 = 1.9;
+
 /// A thing of which a file is a drawing is seldom larger [m]: STL holds parts of machines in millimetres.
 const LARGE_PART: f64 = 12.0;
 
@@ -69,8 +73,7 @@ pub(crate) fn likely_unit(
         return None;
     }
     let known = |part: &MeshPart<'_>| {
-        let name = part.name.to_lowercase();
-        let (_, usual) = HEIGHTS.iter().find(|(word, _)| name.contains(word))?;
+        let (_, usual) = HEIGHTS.iter().find(|(word, _)| names(part.name, word))?;
         Some(usual / part.extent.z).filter(|ratio| ratio.is_finite())
     };
     let mut ratios: Vec<f64> = parts.iter().filter_map(known).collect();
@@ -97,12 +100,33 @@ pub(crate) fn likely_unit(
     }
     // Of the units that make a building of it, the one whose height is nearest to that of a room.
     let height = if extent.z > 0.02 * largest { extent.z } else { 0.3 * largest };
-    let found = nearest(ROOM / height);
+    let flat = extent.z <= 0.02 * largest;
+    let holds_people = |&(_, length): &(&str, f64)| {
+        let [x, y, z] = (extent * length).to_array();
+        largest * length <= LARGE && x.min(y) >= NARROW && (flat || z >= LOW)
+    };
+    let found = nearest_of(UNITS.into_iter().filter(holds_people), ROOM / height)?;
     (found.1 < 1.0).then_some(found)
 }
 
-/// The unit whose length is nearest to a ratio, by factors. Inches and feet are rare: they have to be much nearer than others.
+/// Whether a name has a word, or its plural: a doorstep is no door, nor is what is outdoors one.
+fn names(name: &str, word: &str) -> bool {
+    let name = name.to_lowercase();
+    name.match_indices(word).any(|(start, _)| {
+        let (before, after) = (&name[..start], &name[start + word.len()..]);
+        let after = after.strip_prefix('s').unwrap_or(after);
+        let is_place = word == "door" && (before.ends_with("out") || before.ends_with("in"));
+        !is_place && !after.starts_with(char::is_alphabetic)
+    })
+}
+
+/// The unit whose length is nearest to a ratio, by factors.
 fn nearest(ratio: f64) -> (&'static str, f64) {
+    nearest_of(UNITS.into_iter(), ratio).expect("there are five")
+}
+
+/// The one of some units whose length is nearest to a ratio, by factors. Inches and feet are rare: they have to be much nearer than others.
+fn nearest_of(units: impl Iterator<Item = (&'static str, f64)>, ratio: f64) -> Option<(&'static str, f64)> {
     let away = |&(name, length): &(&'static str, f64)| {
         let rare = match name {
             "1 inch" => 0.8,
@@ -111,7 +135,7 @@ fn nearest(ratio: f64) -> (&'static str, f64) {
         };
         (ratio / length).ln().abs() + rare
     };
-    *UNITS.iter().min_by(|a, b| away(a).total_cmp(&away(b))).expect("there are five")
+    units.min_by(|a, b| away(a).total_cmp(&away(b)))
 }
 
 #[cfg(test)]
@@ -140,6 +164,16 @@ mod tests {
         assert_eq!(likely([90.0, 60.0, 50.0], &[("door", 45.0)], false), Some(0.0254));
         assert_eq!(
             likely([90.0, 60.0, 50.0], &[("Table", 74.0), ("chair", 88.0), ("chair2", 90.0)], false),
+            Some(0.01)
+        );
+        // A court of three storeys and a house on its side, in centimetres; steps and frames of doors do not tell.
+        assert_eq!(likely([2750.0, 1260.0, 1320.0], &[], false), Some(0.01));
+        assert_eq!(
+            likely(
+                [1636.0, 1172.0, 337.0],
+                &[("Doorstep-01", 2.0), ("Roof_Doorframe_0", 2.0), ("outdoor", 2.0)],
+                false
+            ),
             Some(0.01)
         );
         // Drawings of parts are in millimetres.

@@ -8,6 +8,7 @@ use serde::{Serialize, Serializer};
 
 use crate::patches::side_name;
 use crate::summary::{Check, Units, hex};
+use crate::words::counted;
 
 /// The columns, in the order of faces; all of one length. The variances are of B for one walk, in the order
 /// absorption, survival, collision, infinite; `None` leaves a column empty, and so does a variance that is
@@ -166,7 +167,11 @@ impl ExactSummary {
     /// The summary, a fact or two a line.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = vec![
-            format!("{} patches solved to a residual of {:.1e}", self.patches, self.residual),
+            format!(
+                "{} solved to a residual of {:.1e}",
+                counted(self.patches as u64, "patch"),
+                self.residual
+            ),
             format!("form factors found {}", self.form_factors),
             format!(
                 "their rows sum to {:.6} … {:.6} (1: no light is lost), with an error of at most {:.1e}",

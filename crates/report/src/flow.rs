@@ -1,6 +1,6 @@
 //! Where the emitted power ends, material by material: a diagram of flows and the rows behind it.
 //!
-//! A face absorbs a = A (1 − R) H, with A its area [m²], R its reflectance and H its irradiance [W/m²], summed over the channels. The
+//! A face absorbs a = A (1 − R) H, with A its area [m²], R its reflectance and H its irradiance [W/m²], the mean of the channels. The
 //! standard error of a sum is at most the sum of the standard errors, however its parts depend on each other; that bound is shown.
 
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use serde::Serialize;
 use stats::Measured;
 
 use crate::summary::Summary;
-use crate::words::share;
+use crate::words::{number, share};
 
 /// Materials that are shown by name: those that absorb most.
 const NAMED: usize = 8;
@@ -35,7 +35,7 @@ const BAR: f64 = 14.0;
 /// The parts that the emitted power ends in.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Flow {
-    /// Φ, all channels together [W].
+    /// Φ, the mean of the channels [W]: white light has it in each of them.
     emitted: f64,
     unit: &'static str,
     /// Whether there are several channels.
@@ -70,7 +70,8 @@ impl Flow {
     /// The flows of a result; `None` where it does not tell irradiance, or nothing is emitted.
     pub(crate) fn of(estimates: &Estimates, summary: &Summary, finishes: &Finishes) -> Option<Self> {
         let scene = estimates.scene();
-        let emitted: f64 = (0..scene.channels()).map(|c| scene.total_power(c)).sum();
+        let channels = scene.channels() as f64;
+        let emitted = (0..scene.channels()).map(|c| scene.total_power(c)).sum::<f64>() / channels;
         let finish = finishes.of_surfaces();
         let mut absorbed: Vec<PowerShare> = Vec::new();
         let mut of_name: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
@@ -90,7 +91,7 @@ impl Flow {
                 absorbed.len() - 1
             });
             for (c, estimate) in known.iter().enumerate() {
-                let taken = face.area * (1.0 - face.reflectance[c]);
+                let taken = face.area * (1.0 - face.reflectance[c]) / channels;
                 let Some(irradiance) = estimate.irradiance else { continue };
                 any_known = true;
                 absorbed[part].power += taken * irradiance;
@@ -124,7 +125,7 @@ impl Flow {
             colour: part.colour,
             share: share(part.power / self.emitted),
             error: if part.error.is_finite() { share(part.error / self.emitted) } else { "unknown".into() },
-            power: format!("{:.6}", part.power),
+            power: number(part.power),
         };
         self.parts.iter().map(row).collect()
     }
@@ -133,10 +134,10 @@ impl Flow {
     pub(crate) fn notes(&self) -> Vec<String> {
         let sum: f64 = self.parts.iter().map(|part| part.power).sum();
         let mut notes = vec![format!(
-            "{:.6} {} are emitted{}. The shares are estimates; their sum is {}, which differs from 100 % by chance.",
-            self.emitted,
+            "{} {} are emitted{}. The shares are estimates; their sum is {}, which differs from 100 % by chance.",
+            number(self.emitted),
             self.unit,
-            if self.coloured { ", all channels together" } else { "" },
+            if self.coloured { ", the mean of the channels" } else { "" },
             share(sum / self.emitted)
         )];
         if self.unknown > 0 {
@@ -188,14 +189,14 @@ impl Flow {
              <title id=\"flow-words\">Where the emitted power ends: {}</title>\
              <rect x=\"{FROM}\" y=\"{first:.1}\" width=\"{BAR}\" height=\"{:.2}\" fill=\"currentColor\"/>\
              <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" dominant-baseline=\"middle\">emitted</text>\
-             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" dominant-baseline=\"middle\">{:.4} {}</text>{drawn}</svg>",
+             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" dominant-baseline=\"middle\">{} {}</text>{drawn}</svg>",
             escaped(&shares.join(", ")),
             sum * scale,
             FROM - 8.0,
             0.5 * height - 10.0,
             FROM - 8.0,
             0.5 * height + 10.0,
-            self.emitted,
+            number(self.emitted),
             self.unit
         )
     }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::words::counted;
 use radiosity::{Method, Scene, Sides, Space, methods::AbsorptionMode};
 use serde::Serialize;
 
@@ -76,6 +77,7 @@ impl Model {
             _ => "Some surfaces are one-sided, some two-sided: only backs of the former absorb all.",
         };
         let index = match self.index {
+            "flat" if self.surfaces == 1 => "There is one surface: each ray meets it or nothing.".into(),
             "flat" => format!("{} surfaces are few: each ray meets every one of them.", self.surfaces),
             _ => {
                 format!("{} surfaces are many: rays find the nearest through a tree of boxes.", self.surfaces)
@@ -133,8 +135,12 @@ impl Model {
         let index =
             self.tree_width.map_or("all met by each ray".into(), |width| format!("in a tree {width} wide"));
         let what = format!(
-            "{channels}, {sides}, {} surfaces {index}, {} patches of {} sums, {} {}",
-            self.surfaces, self.patches, self.moments, self.space, self.walk
+            "{channels}, {sides}, {} {index}, {} of {} sums, {} {}",
+            counted(self.surfaces as u64, "surface"),
+            counted(self.patches as u64, "patch"),
+            self.moments,
+            self.space,
+            self.walk
         );
         let bounce = |bounce: &Bounce| bounce.to_string();
         let bounces = self.bounces.as_ref().map(|all| all.iter().map(bounce).collect::<Vec<_>>().join(", "));

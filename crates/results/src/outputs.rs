@@ -532,7 +532,7 @@ fn milestones(book: &Book, experiment: &Experiment) -> Vec<Milestone> {
 
 /// The command that makes the same numbers again.
 fn command(settings: &Settings, summary: &Summary) -> String {
-    format!("radwalk run {}.toml --seed {} --paths {}", settings.name, settings.seed, summary.paths)
+    format!("radwalk run JOB --seed {} --paths {}", settings.seed, summary.paths)
 }
 
 /// The workers, seeds and sessions of the walks; a walk counts as `paths_per_walk` paths.

@@ -6,6 +6,7 @@ mod images;
 mod json;
 mod lights;
 mod material;
+mod tints;
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -18,6 +19,7 @@ use self::draco::Unpacked;
 use self::images::GltfImages;
 use self::json::{At, Document, Draco, GltfNode, Instancing, Primitive, element};
 use self::lights::GltfLights;
+use self::tints::VertexTints;
 use crate::error::{Error, FileSpot, UnplacedError};
 use crate::files::Files;
 use crate::mesh::{Material, Mesh, MeshParts, Triangle, short};
@@ -71,10 +73,12 @@ pub(crate) fn read(path: &Path, content: &[u8], files: &mut Files<'_>) -> Result
         images: GltfImages::of(&document),
         unpacked: Unpacked::default(),
         lights: GltfLights::default(),
+        tints: VertexTints::default(),
     };
     walk.roots().map_err(at)?;
-    let NodeWalk { data, mut mesh, mut tally, images, lights, .. } = walk;
+    let NodeWalk { data, mut mesh, mut tally, images, lights, tints, .. } = walk;
     images.look_up(&data, path, files, &mut mesh);
+    tints.apply(&mut mesh);
     mesh.lamps = lights.into_lamps(&data, path, files, &mut tally).map_err(at)?;
     mesh.luminous |= !mesh.lamps.list.is_empty();
     if document.extensions.images.is_some() {
@@ -145,6 +149,7 @@ struct NodeWalk<'a> {
     images: GltfImages,
     unpacked: Unpacked,
     lights: GltfLights,
+    tints: VertexTints,
 }
 
 impl NodeWalk<'_> {
@@ -271,6 +276,7 @@ impl NodeWalk<'_> {
             let (part, face) = self.parts.next_face(&mut self.mesh, "mesh");
             self.mesh.triangles.push(Triangle { corners, part, face, material, line: 0 });
         }
+        self.tint(primitive, (material, vertices), path)?;
         for slot in self.images.asked(material) {
             let number = primitive.attributes.get(&format!("TEXCOORD_{}", slot.set)).copied();
             let Some(number) = number else { continue };
@@ -287,6 +293,32 @@ impl NodeWalk<'_> {
             self.images.show(slot, number, &self.mesh, before, first);
         }
         room(&self.mesh).map_err(|fault| (path.into(), fault))
+    }
+
+    /// Adds the colours of a primitive's vertices to those of its material. Rows that are not there, or too many, are no colours.
+    fn tint(
+        &mut self,
+        primitive: &Primitive,
+        (material, vertices): (u32, usize),
+        path: &str,
+    ) -> Result<(), At> {
+        let accessors = &self.data.document.accessors;
+        let number = primitive.attributes.get("COLOR_0").copied();
+        let colours = number.filter(|&n| {
+            accessors.get(n).is_some_and(|rows| {
+                rows.count == vertices && (rows.buffer_view.is_some() || rows.sparse.is_some())
+            })
+        });
+        let Some(number) = colours else {
+            self.tints.add::<3>(material, vertices, &[]);
+            return Ok(());
+        };
+        self.count_rows(number, path)?;
+        match accessors[number].kind.as_str() {
+            "VEC4" => self.tints.add(material, vertices, &self.data.rows::<4>(number, path)?),
+            _ => self.tints.add(material, vertices, &self.data.rows::<3>(number, path)?),
+        }
+        Ok(())
     }
 
     /// The vertices and triangles of a primitive that is not compressed.

@@ -80,6 +80,22 @@ impl<'a> LegacyText<'a> {
         (0..count).try_for_each(|_| self.word().map(|_| ()))
     }
 
+    /// Passes over strings: a line each, or in binary the bytes that the two highest bits of a first number count.
+    fn skip_strings(&mut self, count: usize) -> Result<(), UnplacedError> {
+        if !self.binary {
+            return (0..count).try_for_each(|_| self.any_line().map(|_| ()).ok_or_else(UnplacedError::short));
+        }
+        for _ in 0..count {
+            let first = *self.rest.first().ok_or_else(UnplacedError::short)?;
+            let head = [8, 4, 2, 1][usize::from(first >> 6)];
+            let number = self.bytes(head, VtkScalar::Unsigned(1))?;
+            let length =
+                number[1..].iter().fold(usize::from(first & 0x3f), |all, &byte| all << 8 | usize::from(byte));
+            self.bytes(length, VtkScalar::Unsigned(1))?;
+        }
+        Ok(())
+    }
+
     fn bytes(&mut self, count: usize, scalar: VtkScalar) -> Result<&'a [u8], UnplacedError> {
         let split = self.rest.split_at_checked(count.saturating_mul(scalar.size()));
         let (bytes, rest) = split.ok_or_else(UnplacedError::short)?;
@@ -179,6 +195,10 @@ impl LegacyReader {
                         words = text.next_words();
                     }
                     let numbers = count(&words, 1)?.saturating_mul(count(&words, 2)?);
+                    if words.get(3).is_some_and(|kind| kind.eq_ignore_ascii_case(b"string")) {
+                        text.skip_strings(numbers)?;
+                        continue;
+                    }
                     self.array(&words, numbers, scalar(&words, 3)?, text)?;
                 }
             }

@@ -67,7 +67,8 @@ fn check_surface(surface: &SurfaceSpec) -> Result<(), SceneFault> {
     let largest = corners.iter().fold(0.0_f64, |max, corner| max.max(corner.abs().max_element()));
     // Below this the direction of the normal is rounding noise.
     let noise = 8.0 * f64::EPSILON * largest * e_u.length().max(e_v.length());
-    if !(area.is_finite() && extent.is_finite() && area > noise && area > 1e-12 * extent) {
+    let [least, most] = EDGES;
+    if largest <= most && !(area > noise && area > 1e-12 * extent) {
         return Err((
             outline,
             format!(
@@ -75,7 +76,6 @@ fn check_surface(surface: &SurfaceSpec) -> Result<(), SceneFault> {
             ),
         ));
     }
-    let [least, most] = EDGES;
     if e_u.length().min(e_v.length()) < least || largest > most {
         return Err((
             outline,

@@ -76,6 +76,15 @@ pub fn write_energyplus(
     names: &[String],
     matrix: &dyn MatrixRows,
 ) -> io::Result<()> {
+    let special = |name: &&str| name.contains([',', ';', '!', '\n']);
+    if let Some(name) = std::iter::once(zone).chain(names.iter().map(String::as_str)).find(special) {
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            format!(
+                "{name:?} has a comma, a semicolon or an exclamation mark, which end fields of EnergyPlus and cannot be quoted; give the job or the surface another name"
+            ),
+        ));
+    }
     write!(writer, "ZoneProperty:UserViewFactors:BySurfaceName,\n  {zone}")?;
     matrix.each(&mut |row| {
         let mut entries = square(matrix, &row).iter().peekable();
