@@ -32,7 +32,7 @@ Examples:
   radwalk run box.toml --resume --paths 2e9                  goes on from the checkpoint, or from the end, to more walks
   radwalk run room.glb                                       a mesh as it is
   radwalk run room.glb --light Lamp.001=1000lm               a material or a part of it as a lamp
-  radwalk run house.obj --sky=10000                          under an overcast sky";
+  radwalk run house.obj --sky=10000                          under a uniform sky";
 
 /// Under the help of `radwalk coordinate`.
 pub(super) const COORDINATE: &str = "\

@@ -102,8 +102,9 @@ pub(crate) fn likely_unit(
     let height = if extent.z > 0.02 * largest { extent.z } else { 0.3 * largest };
     let flat = extent.z <= 0.02 * largest;
     let holds_people = |&(_, length): &(&str, f64)| {
-        let [x, y, z] = (extent * length).to_array();
-        largest * length <= LARGE && x.min(y) >= NARROW && (flat || z >= LOW)
+        let mut sizes = (extent * length).to_array();
+        sizes.sort_by(f64::total_cmp);
+        sizes[2] <= LARGE && sizes[1] >= NARROW && (flat || extent.z * length >= LOW)
     };
     let found = nearest_of(UNITS.into_iter().filter(holds_people), ROOM / height)?;
     (found.1 < 1.0).then_some(found)

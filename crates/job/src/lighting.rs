@@ -90,7 +90,7 @@ fn light(imported: &mut Imported, around: &Around) -> (String, Option<Spectrum>)
                 _ => "which lights the outside of what is closed".into(),
             };
             let note = format!(
-                "nothing in the file emits, so an overcast sky of {SKY} lm/m² does, {place}; {by_hand} instead, --sky=5000 sets the sky",
+                "nothing in the file emits, so a uniform sky of {SKY} lm/m² does, from all sides, {place}; {by_hand} instead, --sky=5000 sets the sky",
             );
             (note, Some(SKY.into()))
         }

@@ -61,7 +61,7 @@ fn what_opens_to_a_sky_is_lit_by_it() {
     let folder = Folder::new("open");
     folder.write("room.obj", room(1.0).replace("f 3 4 8 7\n", "f 3 4 4\n"));
     let job = read(&folder, &[]);
-    assert!(job.scene.notes()[0].contains("an overcast sky of 10000 lm/m² does"), "{:?}", job.scene.notes());
+    assert!(job.scene.notes()[0].contains("a uniform sky of 10000 lm/m² does"), "{:?}", job.scene.notes());
     assert_eq!(job.scene.spec().surfaces.last().unwrap().name.as_deref(), Some("sky"));
     // Strict reading assumes nothing: then no walk could start.
     let strict = read(&folder, &["import.strict=true"]);

@@ -1,11 +1,13 @@
 //! What walks do where it is known without solving anything: where they begin, how they leave, what stops
 //! them, what they cannot reach. Most of it is exact and holds for any seed.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use crate::common::{box_scene, box_walls, collision, cube54, experiment, map_corners, quad, surface, walk};
 use glam::DVec3;
 use radiosity::{
-    Experiment, IndexChoice, Scene, SceneSpec, Shape, Side, Sides, Solution, Space, Spectrum, SurfaceSpec,
-    Tally, rays::Ray,
+    Birth, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, Side, Sides,
+    Solution, Space, Spectrum, SurfaceSpec, Tally, methods::Sampler, rays::Ray,
 };
 
 const BOTH_SPACES: [Space; 2] = [Space::Discrete, Space::Continuous];
@@ -248,4 +250,20 @@ fn far_away_a_scene_is_traced_as_exactly_as_at_home() {
         Ray { origin: DVec3::new(0.1, 0.2, 0.3), direction: DVec3::new(0.3, -0.4, -1.0), from: Ray::FREE };
     let [home, away] = [home, away].map(|scene| scene.closest_hit(&ray).unwrap());
     assert_eq!((away.t, away.surface, away.side), (home.t, home.surface, home.side));
+}
+
+/// Walks of which none ends in any time are given up in their middle, with every method.
+#[test]
+fn walks_that_hardly_end_are_given_up() {
+    let scene = Scene::build(&SceneSpec::furnace(1, 1.0 - 1e-14), IndexChoice::Auto).unwrap();
+    let kinds = [EstimatorKind::Collision, EstimatorKind::Infinite];
+    let walks = kinds.map(|kind| [Method::shooting(kind), Method::gathering(Birth::Area, kind)]);
+    let batches = Method::batches(64, Sampler::Sobol);
+    for method in walks.into_iter().flatten().chain([batches]) {
+        let experiment = Experiment::new(scene.clone(), method).unwrap();
+        let asked = AtomicU32::new(0);
+        let go_on = || asked.fetch_add(1, Ordering::Relaxed) < 3;
+        experiment.walk_while(&Sequence::new(1), 0..64, &mut experiment.board(), &go_on);
+        assert!(asked.into_inner() > 3, "{:?}", experiment.method());
+    }
 }

@@ -172,4 +172,13 @@ mod tests {
         let dark = (1.0, Interval { low: 0.0, high: 2.0 });
         assert_eq!(quotient_interval(dark, dark, 0.5), Interval { low: 0.0, high: f64::INFINITY });
     }
+
+    /// A plane with a point in the dark: what is known of it is no more than its limit over the least that the mean may be.
+    #[test]
+    fn a_quotient_of_nothing_has_the_limit_of_its_top() {
+        let of = |high| Interval { low: 0.0, high };
+        let mean = (67.0, Interval { low: 60.0, high: 70.0 });
+        assert_eq!(quotient_interval((0.0, of(1.5)), mean, 0.9), of(0.025));
+        assert_eq!(quotient_interval((0.0, of(0.0)), (0.0, of(0.0)), 0.0), of(0.0));
+    }
 }
