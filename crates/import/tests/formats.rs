@@ -198,6 +198,37 @@ fn patch_sizes_and_joining() {
     assert!(small.iter().all(|surface| surface.shape.cell_count() == 25));
 }
 
+/// A square whose vertices are red, or between red and yellow: their mean multiplies what the material reflects.
+#[test]
+fn colours_of_vertices_multiply_those_of_materials() {
+    let mesh = read("gltf/colours.gltf", &corpus("gltf/colours.gltf")).unwrap();
+    let [red, green, blue] = mesh.materials[0].reflectance.channels();
+    assert!((red - 0.8).abs() < 1e-12 && blue == 0.0, "{:?}", mesh.materials);
+    assert!((green - 0.5 * 64.0 / 255.0).abs() < 1e-12, "{:?}", mesh.materials);
+    assert_eq!(mesh.materials[0].texture.as_deref(), Some("colours of vertices"));
+}
+
+/// Names of cells beside the geometry, as lines and as counted bytes, one of them longer than a byte counts.
+#[test]
+fn strings_of_vtk_are_passed_over() {
+    let head =
+        |kind: &str| format!("# vtk DataFile Version 5.1\nnames\n{kind}\nDATASET POLYDATA\nPOINTS 3 float\n");
+    let rest = "POLYGONS 1 4\n";
+    let fields = "CELL_DATA 1\nFIELD FieldData 2\nnames 1 2 string\n";
+    let text =
+        format!("{}0 0 0 1 0 0 0 1 0\n{rest}3 0 1 2\n{fields}sky\n\nfacet_id 1 1 int\n7\n", head("ASCII"));
+    let mut bytes = head("BINARY").into_bytes();
+    bytes.extend([0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_be_bytes()));
+    bytes.extend(format!("\n{rest}").bytes());
+    bytes.extend([3_u32, 0, 1, 2].iter().flat_map(|x| x.to_be_bytes()));
+    bytes.extend(format!("\n{fields}").bytes());
+    bytes.extend(b"\xC3sky\x80\x46".iter().chain(&[b'x'; 70]));
+    bytes.extend(b"\nfacet_id 1 1 int\n\0\0\0\x07\n");
+    for content in [text.into_bytes(), bytes] {
+        assert_eq!(read("a.vtk", &content).unwrap().triangles.len(), 1);
+    }
+}
+
 /// A room in millimetres is four kilometres long: a note says so and offers the unit, unless one is set.
 #[test]
 fn the_likely_unit_is_reported_and_offered() {

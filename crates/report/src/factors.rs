@@ -171,7 +171,9 @@ pub fn write_factors(
             let known = factors.get(i, j);
             let smoothed = smoothed.map(|smoothed| {
                 let outside = if is_outside(factors, smoothed, i, j) { "outside" } else { "" };
-                (smoothed.factors[i][j], smoothed.errors[i][j], outside)
+                let (factor, error) = (smoothed.factors[i][j], smoothed.errors[i][j]);
+                // What no walk has found stays 0, and has no error that is known.
+                (factor, Some(error).filter(|_| factor > 0.0 || known.interval.high == 0.0), outside)
             });
             let interval = (known.interval.low, known.interval.high);
             table.serialize((from, to, known.factor, known.std_error, interval, smoothed.as_slice()))?;
@@ -317,5 +319,6 @@ mod tests {
             text.starts_with("from,to,factor,std_error,ci_low,ci_high,smoothed,smoothed_error,outside\n")
         );
         assert!(text.lines().all(|line| line.replace("a, b", "").split(',').count() == 9), "{text}");
+        assert!(text.lines().nth(1).is_some_and(|line| line.ends_with(",0.0,,")), "{text}");
     }
 }

@@ -144,7 +144,7 @@ pub(crate) const PLANE: [Key; 9] = [
         "About the distance of the points [m]: they are the middles of equal cells.",
     )
     .required(),
-    Key::new("height", || json!({"type": "number"}), "Raises the plane along its normal [m]. Default: 0."),
+    Key::new("height", || json!({"type": "number"}), "Raises the plane along u × v [m]. Default: 0."),
     Key::new("normal", point, "The direction that the points face. Default: across u and v, upwards."),
     Key::new("measure", measures, MEASURED),
     Key::new("demand", || table(&DEMAND), DEMANDED),
