@@ -7,7 +7,9 @@ use crate::common::{box_scene, box_walls, collision, cube54, experiment, map_cor
 use glam::DVec3;
 use radiosity::{
     Birth, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, Side, Sides,
-    Solution, Space, Spectrum, SurfaceSpec, Tally, methods::Sampler, rays::Ray,
+    Solution, Space, Spectrum, SurfaceSpec, Tally,
+    methods::{Sampler, Score},
+    rays::Ray,
 };
 
 const BOTH_SPACES: [Space; 2] = [Space::Discrete, Space::Continuous];
@@ -265,5 +267,32 @@ fn walks_that_hardly_end_are_given_up() {
         let go_on = || asked.fetch_add(1, Ordering::Relaxed) < 3;
         experiment.walk_while(&Sequence::new(1), 0..64, &mut experiment.board(), &go_on);
         assert!(asked.into_inner() > 3, "{:?}", experiment.method());
+    }
+}
+
+/// Walks of more visits than are kept until they end: Σx² of one walk is the square of its Σx, and walks side by side, which change places as
+/// others end, score what they score one by one.
+#[test]
+fn long_walks_score_whole_however_often_they_return() {
+    for (kind, reflectance) in [(EstimatorKind::Collision, 0.99995), (EstimatorKind::Infinite, 0.9998)] {
+        let grey = SceneSpec::furnace(1, reflectance);
+        let mut colour = grey.clone();
+        colour.surfaces[0].reflectance = Spectrum::rgb([reflectance, 0.999, 0.5]);
+        let [plain, linear] = [Score::Of(kind.into()), Score::Linear(kind.into())];
+        for (spec, score) in [(&grey, plain), (&colour, plain), (&grey, linear)] {
+            let experiment = experiment(spec, IndexChoice::Auto, Method::shooting(score));
+            let (mut apart, mut longest) = (experiment.tally(), 0);
+            for number in 0..2 {
+                let one = walk(&experiment, 3, number..number + 1);
+                longest = longest.max(one.counts.rays);
+                for (face, channel) in (0..6).flat_map(|face| (0..spec.channels()).map(move |c| (face, c))) {
+                    let sums = one.patch(face, channel);
+                    assert_eq!(sums[1], sums[0] * sums[0], "{score:?}, walk {number}, face {face}");
+                }
+                apart.merge(&one).unwrap();
+            }
+            assert!(longest > 20_000, "{score:?}: {longest} rays");
+            assert_eq!(walk(&experiment, 3, 0..2), apart, "{score:?}");
+        }
     }
 }

@@ -44,7 +44,8 @@ pub struct Estimate {
     pub irradiance_interval: Option<[f64; 2]>,
     /// Scored events; walks born here for gathering.
     pub hits: u128,
-    /// (Σx)²/Σx² of the walks' scores x: the number of equal scores with the same information.
+    /// (Σx)²/Σx² of the walks' scores x: the number of equal scores with the same information; less where the interval has room for scores that no walk
+    /// has met.
     pub effective_scores: f64,
     /// How much too small b may be because walks were cut off [W/m²]; 0 for unbiased methods.
     pub bias_bound: f64,
@@ -257,12 +258,14 @@ impl<'a> Estimates<'a> {
                         (&sample, meaning.unit),
                         &|sample| self.interval(sample, &meaning, (i, face), channel),
                     );
-                    estimate(face, channel, (sample, events), &shares.scaled(meaning), interval)
+                    let told = self.told(sample, &meaning, interval);
+                    estimate(face, channel, (sample, events), &shares.scaled(meaning), told)
                 }
                 (None, None) => {
                     let sample = (&moments()).into();
                     let interval = self.interval(sample, &meaning, (i, face), channel);
-                    estimate(face, channel, (sample, self.tally.events(i)), &meaning, interval)
+                    let told = self.told(sample, &meaning, interval);
+                    estimate(face, channel, (sample, self.tally.events(i)), &meaning, told)
                 }
             })
         })
@@ -278,15 +281,31 @@ impl Estimates<'_> {
         (i, face): (usize, &Face),
         channel: usize,
     ) -> Interval {
-        let Meaning { unit, ratio_bound, .. } = *meaning;
-        let interval = stats::mean_interval(sample, unit, self.confidence, ratio_bound);
+        let interval = self.interval_of_met(sample, meaning);
         match self.experiment.sizes((i, face), channel).filter(|_| sample.sum > 0.0) {
             Some((sizes, scale)) => {
+                let unit = meaning.unit;
                 let (mean, seen) = (unit * sample.sum / sample.n as f64, unit * sample.sum_sq / sample.sum);
                 sizes.widen(interval, mean, (sample.n, self.confidence), seen, scale)
             }
             None => interval,
         }
+    }
+
+    /// The interval of the mean score [events], by what walks have scored.
+    fn interval_of_met(&self, sample: Sample, meaning: &Meaning) -> Interval {
+        stats::mean_interval(sample, meaning.unit, self.confidence, meaning.ratio_bound)
+    }
+
+    /// An interval of the mean score, with the equal scores that tell as much: where it has room for what no walk has met, fewer than there are.
+    fn told(&self, sample: Sample, meaning: &Meaning, interval: Interval) -> (Interval, f64) {
+        let scores = effective_scores(&sample);
+        if sample.counts && meaning.unit == 1.0 {
+            return (interval, scores);
+        }
+        let mean = meaning.unit * sample.sum / sample.n.max(1) as f64;
+        let [met, all] = [self.interval_of_met(sample, meaning), interval].map(|of| of.high - mean);
+        (interval, if all > met { scores * (met / all).powi(2) } else { scores })
     }
 }
 
@@ -388,7 +407,7 @@ fn estimate(
     channel: usize,
     (sample, hits): (Sample, u128),
     meaning: &Meaning,
-    interval: Interval,
+    (interval, effective_scores): (Interval, f64),
 ) -> Estimate {
     let Meaning { unit, irradiance_per_event, bias_bound, .. } = *meaning;
     // Where the estimator gives no irradiance the face has R = 0, so that b = 0 is still right.
@@ -416,7 +435,7 @@ fn estimate(
             ]
         }),
         hits,
-        effective_scores: effective_scores(&sample),
+        effective_scores,
         bias_bound,
     }
 }

@@ -170,12 +170,22 @@ impl<'a, B: HitTally> ShootHits<'a, B> {
         let later = self.visits.take_later(lane);
         for visits in later.chunk_by(|(a, _), (b, _)| a == b) {
             let plus = |(number, sum): (u64, B::Sample), spot: B::Sample| (number + 1, sum.plus(spot));
-            let mut before = self.visits.on(lane, visits[0].0).fold((0, B::Sample::NONE), plus);
+            let face = visits[0].0;
+            let scored = self.visits.scored_on(lane, face);
+            let mut before = self.visits.on(lane, face).fold(scored, plus);
             for &(face, spot) in visits {
                 self.board.add_hit(face, before, spot);
                 before = plus(before, spot);
             }
+            let now = visits.iter().map(|&(_, spot)| spot).fold((0, B::Sample::NONE), plus);
+            self.visits.add_scored(lane, face, now);
         }
+    }
+
+    /// Scores what is kept apart of walks that have as much of it as may be.
+    #[cold]
+    fn score_full(&mut self) {
+        self.visits.take_full().into_iter().for_each(|lane| self.score_later(lane));
     }
 }
 
@@ -200,12 +210,16 @@ impl<B: HitTally> Scorer<1> for ShootHits<'_, B> {
                 self.board.add_hit(faces[lane], before, spot);
             }
         });
+        if self.visits.is_full {
+            self.score_full();
+        }
     }
 
     #[inline(always)]
     fn end(&mut self, lane: usize, _: WalkRng) {
         if self.visits.len[lane] == SEARCHED as u32 {
             self.score_later(lane);
+            self.visits.forget_scored(lane);
         }
     }
 

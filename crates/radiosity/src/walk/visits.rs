@@ -1,5 +1,7 @@
 //! Where the walks of a batch have scored before, and what.
 
+use std::collections::BTreeMap;
+
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::{Isa, Kernel, Simd};
 use crate::tally::LinearScore;
@@ -7,6 +9,9 @@ use crate::tally::LinearScore;
 /// The number of visits of a walk in which an earlier visit to the same face is searched; further visits are scored at
 /// the walk's end.
 pub(super) const SEARCHED: usize = 64;
+
+/// The number of visits of a walk that are kept apart before they are scored: of a walk of millions all would take memory without end.
+const APART: usize = 1 << 14;
 
 /// What is kept of a visit, and of several visits of one walk to a face together.
 pub(crate) trait VisitRecord: Copy {
@@ -78,6 +83,10 @@ pub(super) struct Visits<P: VisitRecord> {
     pub(super) first: Vec<Visit<P>>,
     pub(super) len: [u32; WIDTH],
     later: Vec<Vec<(u32, P)>>,
+    /// By face, how many visits of a walk that were kept apart have been scored, and their sum.
+    scored: Vec<BTreeMap<u32, (u64, P)>>,
+    /// Whether some walk has as many visits apart as may be.
+    pub(super) is_full: bool,
 }
 
 /// How often each walk of a batch has been on its face, and the sums of its spots there.
@@ -88,7 +97,8 @@ pub(super) struct Earlier<P: VisitRecord> {
 
 impl<P: VisitRecord> Visits<P> {
     pub(super) fn new() -> Self {
-        Visits { first: Vec::new(), len: [0; WIDTH], later: (0..WIDTH).map(|_| Vec::new()).collect() }
+        let (later, scored) = (0..WIDTH).map(|_| (Vec::new(), BTreeMap::new())).unzip();
+        Visits { first: Vec::new(), len: [0; WIDTH], later, scored, is_full: false }
     }
 
     /// What each walk has scored on its face before.
@@ -106,6 +116,7 @@ impl<P: VisitRecord> Visits<P> {
         if len == self.first.len() {
             if len == SEARCHED {
                 self.later[lane].push((face, spot));
+                self.is_full |= self.later[lane].len() >= APART;
                 return false;
             }
             self.first.push(Visit::NONE);
@@ -123,6 +134,28 @@ impl<P: VisitRecord> Visits<P> {
         first.filter(move |visit| visit.faces[lane] == face).map(move |visit| P::of(&visit.spots, lane))
     }
 
+    /// The walks that have as many visits apart as may be. From now on none is said to have.
+    pub(super) fn take_full(&mut self) -> Vec<usize> {
+        self.is_full = false;
+        (0..WIDTH).filter(|&lane| self.later[lane].len() >= APART).collect()
+    }
+
+    /// The number of a walk's visits to a face that were kept apart and have been scored, and their sum.
+    pub(super) fn scored_on(&self, lane: usize, face: u32) -> (u64, P) {
+        self.scored[lane].get(&face).copied().unwrap_or((0, P::NONE))
+    }
+
+    /// More visits of a walk to a face that were kept apart have been scored.
+    pub(super) fn add_scored(&mut self, lane: usize, face: u32, (number, sum): (u64, P)) {
+        let scored = self.scored[lane].entry(face).or_insert((0, P::NONE));
+        *scored = (scored.0 + number, scored.1.plus(sum));
+    }
+
+    /// Forgets what was kept apart of a walk that has ended.
+    pub(super) fn forget_scored(&mut self, lane: usize) {
+        self.scored[lane].clear();
+    }
+
     /// Takes the visits of a walk that were kept apart, sorted by face.
     pub(super) fn take_later(&mut self, lane: usize) -> Vec<(u32, P)> {
         let mut later = std::mem::take(&mut self.later[lane]);
@@ -137,6 +170,7 @@ impl<P: VisitRecord> Visits<P> {
             P::of(&visit.spots, from).put(&mut visit.spots, to);
         }
         self.later.swap(from, to);
+        self.scored.swap(from, to);
     }
 }
 

@@ -89,12 +89,18 @@ impl<'a, B: WeightTally<C>, const C: usize> ShootWeights<'a, B, C> {
         for visits in later.chunk_by(|(a, _), (b, _)| a == b) {
             let face = visits[0].0;
             visits.iter().for_each(|_| self.board.count_event(face));
-            self.board.add_visits(
-                face,
-                self.visits.on(lane, face),
-                visits.iter().map(|&(_, visit_score)| visit_score),
-            );
+            let scores = || visits.iter().map(|&(_, visit_score)| visit_score);
+            let (_, scored) = self.visits.scored_on(lane, face);
+            self.board.add_visits(face, self.visits.on(lane, face).chain([scored]), scores());
+            let sum = scores().fold(B::VisitScore::NONE, B::VisitScore::plus);
+            self.visits.add_scored(lane, face, (visits.len() as u64, sum));
         }
+    }
+
+    /// Scores what is kept apart of walks that have as much of it as may be.
+    #[cold]
+    fn score_full(&mut self) {
+        self.visits.take_full().into_iter().for_each(|lane| self.score_later(lane));
     }
 }
 
@@ -114,12 +120,16 @@ impl<B: WeightTally<C>, const C: usize> Scorer<C> for ShootWeights<'_, B, C> {
         let earlier = self.visits.earlier(self.isa, faces);
         let scoring = self.event.scoring(decided);
         self.isa.run(ScoreVisits { shoot: self, scoring, faces, weights, earlier: &earlier });
+        if self.visits.is_full {
+            self.score_full();
+        }
     }
 
     #[inline(always)]
     fn end(&mut self, lane: usize, _: WalkRng) {
         if self.visits.len[lane] == SEARCHED as u32 {
             self.score_later(lane);
+            self.visits.forget_scored(lane);
         }
     }
 
