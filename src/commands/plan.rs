@@ -1,6 +1,6 @@
 //! `radwalk plan`: what a job will take, before it is run.
 
-use judge::plan::RunForecast;
+use judge::plan::{ProcessMeters, RunForecast};
 use radiosity::Experiment;
 use results::{Settings, units};
 use voice::{Phase, say};
@@ -23,8 +23,8 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let settings = Settings::of(&job);
     let (level, goal) = (settings.level(experiment.scene()), settings.sensor_goal(&experiment));
     let asked = (level, goal.as_ref());
-    let forecast =
-        RunForecast::of(&job, &experiment, asked, args.workers, (cpu_seconds, results::peak_memory));
+    let meters = ProcessMeters { cpu_seconds, peak_memory: results::peak_memory };
+    let forecast = RunForecast::of(&job, &experiment, asked, args.workers, meters);
     drop(phase);
     if args.json {
         say(&forecast.json().to_string());

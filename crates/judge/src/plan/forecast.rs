@@ -38,24 +38,34 @@ pub struct RunForecast<'a> {
     demands: Vec<ResourceDemand>,
 }
 
+/// What this process has taken so far.
+#[derive(Clone, Copy)]
+pub struct ProcessMeters {
+    /// Processor time [s].
+    pub cpu_seconds: fn() -> f64,
+    /// The most memory that it has held [bytes], where the system tells.
+    pub peak_memory: fn() -> Option<f64>,
+}
+
 impl<'a> RunForecast<'a> {
     /// Walks a pilot of a job whose intervals have `level` each and whose sensors have a `goal`, for the number of `workers`
-    /// that is asked for. `clock` tells the processor time of this process [s]; `peak_memory` the most memory that it has held so far [bytes], where the system tells.
+    /// that is asked for.
     pub fn of(
         job: &'a Job,
         experiment: &Experiment,
         (level, goal): (f64, Option<&SensorGoal>),
         workers: Option<u64>,
-        (clock, peak_memory): (fn() -> f64, fn() -> Option<f64>),
+        meters: ProcessMeters,
     ) -> Self {
         let target = job.target.as_ref();
         let paths_per_walk = experiment.unit().paths();
         let budget = job.budget.paths / paths_per_walk;
         let first = job.budget.first_path / paths_per_walk;
-        let pilot = PlanPilot::shoot(experiment, job.seed, first, budget, (target, goal), level, clock);
+        let pilot =
+            PlanPilot::shoot(experiment, job.seed, first, budget, (target, goal), level, meters.cpu_seconds);
         let estimates = Estimates::new(experiment, &pilot.tally, level);
         let bound = target.and_then(|target| Bound::new(experiment, target, &estimates, level));
-        let costs = Costs::new(experiment, &pilot, peak_memory());
+        let costs = Costs::new(experiment, &pilot, (meters.peak_memory)());
         let sensors = job.sensor_target.as_ref();
         let of_sensors = sensors.map(|target| asked_of_sensors(target, job.scene.sensors()));
         let ending = pilot.ending.filter(|_| job.total_target.is_none());

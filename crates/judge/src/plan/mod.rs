@@ -8,6 +8,6 @@ mod resources;
 
 pub use bound::Bound;
 pub use cut::{ChainSplit, cuts, idle_workers};
-pub use forecast::RunForecast;
+pub use forecast::{ProcessMeters, RunForecast};
 pub use pilot::{PlanPilot, StopCounts, predict_stop};
 pub use resources::{Costs, ResourceDemand};
