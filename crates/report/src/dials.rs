@@ -23,6 +23,8 @@ pub(crate) struct Dials<'a> {
     tail: f64,
     /// The normal deviate that is exceeded with this chance.
     deviate: f64,
+    /// For each channel the sizes that scores may have ([`stats::Sizes::classes`]); none where all are worth the same.
+    sizes: Vec<Vec<[f64; 3]>>,
 }
 
 impl<'a> Dials<'a> {
@@ -38,12 +40,17 @@ impl<'a> Dials<'a> {
             unit: estimates.by_source(0, 0)?.meaning.unit,
             tail,
             deviate: -stats::normal_quantile(tail),
+            sizes: (0..estimates.scene().channels())
+                .map(|channel| {
+                    estimates.sizes_of_scores(channel).into_iter().flat_map(|of| of.classes()).collect()
+                })
+                .collect(),
         })
     }
 }
 
 /// Writes the scores of all sources as planes of little-endian 64-bit floats, a number for each row of the page's table: the number of
-/// the source that the row is an emitter of, or −1; then for each channel E [W/m²], H for each hit [W/m²] (NaN where the
+/// the source that the row is an emitter of, or −1; what the probabilities of sizes are multiplied by; then for each channel E [W/m²], H for each hit [W/m²] (NaN where the
 /// estimator does not give it), the bound on E[x²]/E[x], and of each source Σx and Σx².
 ///
 /// # Errors
@@ -62,8 +69,11 @@ fn row(estimates: &Estimates, face: usize) -> Vec<f64> {
     let emittance = estimates.experiment().scene().faces().get(face).emittance;
     let mut row = vec![estimates.source_of(face).map_or(-1.0, |source| source as f64)];
     for channel in 0..estimates.scene().channels() {
-        let SourceScores { sums, meaning } =
+        let SourceScores { sums, meaning, scale } =
             estimates.by_source(face, channel).expect("shooting walks tell of every face");
+        if channel == 0 {
+            row.push(scale);
+        }
         row.extend([
             emittance[channel],
             meaning.irradiance_per_event.unwrap_or(f64::NAN),

@@ -45,6 +45,12 @@ impl Sizes {
         Sizes { classes: running.collect() }
     }
 
+    /// The classes of nearly the same size, the largest first: the largest size of each, the probability of it and of all before, and Σ size × probability over
+    /// the same.
+    pub fn classes(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.classes.iter().map(|class| [class.size, class.probability, class.mean])
+    }
+
     /// The most that sizes above `seen` add to the mean, beyond `seen` for each, where they have a probability of `budget` together at most, and none of
     /// them more than `scale` times its own.
     pub fn beyond(&self, seen: f64, budget: f64, scale: f64) -> f64 {

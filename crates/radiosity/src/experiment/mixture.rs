@@ -58,7 +58,7 @@ impl Shares {
         (Sample::weighted(n, counted().map(|([sum, sum_sq, _], part)| (*part, sum, sum_sq))), events)
     }
 
-    /// The interval of the weighted mean [events], `unit` events being a unit of score, from the intervals that `interval` gives of classes with nearly the
+    /// The interval of the weighted mean [events], `unit` events being a unit of score, from the intervals that `interval` gives of sources with nearly the
     /// same part. Their half-widths go together as standard errors do (G. Y. Zou & A. Donner, Statistics in Medicine 27 (2008)
     /// 1693–1702), so that a bright source which no walk has brought here keeps its own upper limit, however often dim ones
     /// have come. Walks of one class are none of another: by as much as that lowers the standard error, it lowers the half-widths.
@@ -72,13 +72,17 @@ impl Shares {
             return interval(*whole);
         }
         let n = tally.counts.walks;
+        let mut of_sources = BTreeMap::<u32, (f64, u128, u128)>::new();
+        let classes = groups.classes.iter().zip(groups.sums(tally, i, channel)).zip(&self.parts);
+        for ((class, [sum, sum_sq, _]), &part) in classes.filter(|(_, part)| **part > 0.0) {
+            let of_source = of_sources.entry(class.source).or_insert((part, 0, 0));
+            *of_source = (part, of_source.1 + sum, of_source.2 + sum_sq);
+        }
         let mut alike = BTreeMap::<u64, Vec<(f64, u128, u128)>>::new();
-        for ([sum, sum_sq, _], &part) in groups.sums(tally, i, channel).zip(&self.parts) {
-            // What may have stayed out where nothing has come is bounded for all such classes together.
-            let class = if sum > 0 { part.to_bits() >> PART_BITS } else { u64::MAX };
-            if part > 0.0 {
-                alike.entry(class).or_default().push((part, sum, sum_sq));
-            }
+        for of_source in of_sources.into_values() {
+            // What may have stayed out where nothing has come is bounded for all such sources together.
+            let class = if of_source.1 > 0 { of_source.0.to_bits() >> PART_BITS } else { u64::MAX };
+            alike.entry(class).or_default().push(of_source);
         }
         let (mut below, mut above, mut variance) = (0.0_f64, 0.0_f64, 0.0);
         for classes in alike.into_values() {

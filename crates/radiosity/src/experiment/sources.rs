@@ -1,5 +1,7 @@
 //! What each source has scored, and where it emits.
 
+use stats::Sizes;
+
 use super::meaning::Meaning;
 use super::solution::Estimates;
 
@@ -11,6 +13,8 @@ pub struct SourceScores {
     pub sums: Vec<[f64; 2]>,
     /// What units are worth where every source emits as the scene has it.
     pub meaning: Meaning,
+    /// What the probabilities of [`Estimates::sizes_of_scores`] are multiplied by at most.
+    pub scale: f64,
 }
 
 impl Estimates<'_> {
@@ -19,12 +23,23 @@ impl Estimates<'_> {
     pub fn by_source(&self, i: usize, channel: usize) -> Option<SourceScores> {
         let groups = self.experiment().groups().filter(|groups| !groups.sources().is_empty())?;
         let meaning = self.experiment().meaning(i, channel, self.tally())?;
+        let face = self.experiment().scene().faces().get(i);
+        let scale = self.experiment().sizes((i, &face), channel).map_or(1.0, |(_, scale)| scale);
         let mut sums = vec![[0_u128; 2]; groups.sources().len()];
         for (class, [sum, sum_sq, _]) in groups.classes.iter().zip(groups.sums(self.tally(), i, channel)) {
             let of_source = &mut sums[class.source as usize];
             *of_source = [of_source[0] + sum, of_source[1] + sum_sq];
         }
-        Some(SourceScores { sums: sums.iter().map(|sums| sums.map(|sum| sum as f64)).collect(), meaning })
+        Some(SourceScores {
+            sums: sums.iter().map(|sums| sums.map(|sum| sum as f64)).collect(),
+            meaning,
+            scale,
+        })
+    }
+
+    /// The sizes that scores of shooting walks may have in a channel; `None` where all are worth the same.
+    pub fn sizes_of_scores(&self, channel: usize) -> Option<&Sizes> {
+        self.experiment().scene().emitters().sizes(channel)
     }
 
     /// The source of what face i emits, by number; `None` where it does not emit, or where sources are not distinguished.

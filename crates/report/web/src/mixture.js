@@ -4,6 +4,9 @@
 /** The number of telling walks at which half of the caution due to few of them is gone. */
 const CAUTIOUS_WALKS = 20;
 
+/** Planes of numbers before those of channels: the source that a row is an emitter of, and what probabilities of sizes are multiplied by. */
+const OF_ROW = 2;
+
 /** Planes of numbers that each channel has before those of its sources: E, H for each hit, the bound on E[x²]/E[x]. */
 const OF_CHANNEL = 3;
 
@@ -45,6 +48,63 @@ export function meanInterval({ n, sum, squares, variance, counts }, unit, { tail
   return [hit * clamp(low / n, 0, mean), hit * clamp(high / n, mean, most)];
 }
 
+/** The most that sizes above `seen` add to the mean where no walk has met them: `stats::Sizes::beyond`. Classes are [size, probability, mean], both of these
+ * summed up from the largest size on. */
+function beyond(classes, seen, budget, scale) {
+  const larger = classes.filter(([size]) => size > seen);
+  const within = larger.filter(([, probability]) => scale * probability <= budget).length;
+  const [, probability, mean] = within > 0 ? larger[within - 1] : [0, 0, 0];
+  const rest = within < larger.length ? (budget - scale * probability) * (larger[within][0] - seen) : 0;
+  return scale * (mean - probability * seen) + rest;
+}
+
+/** The interval of the mean score, with room for sizes that no walk has met: that of `Estimates` in the program. */
+function interval(sample, unit, dials, bound, [classes, scale]) {
+  const [low, high] = meanInterval(sample, unit, dials, bound);
+  const { n, sum, squares } = sample;
+  if (sum === 0 || classes.length === 0) return [low, high];
+  const unmet = beyond(classes, (unit * squares) / sum, -Math.expm1(Math.log(dials.tail) / n), scale);
+  const mean = (unit * sum) / n;
+  return [low, mean + Math.hypot(high - mean, unmet)];
+}
+
+/** The moments of n walks. */
+function sampleOf(n, sum, squares, counts) {
+  return { n, sum, squares, variance: Math.max(squares - sum * (sum / n), 0) / (n - 1), counts };
+}
+
+/** Parts within an eighth of a power of two go together. */
+const bits = new DataView(new ArrayBuffer(8));
+function partKey(part) {
+  bits.setFloat64(0, part);
+  return bits.getUint32(0) >>> 17;
+}
+
+/** The interval of a mixture, from those of sources with nearly the same part: `Shares::interval` of the program. `own` is the interval of a sample. */
+function mixedInterval(whole, unit, scores, own) {
+  if (whole.counts) return own(whole);
+  const { n } = whole;
+  const alike = new Map();
+  for (const score of scores.filter(({ part }) => part > 0)) {
+    const key = score.sum > 0 ? partKey(score.part) : 'none';
+    alike.set(key, [...(alike.get(key) ?? []), score]);
+  }
+  let [below, above, variance] = [0, 0, 0];
+  for (const group of alike.values()) {
+    const part = Math.max(...group.map((score) => score.part));
+    const counts = group.every((score) => score.part === part);
+    const total = (of) => group.reduce((sum, score) => sum + of(score, score.part / part), 0);
+    const sample = sampleOf(n, total(({ sum }, f) => f * sum), total(({ squares }, f) => f * f * squares), counts);
+    const [mean, [low, high]] = [(unit * sample.sum) / n, own(sample)];
+    below = Math.hypot(below, part * (mean - low));
+    above = Math.hypot(above, part * (high - mean));
+    variance += part * part * sample.variance;
+  }
+  const excluding = variance > 0 ? Math.min(Math.sqrt(whole.variance / variance), 1) : 1;
+  const mean = (unit * whole.sum) / n;
+  return [Math.max(mean - excluding * below, 0), mean + excluding * above];
+}
+
 /** The sources of a result: their names, and the scores that the light of any mixture is made from. */
 export class Sources {
   /** `planes` are those that the page holds: a number for each row of the table in each. */
@@ -60,14 +120,14 @@ export class Sources {
   mix(factors, channels, reflectances) {
     const columns = new Map();
     channels.forEach((channel, c) => {
-      const first = 1 + c * (OF_CHANNEL + 2 * this.names.length);
-      for (const [name, values] of Object.entries(this.mixOne(factors, first, reflectances[c]))) columns.set(name + channel, values);
+      const first = OF_ROW + c * (OF_CHANNEL + 2 * this.names.length);
+      for (const [name, values] of Object.entries(this.mixOne(factors, first, reflectances[c], this.dials.sizes[c]))) columns.set(name + channel, values);
     });
     return columns;
   }
 
   /** The light of one channel, whose planes begin at number `first`. */
-  mixOne(factors, first, reflectance) {
+  mixOne(factors, first, reflectance, sizes) {
     const { walks: n, unit } = this.dials;
     const light = ['irradiance', 'irradiance_error', 'irradiance_low', 'irradiance_high'];
     const names = ['emittance', 'radiosity', 'std_error', 'ci_low', 'ci_high', ...light];
@@ -76,7 +136,7 @@ export class Sources {
     const parts = factors.map((factor) => factor / scale);
     // Where all that counts counts alike, scores are whole numbers of hits.
     const counts = parts.every((part) => part === 0 || part === 1);
-    const [source, emittance, perHit, bound] = [0, first, first + 1, first + 2].map(this.plane);
+    const [source, scales, emittance, perHit, bound] = [0, 1, first, first + 1, first + 2].map(this.plane);
     const sums = factors.flatMap((_, s) => [0, 1].map((moment) => this.plane(first + OF_CHANNEL + 2 * s + moment)));
     for (let i = 0; i < this.size; i += 1) {
       let [sum, squares] = [0, 0];
@@ -84,13 +144,15 @@ export class Sources {
         sum += part * sums[2 * s][i];
         squares += part * part * sums[2 * s + 1][i];
       });
-      const variance = Math.max(squares - sum * (sum / n), 0) / (n - 1);
+      const whole = sampleOf(n, sum, squares, counts);
+      const own = (sample) => interval(sample, unit, this.dials, bound[i], [sizes, scales[i]]);
+      const scores = parts.map((part, s) => ({ part, sum: sums[2 * s][i], squares: sums[2 * s + 1][i] }));
       const emitted = source[i] < 0 ? 0 : emittance[i] * factors[source[i]];
       const hit = perHit[i] * scale;
       const reflected = Number.isNaN(hit) ? 0 : reflectance[i] * hit;
       const dark = factors.every((factor) => factor === 0);
-      const [low, high] = dark ? [0, 0] : meanInterval({ n, sum, squares, variance, counts }, unit, this.dials, bound[i]);
-      const [mean, error] = [(unit * sum) / n, unit * Math.sqrt(variance / n)];
+      const [low, high] = dark ? [0, 0] : mixedInterval(whole, unit, scores, own);
+      const [mean, error] = [(unit * sum) / n, unit * Math.sqrt(whole.variance / n)];
       told.emittance[i] = emitted;
       // No score says nothing but a bound; what reflects nothing, and darkness, are known without scores.
       const unknown = sum === 0 && !dark;
