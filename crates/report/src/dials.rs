@@ -23,7 +23,7 @@ pub(crate) struct Dials<'a> {
     tail: f64,
     /// The normal deviate that is exceeded with this chance.
     deviate: f64,
-    /// For each channel the sizes that scores may have ([`stats::Sizes::classes`]); none where all are worth the same.
+    /// The sizes of scores, channel by channel ([`stats::Sizes::classes`]). Empty: all are worth the same.
     sizes: Vec<Vec<[f64; 3]>>,
 }
 

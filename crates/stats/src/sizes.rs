@@ -18,14 +18,16 @@ pub struct Sizes {
 struct SizeClass {
     /// The largest of them.
     size: f64,
-    /// The probability of these sizes and of all that are larger, at most.
+    /// The sum of the probabilities of these sizes and of all that are larger.
     probability: f64,
-    /// Σ size × probability over the same.
+    /// The sum of their sizes, each times its probability.
     mean: f64,
 }
 
-/// Bits of a size that classes do not distinguish: eight of them to a power of two.
-const ALIKE: u32 = 49;
+/// The class of a positive number. A power of two has eight classes: three bits of the fraction are kept, and 49 are left out.
+pub fn size_class(number: f64) -> u64 {
+    number.to_bits() >> 49
+}
 
 impl Sizes {
     /// The sizes of scores, each with a probability that may be scaled later.
@@ -33,7 +35,7 @@ impl Sizes {
         let mut alike = BTreeMap::<u64, (f64, f64)>::new();
         for (size, probability) in scores.into_iter().filter(|&(size, probability)| size * probability > 0.0)
         {
-            let class = alike.entry(size.to_bits() >> ALIKE).or_default();
+            let class = alike.entry(size_class(size)).or_default();
             *class = (class.0.max(size), class.1 + probability);
         }
         let mut total = SizeClass { size: 0.0, probability: 0.0, mean: 0.0 };
@@ -45,8 +47,7 @@ impl Sizes {
         Sizes { classes: running.collect() }
     }
 
-    /// The classes of nearly the same size, the largest first: the largest size of each, the probability of it and of all before, and Σ size × probability over
-    /// the same.
+    /// The classes, the largest first. Each has its largest size, and the sums of p and of size × p over it and the classes before.
     pub fn classes(&self) -> impl Iterator<Item = [f64; 3]> {
         self.classes.iter().map(|class| [class.size, class.probability, class.mean])
     }

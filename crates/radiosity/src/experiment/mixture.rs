@@ -16,9 +16,6 @@ use crate::geometry::spec::{SceneSpec, Spectrum, SurfaceSpec};
 use crate::scene::{IndexChoice, Scene, SceneError};
 use crate::tally::Tally;
 
-/// Bits of a part that are not distinguished: parts within an eighth of a power of two are nearly the same.
-const PART_BITS: u32 = 49;
-
 /// How much of what each class has scored counts.
 #[derive(Clone, Debug)]
 pub(super) struct Shares {
@@ -81,7 +78,7 @@ impl Shares {
         let mut alike = BTreeMap::<u64, Vec<(f64, u128, u128)>>::new();
         for of_source in of_sources.into_values() {
             // What may have stayed out where nothing has come is bounded for all such sources together.
-            let class = if of_source.1 > 0 { of_source.0.to_bits() >> PART_BITS } else { u64::MAX };
+            let class = if of_source.1 > 0 { stats::size_class(of_source.0) } else { u64::MAX };
             alike.entry(class).or_default().push(of_source);
         }
         let (mut below, mut above, mut variance) = (0.0_f64, 0.0_f64, 0.0);

@@ -61,7 +61,7 @@ impl Experiment {
         self.replay_while(sequence, n, &|| true)
     }
 
-    /// The arrivals with which walk number `n` of a sequence begins, some thousands of them where it has so many.
+    /// The first arrivals of walk number `n` of a sequence: all, or some thousands.
     pub fn replay_beginning(&self, sequence: &Sequence, n: u64) -> Vec<ReplayedHit> {
         self.replay_while(sequence, n, &|| false).steps
     }

@@ -258,14 +258,14 @@ impl<'a> Estimates<'a> {
                         (&sample, meaning.unit),
                         &|sample| self.interval(sample, &meaning, (i, face), channel),
                     );
-                    let told = self.told(sample, &meaning, interval);
-                    estimate(face, channel, (sample, events), &shares.scaled(meaning), told)
+                    let interval = self.with_scores(sample, &meaning, interval);
+                    estimate(face, channel, (sample, events), &shares.scaled(meaning), interval)
                 }
                 (None, None) => {
                     let sample = (&moments()).into();
                     let interval = self.interval(sample, &meaning, (i, face), channel);
-                    let told = self.told(sample, &meaning, interval);
-                    estimate(face, channel, (sample, self.tally.events(i)), &meaning, told)
+                    let interval = self.with_scores(sample, &meaning, interval);
+                    estimate(face, channel, (sample, self.tally.events(i)), &meaning, interval)
                 }
             })
         })
@@ -297,8 +297,8 @@ impl Estimates<'_> {
         stats::mean_interval(sample, meaning.unit, self.confidence, meaning.ratio_bound)
     }
 
-    /// An interval of the mean score, with the equal scores that tell as much: where it has room for what no walk has met, fewer than there are.
-    fn told(&self, sample: Sample, meaning: &Meaning, interval: Interval) -> (Interval, f64) {
+    /// An interval of the mean score, with the number of equal scores that tell as much. Room for what no walk has met makes them fewer.
+    fn with_scores(&self, sample: Sample, meaning: &Meaning, interval: Interval) -> (Interval, f64) {
         let scores = effective_scores(&sample);
         if sample.counts && meaning.unit == 1.0 {
             return (interval, scores);

@@ -37,7 +37,7 @@ impl Estimates<'_> {
         })
     }
 
-    /// The sizes that scores of shooting walks may have in a channel; `None` where all are worth the same.
+    /// The sizes of scores of shooting walks in a channel. `None`: all are worth the same.
     pub fn sizes_of_scores(&self, channel: usize) -> Option<&Sizes> {
         self.experiment().scene().emitters().sizes(channel)
     }
