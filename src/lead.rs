@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use cluster::{Access, Wish, random_bytes, serve};
 use job::Budget;
 use protocol::{Coordinator, Ending, JobPlan, Judge, Look, Notice, Past};
-use radiosity::{Experiment, Scene, Tally};
+use radiosity::{Experiment, Tally};
 use results::Identity;
 use tracing::info;
 
@@ -80,7 +80,7 @@ impl Remote {
         let executor = Executor::Remote(self);
         let began = Instant::now();
         while began.elapsed() < PARTING {
-            let station = executor.station(experiment.scene())?;
+            let station = executor.station(identity, experiment)?;
             serve(station.listener, &station.access, &mut coordinator, |_| Wish::Continue, |_| {})
                 .map_err(|source| Fault::System { doing: "parting with the workers", source })?;
         }
@@ -89,17 +89,20 @@ impl Remote {
 }
 
 impl Executor {
-    /// Opens what workers of a scene join.
+    /// Opens what workers of an experiment join. A large scene is there once: the first worker of this machine is then a part of this process.
     ///
     /// # Errors
     /// Where the system refuses.
-    pub(crate) fn station(&self, scene: &Scene) -> Result<WorkerEntry, Fault> {
+    pub(crate) fn station(&self, identity: &Identity, experiment: &Experiment) -> Result<WorkerEntry, Fault> {
         match self {
             Executor::Local(team) => {
-                let team = team.for_replica(scene.memory());
-                let (listener, access) = listen(scene.hash(), "127.0.0.1:0", None)?;
-                let workers = Some(LocalWorkers::new(&access, team.workers, team.threads));
-                Ok(WorkerEntry { listener, access, workers })
+                let (team, is_shared) = team.for_replica(experiment.scene().memory());
+                let (listener, access) = listen(identity.scene_hash, "127.0.0.1:0", None)?;
+                let mut workers = LocalWorkers::new(&access, team);
+                if is_shared {
+                    workers.begin_here(access.clone(), identity.replica(experiment));
+                }
+                Ok(WorkerEntry { listener, access, workers: Some(workers) })
             }
             Executor::Remote(Remote { listener, access, .. }) => {
                 let listener = listener
@@ -140,7 +143,7 @@ pub(crate) struct Left {
     pub ending: Ending,
     /// The last thing that went wrong with a worker of this machine.
     pub trouble: String,
-    /// The most memory that a worker of this machine took [bytes], where the system tells.
+    /// The most memory that a worker process of this machine took [bytes], where the system tells.
     pub memory: Option<u64>,
 }
 
@@ -188,7 +191,7 @@ pub(crate) struct LedJob {
     pub cpu_seconds: f64,
     /// Bytes that came from workers.
     pub received: u64,
-    /// The most memory that a worker took [bytes], where the system tells.
+    /// The most memory that a worker process took [bytes], where the system tells.
     pub memory: Option<u64>,
 }
 
@@ -224,8 +227,8 @@ pub(crate) fn walk(
         }
         true
     };
-    let Left { ending, trouble, memory } =
-        executor.station(experiment.scene())?.lead(&mut coordinator, turn)?;
+    let station = executor.station(identity, experiment)?;
+    let Left { ending, trouble, memory } = station.lead(&mut coordinator, turn)?;
     match ending {
         Ending::BudgetSpent => {}
         Ending::Interrupted => return Err(Fault::Interrupted),

@@ -1,13 +1,20 @@
-//! The worker processes of `radwalk run`: started, replaced when they die, taken down at the end.
+//! The workers of `radwalk run`: started, replaced when they die, taken down at the end. They are processes, but for the first of a large
+//! scene.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::process::{Child, Command, Stdio};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use cluster::Access;
+use cluster::{Access, WorkerError, WorkerIntroduction};
 use protocol::Notice;
+use results::Replica;
 
+use crate::build::BUILD;
+use crate::clock::WalkClock;
 use crate::commands::work::{ACCESS_BY_INPUT, name};
+use crate::shift::Shift;
+use crate::team::Team;
 
 /// Deaths of each worker in a row, without any progress of the job and over [`FUTILE_TIME`] at least, after which no more
 /// workers are started.
@@ -19,11 +26,15 @@ const FUTILE_TIME: Duration = Duration::from_secs(10);
 /// The wait before a missing worker is started, once each of the workers has died in a row.
 const RESTART_WAIT: Duration = Duration::from_millis(500);
 
-/// The children of this process.
+/// A worker that a thread of this process runs on the replica of the process.
+type WorkerHere = JoinHandle<Result<(), WorkerError>>;
+
+/// The children of this process, and the worker that is a part of it.
 pub(crate) struct LocalWorkers {
     /// What lets them in, as they read it. It goes by their standard input, so that no file is left behind whatever happens.
     access: Vec<u8>,
     threads: u32,
+    here: Option<WorkerHere>,
     children: Vec<Child>,
     wanted: usize,
     deaths: usize,
@@ -36,12 +47,13 @@ pub(crate) struct LocalWorkers {
 
 impl LocalWorkers {
     /// None yet; `access` lets them in.
-    pub(crate) fn new(access: &Access, wanted: usize, threads: u32) -> Self {
+    pub(crate) fn new(access: &Access, team: Team) -> Self {
         LocalWorkers {
             access: access.to_bytes(),
-            threads,
+            threads: team.threads,
+            here: None,
             children: Vec::new(),
-            wanted,
+            wanted: team.workers,
             deaths: 0,
             died: None,
             walks_at_last_death: 0,
@@ -49,12 +61,35 @@ impl LocalWorkers {
         }
     }
 
+    /// Starts a worker that is a part of this process. Where it fails, a process follows.
+    pub(crate) fn begin_here(&mut self, access: Access, replica: Replica) {
+        let introduction = WorkerIntroduction {
+            build: BUILD.into(),
+            name: name(std::process::id()),
+            threads: self.threads as usize,
+            // The coordinator is told to stop, not this.
+            leave: || false,
+        };
+        let clock = WalkClock::default();
+        let shift = Shift::new(replica, clock.clone());
+        let work = move || cluster::work(&access, &introduction, |_| Ok(shift), || clock.seconds());
+        match thread::Builder::new().spawn(work) {
+            Ok(here) => self.here = Some(here),
+            Err(error) => self.trouble = format!("a worker thread cannot be started: {error}"),
+        }
+    }
+
+    /// The number of workers that are there.
+    fn living(&self) -> usize {
+        usize::from(self.here.is_some()) + self.children.len()
+    }
+
     /// Starts what is missing; `walks` is how far the job is. Returns false when it is futile.
     pub(crate) fn supervise(&mut self, walks: u64) -> bool {
         self.reap(walks);
-        while self.children.len() < self.wanted {
+        while self.living() < self.wanted {
             if self.is_futile() {
-                return !self.children.is_empty();
+                return self.living() > 0;
             }
             let waits = self.deaths >= self.wanted
                 && self.died.is_some_and(|(_, last)| last.elapsed() < RESTART_WAIT);
@@ -72,8 +107,16 @@ impl LocalWorkers {
         true
     }
 
-    /// Forgets the children that have died.
+    /// Forgets the workers that have died.
     fn reap(&mut self, walks: u64) {
+        if let Some(here) = self.here.take_if(|here| here.is_finished()) {
+            self.trouble = match here.join() {
+                Ok(Ok(())) => "the worker of this process left".into(),
+                Ok(Err(error)) => format!("the worker of this process ended: {error}"),
+                Err(_) => "the worker of this process panicked".into(),
+            };
+            self.count_death(walks);
+        }
         let (mut living, mut died) = (Vec::with_capacity(self.children.len()), 0);
         for mut child in self.children.drain(..) {
             match child.try_wait() {
@@ -110,7 +153,7 @@ impl LocalWorkers {
         self.deaths >= FUTILE_DEATHS * self.wanted && for_long
     }
 
-    fn start(&self) -> std::io::Result<Child> {
+    fn start(&self) -> io::Result<Child> {
         let mut command = Command::new(std::env::current_exe()?);
         command.args(["work", "--access", ACCESS_BY_INPUT, "--quiet", "--wait", "0"]);
         command.arg("--threads").arg(self.threads.to_string());
@@ -133,11 +176,13 @@ impl LocalWorkers {
 
     /// A worker that the coordinator has given up is of no use any more, though its process may live on.
     pub(crate) fn heed(&mut self, notice: &Notice) {
-        if let Notice::Lost { name: lost, .. } = notice
-            && let Some(child) = self.children.iter_mut().find(|child| name(child.id()) == *lost)
-        {
+        let Notice::Lost { name: lost, .. } = notice else { return };
+        if let Some(child) = self.children.iter_mut().find(|child| name(child.id()) == *lost) {
             // It may have died by itself meanwhile.
             let _ = child.kill();
+        } else if name(std::process::id()) == *lost {
+            // Its threads end once they ask whether to go on.
+            self.here = None;
         }
     }
 }

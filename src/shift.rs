@@ -23,7 +23,12 @@ impl Shift {
     /// # Errors
     /// In words, where the bytes are no job or the scene is invalid.
     pub(crate) fn decode(bytes: &[u8], clock: WalkClock) -> Result<Self, String> {
-        Ok(Shift { replica: Replica::decode(bytes)?, clock })
+        Ok(Shift::new(Replica::decode(bytes)?, clock))
+    }
+
+    /// The work on a replica that is there.
+    pub(crate) fn new(replica: Replica, clock: WalkClock) -> Self {
+        Shift { replica, clock }
     }
 }
 

@@ -123,7 +123,7 @@ impl MadeArgs {
 /// The processes of this machine that walk.
 #[derive(Args)]
 pub(crate) struct TeamArgs {
-    /// Worker processes [default: one per core; one with a thread per core in scenes of over 64 MB]
+    /// Worker processes [default: one per core; in scenes of over 64 MB threads of this process]
     #[arg(long, value_name = "N", value_parser = workers)]
     pub workers: Option<u32>,
     /// Threads of each worker

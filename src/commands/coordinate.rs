@@ -228,7 +228,7 @@ impl Prepared {
 
     /// Leads workers through the job to its end, and writes what came of it.
     fn drive(self, executor: Executor, session: &SessionArgs, out: &OutArgs) -> Result<Outcome, Fault> {
-        let station = executor.station(self.experiment.scene())?;
+        let station = executor.station(&self.identity, &self.experiment)?;
         self.search_ahead(&executor);
         let page = session.metrics.as_deref().map(open_page).transpose()?;
         let reports = Reports::new(self.description(), self.output.path(), executor.access_file(), page);

@@ -394,3 +394,46 @@ fn threads_that_share_chains_leave_no_trace_in_the_answer() {
     assert!(chains("one", &["--workers", "1", "--threads", "16"]) == alone, "more threads than chains");
     assert!(chains("two", &["--workers", "2", "--threads", "3"]) == alone, "threads that join at the end");
 }
+
+/// A dark floor of `n` by `n` wavy quadrilaterals below a lamp, of two triangles each, as a mesh.
+fn wavy_floor(n: usize) -> String {
+    let height = |i: usize, j: usize| 0.05 * ((i as f64).sin() + (j as f64).cos());
+    let corners = (0..=n).flat_map(|i| (0..=n).map(move |j| [i, j]));
+    let mut mesh: String = corners.map(|[i, j]| format!("v {i} {j} {}\n", height(i, j))).collect();
+    let number = |i: usize, j: usize| 1 + i * (n + 1) + j;
+    for [i, j] in (0..n).flat_map(|i| (0..n).map(move |j| [i, j])) {
+        let [a, b, c, d] = [number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)];
+        mesh += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+    }
+    mesh + &format!("v 0 0 9\nv 0 {n} 9\nv {n} {n} 9\nv {n} 0 9\nusemtl lamp\nf -4 -3 -2 -1\n")
+}
+
+/// A scene of over 64 MB is there once: its worker is a part of the run, which a signal ends in good order, too.
+#[test]
+fn a_large_scene_is_walked_by_the_run_itself_with_the_same_answer() {
+    let folder = tempdir().unwrap();
+    let (mesh, out) = (path(&folder, "floor.obj"), |name| path(&folder, name));
+    std::fs::write(&mesh, wavy_floor(220)).unwrap();
+    let walk = |name, paths: &str, more: &[&str]| {
+        let lamp = ["--light", "lamp=1000W", "--set", "import.material.lamp.sides=2"];
+        let given = ["--set", "scene.patches=\"given\"", "--quiet", "--paths", paths];
+        let mut run = radwalk();
+        run.arg("run").arg(&mesh).args(lamp).args(given).args(more).args(TABLES).arg("--out").arg(out(name));
+        run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    let alone = walk("alone", "100000000000", &[]);
+    wait_for("the first walks", || {
+        assert!(children(alone.id()).is_empty(), "a process of its own has a scene of its own");
+        let status = std::fs::read(out("alone").join("status.json")).ok()?;
+        let status: serde_json::Value = serde_json::from_slice(&status).ok()?;
+        status["paths"].as_u64().filter(|&paths| paths > 0)
+    });
+    signal("INT", alone.id());
+    assert_eq!(finish(alone).0, 130);
+    let paths = summary(&out("alone"))["paths"].as_u64().unwrap();
+    assert!(paths > 0 && summary(&out("alone"))["workers_seen"] == 1);
+    let with_a_child = walk("child", &paths.to_string(), &["--workers", "1"]);
+    wait_for("the worker", || Some(children(with_a_child.id())).filter(|list| list.len() == 1));
+    assert_eq!(finish(with_a_child).0, 0);
+    assert!(answer(&out("alone")) == answer(&out("child")), "of walks 0 … {paths} − 1");
+}

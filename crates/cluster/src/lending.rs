@@ -1,7 +1,7 @@
 //! Threads of a worker that have no lease of their own help those that have a long one.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 use radiosity::parallel::ThreadPool;
@@ -10,6 +10,7 @@ use radiosity::parallel::ThreadPool;
 pub(crate) struct Lending {
     threads: usize,
     busy: Mutex<Busy>,
+    tally: Mutex<()>,
 }
 
 /// Threads that are at work.
@@ -32,7 +33,7 @@ impl Busy {
 
 impl Lending {
     pub(crate) fn new(threads: usize) -> Self {
-        Lending { threads, busy: Mutex::default() }
+        Lending { threads, busy: Mutex::default(), tally: Mutex::default() }
     }
 
     /// A thread begins a lease, which ends when what is returned is dropped.
@@ -41,7 +42,12 @@ impl Lending {
         AtLease(self)
     }
 
-    fn busy(&self) -> std::sync::MutexGuard<'_, Busy> {
+    /// Waits for a thread's turn to have a tally, which ends when what is returned is dropped.
+    pub(crate) fn turn(&self) -> MutexGuard<'_, ()> {
+        self.tally.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn busy(&self) -> MutexGuard<'_, Busy> {
         self.busy.lock().expect("no thread panics while it counts")
     }
 }

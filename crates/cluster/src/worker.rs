@@ -2,8 +2,8 @@
 
 use std::convert::Infallible;
 use std::ops::Range;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, MutexGuard};
 use std::thread;
 use std::time::Instant;
 
@@ -282,8 +282,8 @@ fn shoot_queue<W: Work>(
     let mut kept = Vec::new();
     for lease in leases {
         let (began, at_lease) = (Instant::now(), lending.begin());
-        let tally = match shoot_lease(work, lease.walks, &mut board, &mut chunk, (link, lending)) {
-            Ok(Some(tally)) => tally,
+        let (tally, turn) = match shoot_lease(work, lease.walks, &mut board, &mut chunk, (link, lending)) {
+            Ok(Some(handed_over)) => handed_over,
             Ok(None) => return,
             Err(reason) => {
                 link.give_up(reason);
@@ -300,10 +300,11 @@ fn shoot_queue<W: Work>(
             sums: pack(tally.sums()),
             provenance: LeaseProvenance::default(),
         };
-        let sent = if tally.sums().len() <= SMALL_TALLY {
+        let is_small = tally.sums().len() <= SMALL_TALLY;
+        drop((tally, turn));
+        let sent = if is_small {
             link.send(&ToCoordinator::Result(result))
         } else {
-            drop(tally);
             link.offer(result).map(|gone| {
                 kept.push(gone);
                 await_room(&mut kept);
@@ -326,14 +327,15 @@ fn await_room(kept: &mut Vec<Receiver<Infallible>>) {
     }
 }
 
-/// Shoots a lease, `chunk_walks` walks at a time; `None` if the job was over before the lease was done.
-fn shoot_lease<W: Work>(
+/// Shoots a lease, `chunk_walks` walks at a time; `None` if the job was over before the lease was done. With the tally comes the
+/// thread's turn to have one: a tally is as large as a board, and threads that take turns need one for all of them.
+fn shoot_lease<'a, W: Work>(
     work: &W,
     walks: Range<u64>,
     board: &mut W::Board,
     chunk_walks: &mut u64,
-    (link, lending): (&ResultSender, &Lending),
-) -> Result<Option<Tally>, String> {
+    (link, lending): (&ResultSender, &'a Lending),
+) -> Result<Option<(Tally, MutexGuard<'a, ()>)>, String> {
     let go_on = || {
         link.progress.fetch_add(1, Ordering::Relaxed);
         !link.over.load(Ordering::Relaxed)
@@ -341,7 +343,7 @@ fn shoot_lease<W: Work>(
     let pool = LentThreads { lending, go_on };
     let mut total: Option<Tally> = None;
     let mut next = walks.start;
-    while next < walks.end {
+    loop {
         let end = walks.end.min(next.saturating_add(BOARD_WALKS));
         while next < end {
             let chunk = next..end.min(next + *chunk_walks);
@@ -353,8 +355,12 @@ fn shoot_lease<W: Work>(
                 return Ok(None);
             }
         }
-        let total = total.get_or_insert_with(|| work.empty());
-        work.hand_over(board, total).map_err(|overflow| overflow.to_string())?;
+        let turn = lending.turn();
+        let mut handed_over = total.take().unwrap_or_else(|| work.empty());
+        work.hand_over(board, &mut handed_over).map_err(|overflow| overflow.to_string())?;
+        if next == walks.end {
+            return Ok(Some((handed_over, turn)));
+        }
+        total = Some(handed_over);
     }
-    Ok(Some(total.unwrap_or_else(|| work.empty())))
 }

@@ -18,7 +18,7 @@ use report::OutputFolder;
 
 use crate::error::Error;
 use crate::pilot::{ARRIVALS, PILOT};
-use crate::replica::pack;
+use crate::replica::{Replica, pack};
 use crate::settings::Settings;
 use crate::views::pictures_in;
 
@@ -75,6 +75,11 @@ impl Identity {
             job: packed.into(),
             sessions: vec![session(build)],
         })
+    }
+
+    /// A replica of the job that shares the scene of its experiment.
+    pub fn replica(&self, experiment: &Experiment) -> Replica {
+        Replica::of(experiment.clone(), self.seed, self.job_hash)
     }
 
     /// The plan of the job's walks up to the last of some looks, at which `judge` is asked. Workers of the same `build` may

@@ -212,6 +212,11 @@ impl Replica {
     /// A replica that walks as the settings say, but for the seed.
     pub fn new(experiment: Experiment, settings: &Settings, seed: u64) -> Self {
         let job_hash = settings.job_hash(experiment.scene().hash(), seed);
+        Replica::of(experiment, seed, job_hash)
+    }
+
+    /// A replica of the job with this digest.
+    pub(crate) fn of(experiment: Experiment, seed: u64, job_hash: [u8; 32]) -> Self {
         Replica { experiment, sequence: Sequence::new(seed), job_hash }
     }
 
