@@ -20,7 +20,7 @@ mod student;
 pub use interval::{Interval, batches_interval, beyond_of_count, mean_interval};
 pub use judge::{ChiSquare, Coverage, chi_square_uniform, mean_squared_z};
 pub use measured::Measured;
-pub use minimum::{minimum_interval, quotient_interval};
+pub use minimum::{UncertainMean, minimum_interval, quotient_interval};
 pub use moments::{Moments, Sample, variance_of_blocks};
 pub use normal::{normal_cdf, normal_quantile};
 pub use proportion::{mid_p_interval, proportion_interval};

@@ -19,30 +19,52 @@ use crate::student::student_quantile;
 /// The part of the probability to fail with which comparisons of pairs do.
 const SELECTION: f64 = 0.5;
 
+/// An estimate of a mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UncertainMean {
+    /// The estimate.
+    pub mean: f64,
+    /// Its standard error.
+    pub error: f64,
+    /// How far below and above it the mean may be for reasons that the error does not know.
+    pub unmet: [f64; 2],
+}
+
 /// The interval of the least of some means, from estimates and standard errors, each of which comes from `freedom` + 1 samples. Errors are
 /// about normal, and pairs of them have about this `correlation`, which is not negative; estimates of error 0 are known exactly.
 ///
 /// # Panics
 /// Where there are no estimates, or no degree of freedom.
-pub fn minimum_interval(estimates: &[[f64; 2]], correlation: f64, confidence: f64, freedom: u64) -> Interval {
+pub fn minimum_interval(
+    estimates: &[UncertainMean],
+    correlation: f64,
+    confidence: f64,
+    freedom: u64,
+) -> Interval {
     let (n, miss) = (estimates.len() as f64, 1.0 - confidence);
     let quantile = |tail: f64| student_quantile(1.0 - tail, freedom);
     let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
     // Both variances are about equal: their sum has twice the degrees of freedom.
     let apart = student_quantile(1.0 - SELECTION * miss / n, 2 * freedom);
-    let [first, own] = *estimates
-        .iter()
-        .min_by(|[a, s], [b, t]| (a + apart * s).total_cmp(&(b + apart * t)))
-        .expect("there are estimates");
+    let above_all = |of: &UncertainMean| of.mean + (apart * of.error).hypot(of.unmet[1]);
+    let first =
+        *estimates.iter().min_by(|a, b| above_all(a).total_cmp(&above_all(b))).expect("there are estimates");
+    let own = first.error;
     let of_difference = |error: f64| (error * error + own * own - 2.0 * correlation * error * own).sqrt();
-    let near = || estimates.iter().filter(|&&[mean, error]| mean - first <= apart * of_difference(error));
+    let near = || {
+        estimates.iter().filter(|of| {
+            of.mean - first.mean <= (apart * of_difference(of.error)).hypot(of.unmet[0].max(first.unmet[1]))
+        })
+    };
     let count = near().count() as f64;
     let above = if count < 4.0 { 1.0 / (count + 1.0) } else { 1.0 / count };
     let below = (1.0 - above).min(0.75);
     let [below, above] = [below * miss, above * miss].map(quantile);
     Interval {
-        low: least(&mut near().map(|[mean, error]| mean - below * error)),
-        high: least(&mut near().map(|[mean, error]| mean + leaning(above, *mean, *error) * error)),
+        low: least(&mut near().map(|of| of.mean - (below * of.error).hypot(of.unmet[0]))),
+        high: least(
+            &mut near().map(|of| of.mean + (leaning(above, of.mean, of.error) * of.error).hypot(of.unmet[1])),
+        ),
     }
 }
 
@@ -111,12 +133,14 @@ mod tests {
             let n = SAMPLES as f64;
             let estimate = |[sum, squares]: [f64; 2]| {
                 let mean = sum / n;
-                [mean, ((squares / n - mean * mean) / (n - 1.0)).max(0.0).sqrt()]
+                let error = ((squares / n - mean * mean) / (n - 1.0)).max(0.0).sqrt();
+                UncertainMean { mean, error, unmet: [0.0; 2] }
             };
-            let estimates: Vec<[f64; 2]> = sums.into_iter().map(estimate).collect();
+            let estimates: Vec<UncertainMean> = sums.into_iter().map(estimate).collect();
             covers.record(&minimum_interval(&estimates, common, 0.95, SAMPLES - 1), truth);
             // What the least estimate would say of itself.
-            let [mean, error] = estimates.iter().copied().min_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
+            let UncertainMean { mean, error, .. } =
+                estimates.iter().copied().min_by(|a, b| a.mean.total_cmp(&b.mean)).unwrap();
             plain += u64::from((mean - truth).abs() <= student_quantile(0.975, SAMPLES - 1) * error);
         }
         (covers.rate(0.95).unwrap().value, plain as f64 / RUNS as f64)

@@ -2,6 +2,7 @@
 
 use stats::{Interval, Moments};
 
+use super::unmet::{Ball, BrightFaces, seen_by_rays};
 use crate::experiment::{Experiment, Meaning};
 use crate::geometry::face::Face;
 use crate::jacobi::{self, plan::Solve};
@@ -28,7 +29,7 @@ pub(super) struct Student {
     /// √(ν/(ν − 2)): the standard deviation of t; `None` where that is infinite, of 3 chains or fewer.
     pub(super) deviation: Option<f64>,
     /// ½(1 − confidence).
-    tail: f64,
+    pub(super) tail: f64,
 }
 
 impl Student {
@@ -50,15 +51,16 @@ impl Student {
     /// standard error [`MORE`]·u. The upper end is no lower than that of a Poisson number whose relative standard error is that of the mean: mean and
     /// spread of few chains are low together.
     /// Many contributions: the upper end leans in the same way. Where samples have brought nothing, those that would bring `most` have stayed out with
-    /// probability ½(1 − confidence) at least.
+    /// probability ½(1 − confidence) at least. What no ray or walk has met widens the upper end as a standard error does.
     /// Hits: the interval is that of a count ([`stats::batches_interval`]). Where nothing has come in, what could have come has stayed out
     /// with probability ½(1 − confidence) at least.
     pub(super) fn estimate(&self, moments: &Moments, per_unit: f64, most: f64, by: By) -> ChainEstimate {
         let mean = per_unit * moments.mean().unwrap_or(0.0);
         let quantile = self.quantile.filter(|_| moments.standard_error().is_some());
-        let one = match by {
-            By::Many => 0.0,
-            By::Links(one) | By::Hits { one, .. } => one,
+        let (one, unmet) = match by {
+            By::Many { unmet } => (0.0, unmet),
+            By::Links(one) => (one, 0.0),
+            By::Hits { one, unmet, .. } => (one, unmet),
         };
         let is_even = matches!(by, By::Links(_)) && one <= ROUNDING * mean;
         let least = if is_even { ROUNDING * mean } else { 0.0 };
@@ -76,7 +78,9 @@ impl Student {
                 let Interval { low, high } = stats::batches_interval(mean, sample_error, quantile, one);
                 (low, high)
             }
-            (Some(_), By::Many) if mean == 0.0 => (0.0, -most * (self.tail.ln() / moments.n as f64).exp_m1()),
+            (Some(_), By::Many { .. }) if mean == 0.0 => {
+                (0.0, -most * (self.tail.ln() / moments.n as f64).exp_m1())
+            }
             (Some(quantile), _) if sample_error > 0.0 => {
                 let below = quantile * sample_error * (1.0 - LEAN_BELOW * (sample_error / mean).min(1.0));
                 let above = quantile * with_links(1.0);
@@ -86,6 +90,7 @@ impl Student {
             }
             _ => (0.0, most.max(mean)),
         };
+        let high = if unmet > 0.0 { mean + (high - mean).hypot(unmet) } else { high };
         let error = Some(with_links(MORE)).filter(|_| sample_error > 0.0).zip(self.deviation);
         ChainEstimate { mean, error: error.map(|(error, deviation)| deviation * error), low, high }
     }
@@ -94,12 +99,12 @@ impl Student {
 /// What a mean is made of.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum By {
-    /// Contributions that are too many to matter one by one.
-    Many,
+    /// Contributions that are too many to matter one by one, and what those may bring that rays have not met.
+    Many { unmet: f64 },
     /// Links, one of which would add this to the mean.
     Links(f64),
-    /// Hits of walks, one of which adds `one`, with a bound on E\[x²\]/E\[x\] of a walk's hits x.
-    Hits { one: f64, ratio_bound: f64 },
+    /// Hits of walks, one of which adds `one`, with a bound on E\[x²\]/E\[x\] of a walk's hits x, and what those may bring that are worth more than any walk's.
+    Hits { one: f64, ratio_bound: f64, unmet: f64 },
 }
 
 /// A mean, its standard error, and its interval.
@@ -110,46 +115,90 @@ pub(super) struct ChainEstimate {
     pub(super) high: f64,
 }
 
-/// What single links or hits bring.
+/// What single links or hits bring, and the faces that a final gather may miss.
 #[derive(Clone, Debug)]
-pub(super) enum Contributions {
+pub(super) struct Contributions {
+    kind: Kind,
+    /// By channel; empty where nothing is gathered.
+    bright: Vec<BrightFaces>,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
     Links(Vec<ExtraLink>),
     Hits(Estimator, u64),
+    Many,
 }
 
 impl Contributions {
-    /// `None` where contributions are not distinguished.
+    /// `None` of single walks.
     pub(super) fn new(experiment: &Experiment, tally: &Tally) -> Option<Self> {
-        match experiment.method() {
+        let kind = match experiment.method() {
             Method::Chains(Chains { solve: Solve::Links, .. }) => {
                 let channels = 0..experiment.scene().channels();
-                Some(Contributions::Links(channels.map(|c| ExtraLink::new(experiment, tally, c)).collect()))
+                Kind::Links(channels.map(|c| ExtraLink::new(experiment, tally, c)).collect())
             }
-            Method::Batches(batches) => Some(Contributions::Hits(batches.score.of_walks().0, batches.walks)),
-            Method::Chains(_) | Method::Walks(_) => None,
-        }
+            Method::Batches(batches) => Kind::Hits(batches.score.of_walks().0, batches.walks),
+            Method::Chains(_) => Kind::Many,
+            Method::Walks(_) => return None,
+        };
+        let gathers = !experiment.method().final_gather().is_empty() && tally.counts.walks > 0;
+        let bright = if gathers { BrightFaces::of(experiment, tally, |_| 1.0) } else { Vec::new() };
+        Some(Contributions { kind, bright })
     }
 
     /// What the mean of a face is made of. Patches of the final gather are lit by rays of their own.
     pub(super) fn of(
         &self,
-        experiment: &Experiment,
-        tally: &Tally,
+        (experiment, tally): (&Experiment, &Tally),
         (i, face): (usize, &Face),
         channel: usize,
+        student: &Student,
     ) -> By {
         if experiment.method().final_gather().contains(&face.patch) {
-            return By::Many;
+            return By::Many {
+                unmet: self.unmet_by_gather((experiment, tally), (i, face), channel, student),
+            };
         }
-        match self {
-            Contributions::Links(channels) => By::Links(channels[channel].one[i]),
-            Contributions::Hits(estimator, walks) => {
+        match &self.kind {
+            Kind::Many => By::Many { unmet: 0.0 },
+            Kind::Links(channels) => By::Links(channels[channel].one[i]),
+            Kind::Hits(estimator, walks) => {
                 let meaning = experiment.meaning_of_shooting(*estimator, (i, face), channel, tally);
                 let walks = *walks as f64 * tally.counts.walks as f64;
-                let one = meaning.irradiance_per_event.unwrap_or(0.0) / walks;
-                By::Hits { one, ratio_bound: meaning.ratio_bound }
+                let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
+                let events = irradiance(experiment, tally, (i, face), channel) / per_event * walks;
+                let unmet = match experiment.sizes((i, face), channel).filter(|_| events > 0.0) {
+                    Some((sizes, scale)) => {
+                        let budget = -(student.tail.ln() / walks).exp_m1();
+                        per_event * sizes.beyond(events / tally.events(i) as f64, budget, scale)
+                    }
+                    None => 0.0,
+                };
+                By::Hits { one: per_event / walks, ratio_bound: meaning.ratio_bound, unmet }
             }
         }
+    }
+
+    /// What bright faces may bring to a face that none of its rays has met [W/m²].
+    fn unmet_by_gather(
+        &self,
+        (experiment, tally): (&Experiment, &Tally),
+        (i, face): (usize, &Face),
+        channel: usize,
+        student: &Student,
+    ) -> f64 {
+        let mean = irradiance(experiment, tally, (i, face), channel);
+        let [sum, sum_sq] = [0, 1].map(|power| tally.patch(i, channel)[power]);
+        let moments = Moments { n: tally.counts.walks, sum, sum_sq };
+        let (Some(error), Some(of_units)) =
+            (moments.standard_error(), moments.mean().filter(|&mean| mean > 0.0))
+        else {
+            return 0.0;
+        };
+        let rays = tally.events(i) as f64;
+        let seen = seen_by_rays(mean, error * (mean / of_units), rays);
+        self.bright[channel].unmet(&Ball::of_parts_of(experiment.scene(), i), seen, (rays, student.tail))
     }
 }
 

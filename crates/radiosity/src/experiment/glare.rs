@@ -81,7 +81,8 @@ impl Readings<'_> {
             }
         }
         let correlation = self.correlation_of_points(plane, 0);
-        glare.largest = (!known.is_empty()).then(|| self.extreme(known.into_iter(), correlation, -1.0).0);
+        glare.largest =
+            (!known.is_empty()).then(|| self.extreme(known.into_iter(), correlation, -1.0).figure);
         Some(glare)
     }
 
@@ -107,6 +108,7 @@ impl Readings<'_> {
             value: rating(background),
             error,
             limits: [rating(ci_high), rating(ci_low)],
+            unmet: 0.0,
         }))
     }
 

@@ -128,10 +128,10 @@ impl Experiment {
     }
 
     /// The sizes that scores on face i may have, in events, and what their probabilities are multiplied by at most; `None` where all events are worth the
-    /// same, or samples are no walks. A walk comes to a face 1/(1 − σ_i·σ_max) times at most in the mean; by reciprocity a gathering walk
+    /// same, or walks are no samples, not even of batches. A walk comes to a face 1/(1 − σ_i·σ_max) times at most in the mean; by reciprocity a gathering walk
     /// born on face i then meets face j A_j/A_i times as often.
     pub(super) fn sizes(&self, (i, face): (usize, &Face), channel: usize) -> Option<(&Sizes, f64)> {
-        let Method::Walks(_) = &self.method else { return None };
+        let (Method::Walks(_) | Method::Batches(_)) = &self.method else { return None };
         let visits = 1.0 / (1.0 - face.reflectance.max() * self.between_visits(i).max());
         match &self.gathering {
             Some(gathering) => {

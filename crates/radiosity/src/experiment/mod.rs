@@ -25,6 +25,7 @@ pub(crate) mod slopes;
 pub(crate) mod solution;
 mod sources;
 mod unfit;
+mod unmet;
 
 pub use board::Board;
 pub use gathering::birth_probabilities;

@@ -1,7 +1,7 @@
 //! The figures of planes of points: mean, minimum, maximum and uniformities, each with its interval.
 
 use serde::{Deserialize, Serialize};
-use stats::{Interval, minimum_interval, quotient_interval};
+use stats::{Interval, UncertainMean, minimum_interval, quotient_interval};
 
 use super::readings::{Reading, Readings};
 
@@ -14,6 +14,23 @@ pub struct Figure {
     pub low: f64,
     /// The upper end of its interval.
     pub high: f64,
+}
+
+impl Figure {
+    /// The part of what is above it that comes of its error, where h² = e² + u² and u is for light that is `unmet`.
+    fn part_of_error(&self, unmet: f64) -> f64 {
+        let above = self.high - self.value.unwrap_or(0.0);
+        if unmet > 0.0 { (1.0 - (unmet / above).powi(2)).max(0.0).sqrt() } else { 1.0 }
+    }
+}
+
+/// The least or the largest of some numbers.
+pub(super) struct Extreme {
+    pub(super) figure: Figure,
+    /// The standard error of its estimate.
+    error: f64,
+    /// How much more light there may be that no ray has met.
+    unmet: f64,
 }
 
 /// What is known of a plane of points in one channel.
@@ -70,12 +87,16 @@ impl Readings<'_> {
         let common = self.correlation_of_points(plane, channel);
         let [minimum, maximum] = [1.0, -1.0].map(|sign| self.plane_extreme(plane, channel, common, sign));
         let mean = self.plane_mean(plane, channel);
+        let unmet = self.unmet(self.sensors().cell_count() + plane, channel);
+        let [of_minimum, of_maximum] = [&minimum, &maximum].map(|of| of.figure.part_of_error(of.unmet));
+        let with_mean = errors.with_mean(minimum.error) * of_minimum * mean.part_of_error(unmet);
+        let of_pair = errors.of_pair(minimum.error, maximum.error) * of_minimum * of_maximum;
         PlaneFigures {
-            uniformity: quotient(&minimum.0, &mean, errors.with_mean(minimum.1)),
-            diversity: quotient(&minimum.0, &maximum.0, errors.of_pair(minimum.1, maximum.1)),
+            uniformity: quotient(&minimum.figure, &mean, with_mean),
+            diversity: quotient(&minimum.figure, &maximum.figure, of_pair),
             mean,
-            minimum: minimum.0,
-            maximum: maximum.0,
+            minimum: minimum.figure,
+            maximum: maximum.figure,
         }
     }
 
@@ -143,13 +164,14 @@ impl Readings<'_> {
         PlaneErrors { mean, typical: sum / points, shared: shared / (points * (points - 1.0)).max(1.0) }
     }
 
-    /// The least irradiance of a plane's points with the standard error of its estimate, or, with `sign` −1, the largest: the least with the signs
+    /// The least irradiance of a plane's points, or, with `sign` −1, the largest: the least with the signs
     /// turned round.
-    fn plane_extreme(&self, plane: usize, channel: usize, correlation: f64, sign: f64) -> (Figure, f64) {
+    fn plane_extreme(&self, plane: usize, channel: usize, correlation: f64, sign: f64) -> Extreme {
         let sensor = self.sensors().planes().nth(plane).expect("a plane of the job");
         let points = self.sensors().cells_of(sensor).map(|cell| self.known_at(cell, channel));
-        let (figure, error) = self.extreme(points, correlation, sign);
-        (Figure { value: figure.value.filter(|_| self.samples() > 0), ..figure }, error)
+        let Extreme { figure, error, unmet } = self.extreme(points, correlation, sign);
+        let figure = Figure { value: figure.value.filter(|_| self.samples() > 0), ..figure };
+        Extreme { figure, error, unmet }
     }
 
     /// What is known of the irradiance at a cell.
@@ -157,7 +179,8 @@ impl Readings<'_> {
         let Reading { irradiance, std_error, ci_low, ci_high } = self.reading(cell, channel);
         let has_error = std_error.is_some_and(|error| error > 0.0);
         let error = if has_error { self.sample_error(cell, channel) } else { 0.0 };
-        ValueWithError { value: irradiance.unwrap_or(0.0), error, limits: [ci_low, ci_high] }
+        let unmet = self.unmet(cell, channel);
+        ValueWithError { value: irradiance.unwrap_or(0.0), error, limits: [ci_low, ci_high], unmet }
     }
 
     /// Cylindrical over horizontal illuminance, the index of modelling (EN 12464-1), at the points of two planes: the least and the largest. The
@@ -171,11 +194,16 @@ impl Readings<'_> {
             let value = top.value / bottom.value;
             let error = value * (top.error / top.value).hypot(bottom.error / bottom.value);
             let limits = [top.limits[0] / bottom.limits[1], top.limits[1] / bottom.limits[0]];
-            (top.value > 0.0 && bottom.value > 0.0).then_some(ValueWithError { value, error, limits })
+            (top.value > 0.0 && bottom.value > 0.0).then_some(ValueWithError {
+                value,
+                error,
+                limits,
+                unmet: 0.0,
+            })
         };
         let known: Vec<ValueWithError> = tops.zip(bottoms).filter_map(quotient).collect();
         (self.samples() > 0 && !known.is_empty())
-            .then(|| [1.0, -1.0].map(|sign| self.extreme(known.iter().copied(), 0.0, sign).0))
+            .then(|| [1.0, -1.0].map(|sign| self.extreme(known.iter().copied(), 0.0, sign).figure))
     }
 
     /// The least of some numbers, whose errors have this correlation in pairs, with the standard error of its estimate, or, with `sign` −1, the largest.
@@ -184,19 +212,28 @@ impl Readings<'_> {
         known: impl Iterator<Item = ValueWithError>,
         correlation: f64,
         sign: f64,
-    ) -> (Figure, f64) {
-        let turned = |ValueWithError { value, error, limits: [low, high] }: ValueWithError| {
+    ) -> Extreme {
+        let turned = |ValueWithError { value, error, limits: [low, high], unmet }: ValueWithError| {
             let [low, high] = if sign > 0.0 { [low, high] } else { [-high, -low] };
-            [sign * value, error, low, high]
+            ([sign * value, error, low, high], unmet)
         };
-        let readings: Vec<[f64; 4]> = known.map(turned).collect();
+        let readings: Vec<([f64; 4], f64)> = known.map(turned).collect();
         let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
-        let first = readings.iter().min_by(|a, b| a[0].total_cmp(&b[0])).expect("a plane has points");
+        let (first, unmet) =
+            readings.iter().min_by(|(a, _), (b, _)| a[0].total_cmp(&b[0])).expect("a plane has points");
         // What no spread is known of stands by itself: it is exact, or bounded.
-        let (uncertain, alone): (Vec<[f64; 4]>, Vec<_>) = readings.iter().partition(|of| of[1] > 0.0);
-        let [mut low, mut high] = [2, 3].map(|limit: usize| least(&mut alone.iter().map(|of| of[limit])));
+        let (uncertain, alone): (Vec<([f64; 4], f64)>, Vec<_>) =
+            readings.iter().copied().partition(|(of, _)| of[1] > 0.0);
+        let [mut low, mut high] =
+            [2, 3].map(|limit: usize| least(&mut alone.iter().map(|(of, _)| of[limit])));
         if !uncertain.is_empty() {
-            let estimates: Vec<[f64; 2]> = uncertain.iter().map(|of| [of[0], of[1]]).collect();
+            // Light that is unmet adds to the points: it lifts the least, and lowers what is turned round.
+            let estimate = |&(of, unmet): &([f64; 4], f64)| UncertainMean {
+                mean: of[0],
+                error: of[1],
+                unmet: if sign > 0.0 { [0.0, unmet] } else { [unmet, 0.0] },
+            };
+            let estimates: Vec<UncertainMean> = uncertain.iter().map(estimate).collect();
             let of_reported =
                 minimum_interval(&estimates, correlation, self.confidence(), self.samples() - 1);
             (low, high) = (low.min(of_reported.low), high.min(of_reported.high));
@@ -204,7 +241,8 @@ impl Readings<'_> {
         let [low, high] = if sign > 0.0 { [low, high] } else { [-high, -low] };
         let value = sign * first[0];
         // Ratings of glare alone may be below 0.
-        (Figure { value: Some(value), low: low.max(value.min(0.0)), high }, first[1])
+        let figure = Figure { value: Some(value), low: low.max(value.min(0.0)), high };
+        Extreme { figure, error: first[1], unmet: *unmet }
     }
 }
 
@@ -214,6 +252,8 @@ pub(super) struct ValueWithError {
     pub(super) value: f64,
     pub(super) error: f64,
     pub(super) limits: [f64; 2],
+    /// How much more light there may be that no ray has met.
+    pub(super) unmet: f64,
 }
 
 /// A figure over a larger one, given the correlation of their errors; 1 where there is no light.

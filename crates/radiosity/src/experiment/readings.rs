@@ -1,11 +1,16 @@
 //! The readings of sensors, from a tally.
 
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
+
 use stats::Moments;
 
 use super::Experiment;
 use super::chains::{By, Student};
+use super::unmet::{BrightFaces, balls_of_cells, seen_by_rays};
 use crate::geometry::sensor::Sensors;
 use crate::jacobi::UNITS;
+use crate::jacobi::final_gather::SHADOW_SHARE;
 use crate::scene::Scene;
 use crate::tally::Tally;
 
@@ -43,6 +48,8 @@ pub struct Readings<'a> {
     confidence: f64,
     /// The source whose light is read; `None`: that of all, each as much as the mixture has of it.
     source: Option<usize>,
+    /// The brightest faces, channel by channel, found when they are first asked for.
+    bright: Arc<OnceLock<Vec<BrightFaces>>>,
 }
 
 impl<'a> Readings<'a> {
@@ -51,18 +58,21 @@ impl<'a> Readings<'a> {
         let sensors = experiment.sensors()?;
         let samples = samples(experiment, tally);
         let student = Student::new(samples, confidence);
-        Some(Readings { experiment, sensors, tally, student, confidence, source: None })
+        let bright = Arc::default();
+        Some(Readings { experiment, sensors, tally, student, confidence, source: None, bright })
     }
 
     /// The readings of one source's light, as much as there is of it; `None` where sources are not distinguished, or there is no such one.
     pub fn of_source(&self, source: usize) -> Option<Self> {
-        let of_source = Readings { source: Some(source), student: self.student.clone(), ..*self };
+        let (student, bright) = (self.student.clone(), Arc::default());
+        let of_source = Readings { source: Some(source), student, bright, ..*self };
         (source < self.experiment.source_count()).then_some(of_source)
     }
 
     /// The same readings with intervals of another level.
     pub(super) fn at_level(&self, confidence: f64) -> Self {
-        Readings { student: Student::new(self.samples(), confidence), confidence, ..*self }
+        let (student, bright) = (Student::new(self.samples(), confidence), self.bright.clone());
+        Readings { student, confidence, bright, ..*self }
     }
 
     /// The level of the intervals.
@@ -205,13 +215,48 @@ impl<'a> Readings<'a> {
         let (mut mean, mut error, [mut low, mut high]) = (direct, Some(0.0), [direct; 2]);
         for (row, factor) in self.rows_of(cell) {
             let moments = self.moments(row, channel);
-            let estimate = self.student.estimate(&moments, self.per_unit(channel), largest, By::Many);
+            let estimate =
+                self.student.estimate(&moments, self.per_unit(channel), largest, By::Many { unmet: 0.0 });
             mean += factor * estimate.mean;
             error = error.zip(estimate.error).map(|(sum, own)| sum + factor * own);
             low += factor * estimate.low;
             high += factor * estimate.high;
         }
+        let unmet = self.unmet(cell, channel);
+        let high = if unmet > 0.0 { mean + (high - mean).hypot(unmet) } else { high };
         Reading { irradiance: known.then_some(mean), std_error: error, ci_low: low, ci_high: high }
+    }
+
+    /// What bright faces may bring to a cell, or to the mean of a plane, that none of its rays has met [W/m²].
+    pub(super) fn unmet(&self, cell: usize, channel: usize) -> f64 {
+        let mean_of = |(row, factor): (usize, f64)| factor * self.moments(row, channel).mean().unwrap_or(0.0);
+        let mean = self.per_unit(channel) * self.rows_of(cell).into_iter().map(mean_of).sum::<f64>();
+        let error = self.sample_error(cell, channel);
+        if mean <= 0.0 || error <= 0.0 {
+            return 0.0;
+        }
+        let cells = self.cells_of_row(cell);
+        let gathering = 1.0 - 1.0 / SHADOW_SHARE as f64;
+        let rays = gathering * self.rays() as f64 * cells.len() as f64 / self.sensors.cell_count() as f64;
+        let bright = self.bright.get_or_init(|| {
+            let factor = |source: usize| match self.source {
+                Some(own) if own != source => 0.0,
+                _ => self.experiment.factor_of(source as u32),
+            };
+            BrightFaces::of(self.experiment, self.tally, factor)
+        });
+        let places = balls_of_cells(self.sensors, cells);
+        bright[channel].unmet(&places, seen_by_rays(mean, error, rays), (rays, self.student.tail))
+    }
+
+    /// The cells that a row tells of: one, or those of a plane.
+    fn cells_of_row(&self, row: usize) -> Range<usize> {
+        match row.checked_sub(self.sensors.cell_count()) {
+            None => row..row + 1,
+            Some(plane) => {
+                self.sensors.cells_of(self.sensors.planes().nth(plane).expect("a plane of the job"))
+            }
+        }
     }
 
     fn counted(&self, column: usize) -> u128 {

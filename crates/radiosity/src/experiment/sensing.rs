@@ -151,7 +151,7 @@ impl Experiment {
 
     /// b = R·H of every face, face-major, then by source where sources are distinguished, and channel-minor [W/m²], as single walks tell it. Each
     /// class of sources has rows of its own in the tally.
-    fn reflected_by_tally(&self, tally: &Tally) -> Vec<f64> {
+    pub(super) fn reflected_by_tally(&self, tally: &Tally) -> Vec<f64> {
         let walks = tally.counts.walks as f64;
         let (faces, channels) = (self.scene.faces().len(), self.scene.channels());
         let classes = self.groups().map_or(&[][..], |groups| &groups.classes);
@@ -173,7 +173,7 @@ impl Experiment {
     }
 
     /// Whose light faces and lamps emit, where sources are distinguished.
-    fn sources_of_light(&self) -> Option<SourcesOfLight> {
+    pub(super) fn sources_of_light(&self) -> Option<SourcesOfLight> {
         let groups = self.groups().filter(|groups| !groups.sources().is_empty())?;
         let source = |emitter: usize| groups.classes[groups.class_of(emitter)].source as usize;
         let emitters = self.scene.faces().len() + self.scene.lamp_count();

@@ -245,8 +245,8 @@ impl<'a> Estimates<'a> {
             let moments = || moments(self.tally, i, channel);
             Some(match (&self.student, self.shares.as_ref().zip(self.experiment.groups())) {
                 (Some(student), _) => {
-                    let by = self.contributions.as_ref().map_or(By::Many, |contributions| {
-                        contributions.of(self.experiment, self.tally, (i, face), channel)
+                    let by = self.contributions.as_ref().map_or(By::Many { unmet: 0.0 }, |contributions| {
+                        contributions.of((self.experiment, self.tally), (i, face), channel, student)
                     });
                     let sample = (&moments(), self.tally.events(i));
                     estimate_of_chains(face, channel, sample, &meaning, (student, by))

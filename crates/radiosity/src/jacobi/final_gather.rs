@@ -30,7 +30,7 @@ use crate::trace::tree::Scratch;
 use crate::walk::depart::Departures;
 
 /// One in this many rays of a face is a shadow ray.
-const SHADOW_SHARE: u64 = 4;
+pub(crate) const SHADOW_SHARE: u64 = 4;
 
 /// Shadow rays bring at most this part of the largest emittance: each counts at most as one gathering ray that meets it.
 pub(crate) const LIGHT_BY_SHADOW_RAYS: f64 = 1.0 / (SHADOW_SHARE - 1) as f64;

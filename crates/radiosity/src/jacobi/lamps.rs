@@ -65,7 +65,7 @@ pub(super) fn emitted_power(faces: &FaceTable, channel: usize) -> f64 {
 }
 
 /// The part of shadow rays that each face should get: its part of the power that faces emit, the mean of the channels that have light.
-pub(super) fn emitted_shares(faces: &FaceTable) -> Vec<f64> {
+pub(crate) fn emitted_shares(faces: &FaceTable) -> Vec<f64> {
     let scene = faces.scene;
     if (0..scene.channels()).all(|c| scene.total_power(c) == 0.0) {
         return Vec::new();

@@ -16,7 +16,7 @@ pub(crate) mod faces;
 pub(crate) mod final_gather;
 mod halves;
 mod iterations;
-mod lamps;
+pub(crate) mod lamps;
 mod linked;
 mod links;
 mod near;
