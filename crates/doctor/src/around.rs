@@ -19,9 +19,13 @@ const RAYS: u32 = 64;
 /// The part of its rays that leaves the scene from a place outside.
 const OUTSIDE: f64 = 0.5;
 
-/// The mean part of rays that leaves a room through its openings, from which light comes in by them: a small window in a large room.
-/// Cracks between surfaces are far below.
+/// The mean part of rays that leaves through openings, from which what may be a room or a body is open: a small window in a large room. Cracks between
+/// surfaces are far below.
 const OPENING: f64 = 0.005;
+
+/// The same for what is as large as rooms: doors and windows leave it a room, which has lamps. A sky would light the outside of its walls far more than what is
+/// in it.
+const OPEN_ROOM: f64 = 0.2;
 
 /// The least part of all places that is a room, and that rooms are together.
 const LEAST_ROOM: f64 = 0.03;
@@ -34,9 +38,17 @@ const FRONTS: f64 = 0.08;
 const FLAT: f64 = 1e-3;
 
 /// The distance of an assumed lamp from its ceiling, in parts of the height, and the half of its edge, in parts of that of a square
-/// floor.
+/// floor, which is as large as what the lamp lights.
 const BELOW: f64 = 0.02;
 const HALF_EDGE: f64 = 0.12;
+
+/// A lamp lights a square of floor with edges of this many heights, and nothing that is as far away; no room has more lamps.
+const SPACING: f64 = 2.0;
+const MOST_LAMPS: usize = 32;
+
+/// The places near the middle of a lamp's floor that are tried, and the steps in which these floors are shared out (S. P. Lloyd, IEEE Trans. Inf. Theory 28 (1982)).
+const TRIED: usize = 16;
+const SHARES: usize = 8;
 
 /// A scene, looked at from places and surfaces.
 pub struct Around {
@@ -52,15 +64,22 @@ pub enum Lightless {
     Open(f64),
 }
 
-/// A closed room.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A room, which may have doors and windows.
+#[derive(Clone, Debug, PartialEq)]
 pub struct ClosedRoom {
-    /// The area of its bounds seen from above [m²].
+    /// The area of its floor [m²].
     pub floor: f64,
-    /// The height at the lamp [m].
-    pub height: f64,
-    /// A place for a lamp below the ceiling: a corner and its neighbours, the front downwards [m].
-    pub lamp: [DVec3; 3],
+    /// Places for lamps below the ceiling, one at least: a corner and its neighbours, the front downwards [m].
+    pub lamps: Vec<[DVec3; 3]>,
+}
+
+/// A place with a ceiling above and a floor below it.
+#[derive(Clone, Copy, Debug)]
+struct Column {
+    /// Where it meets the ceiling [m].
+    ceiling: DVec3,
+    /// From the floor to the ceiling [m].
+    height: f64,
 }
 
 /// The side of a sheet that looks into a room.
@@ -119,7 +138,7 @@ impl Around {
             if share < LEAST_ROOM || is_body {
                 continue;
             }
-            if mean(&room, |place| place.escaped) >= OPENING {
+            if mean(&room, |place| place.escaped) >= if is_room { OPEN_ROOM } else { OPENING } {
                 opened += share;
             } else if let Some(room) = self.room(&room) {
                 closed += share;
@@ -199,37 +218,62 @@ impl Around {
         self.scene.closest_hit(&Ray { origin, direction, from: Ray::FREE })
     }
 
-    /// The room of some places, with a lamp near the middle of its ceiling; `None` where there is no ceiling above any of them.
+    /// The room of some places, with lamps that share out its floor; `None` where there is no ceiling above any of them.
     fn room(&self, places: &[&ProbePoint]) -> Option<ClosedRoom> {
-        let points = || places.iter().map(|place| place.point);
-        let (low, high) = points().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
-            (low.min(point), high.max(point))
+        let column = |place: &&ProbePoint| {
+            let [up, down] =
+                [DVec3::Z, DVec3::NEG_Z].map(|way| self.along(place.point, way).map(|hit| hit.t));
+            Some(Column { ceiling: place.point + DVec3::Z * up?, height: up? + down? })
+        };
+        let columns: Vec<Column> = places.iter().filter_map(column).collect();
+        let (low, high) = self.bounds();
+        // Each place stands for as much of the volume.
+        let volume = (high - low).element_product() / f64::from(PLACES);
+        let floor: f64 = columns.iter().map(|column| volume / column.height).sum();
+        let height = volume * columns.len() as f64 / floor;
+        let reach = SPACING * height;
+        let fewest = (floor / reach.powi(2)).round().clamp(1.0, MOST_LAMPS as f64) as usize;
+        let is_far = |share: &Vec<Column>| {
+            let middle = middle_of(share);
+            share.iter().any(|column| column.ceiling.truncate().distance(middle) > reach)
+        };
+        let mut shares = shared_out(&columns, fewest);
+        while shares.iter().any(is_far) && shares.len() < MOST_LAMPS.min(columns.len()) {
+            shares = shared_out(&columns, shares.len() + 1);
+        }
+        let half = HALF_EDGE * (floor / shares.len() as f64).sqrt();
+        let lamps: Vec<[DVec3; 3]> = shares.iter().filter_map(|share| self.lamp(share, half)).collect();
+        (!lamps.is_empty()).then_some(ClosedRoom { floor, lamps })
+    }
+
+    /// A place for a lamp with edges of twice `half`, if there is room for it, near the middle of some columns and where they are high.
+    fn lamp(&self, columns: &[Column], half: f64) -> Option<[DVec3; 3]> {
+        let middle = middle_of(columns);
+        let score = |column: &Column| column.height - 0.5 * column.ceiling.truncate().distance(middle);
+        let mut best: Vec<&Column> = columns.iter().collect();
+        best.sort_by(|a, b| score(b).total_cmp(&score(a)));
+        let tried = best.into_iter().take(TRIED).map(|&Column { ceiling, height }| {
+            let centre = ceiling - DVec3::Z * (BELOW * height);
+            let clear = (0..16).map(|i| {
+                let (sin, cos) = (TAU * f64::from(i) / 16.0).sin_cos();
+                self.along(centre, DVec3::new(cos, sin, 0.0)).map_or(f64::INFINITY, |hit| hit.t)
+            });
+            (centre, half.min(0.4 * clear.fold(f64::INFINITY, f64::min)))
         });
-        let middle = points().sum::<DVec3>() / places.len() as f64;
-        let mut best: Option<(f64, DVec3, f64)> = None;
-        for point in points() {
-            let [up, down] = [DVec3::Z, DVec3::NEG_Z].map(|way| self.along(point, way).map(|hit| hit.t));
-            let (Some(up), Some(down)) = (up, down) else { continue };
-            let score = up + down - 0.5 * point.truncate().distance(middle.truncate());
-            if best.is_none_or(|(known, ..)| score > known) {
-                best = Some((score, point + DVec3::Z * up, up + down));
+        // The first that has room for half of it, else the largest.
+        let mut largest: Option<(DVec3, f64)> = None;
+        for (centre, fits) in tried {
+            if fits > largest.map_or(0.0, |(_, fits)| fits) {
+                largest = Some((centre, fits));
+            }
+            if fits >= 0.5 * half {
+                break;
             }
         }
-        let (_, ceiling, height) = best?;
-        let centre = ceiling - DVec3::Z * (BELOW * height);
-        let clear = (0..16).map(|i| {
-            let (sin, cos) = (TAU * f64::from(i) / 16.0).sin_cos();
-            self.along(centre, DVec3::new(cos, sin, 0.0)).map_or(f64::INFINITY, |hit| hit.t)
-        });
-        let room = DVec2::new(high.x - low.x, high.y - low.y);
-        let floor = room.x * room.y;
-        let half = (HALF_EDGE * floor.sqrt()).min(0.4 * clear.fold(f64::INFINITY, f64::min));
-        if !(half > 0.0 && half.is_finite()) {
-            return None;
-        }
+        let (centre, half) = largest?;
         let corner = centre + self.scene.origin() - DVec3::new(half, half, 0.0);
         let [u, v] = [DVec3::X, DVec3::Y].map(|axis| corner + axis * (2.0 * half));
-        Some(ClosedRoom { floor, height, lamp: [corner, v, u] })
+        Some([corner, v, u])
     }
 
     /// Says for some surfaces which side looks into a room, and not at something close by, at other surfaces that `is_own`, or
@@ -259,6 +303,37 @@ impl Around {
         };
         surfaces.iter().map(decide).collect()
     }
+}
+
+/// Columns by what is nearest to one of `count` middles, seen from above. The first middles are as far from each other as can be.
+fn shared_out(columns: &[Column], count: usize) -> Vec<Vec<Column>> {
+    let at = |column: &Column| column.ceiling.truncate();
+    let apart = |place: DVec2, middles: &[DVec2]| {
+        middles.iter().map(|middle| middle.distance(place)).fold(f64::INFINITY, f64::min)
+    };
+    let mut middles = vec![middle_of(columns)];
+    while middles.len() < count.min(columns.len()) {
+        let farthest =
+            columns.iter().map(at).max_by(|&a, &b| apart(a, &middles).total_cmp(&apart(b, &middles)));
+        middles.extend(farthest);
+    }
+    let mut shares = Vec::new();
+    for _ in 0..SHARES {
+        shares = vec![Vec::new(); middles.len()];
+        for column in columns {
+            let distance = |&i: &usize| middles[i].distance(at(column));
+            let nearest = (0..middles.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            shares[nearest.expect("there is a middle")].push(*column);
+        }
+        shares.retain(|share| !share.is_empty());
+        middles = shares.iter().map(|share| middle_of(share)).collect();
+    }
+    shares
+}
+
+/// The middle of some columns, seen from above.
+fn middle_of(columns: &[Column]) -> DVec2 {
+    columns.iter().map(|column| column.ceiling.truncate()).sum::<DVec2>() / columns.len().max(1) as f64
 }
 
 /// Direction i of a number that are spread evenly: the spiral of Fibonacci.

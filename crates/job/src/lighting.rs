@@ -76,12 +76,13 @@ fn light(imported: &mut Imported, around: &Around) -> (String, Option<Spectrum>)
     let by_hand = format!("--light {}=1000lm makes that material shine", in_quotes(name));
     match around.lightless(is_room(imported)) {
         Lightless::Rooms(rooms) => {
+            let lamps: usize = rooms.iter().map(|room| room.lamps.len()).sum();
             let note = format!(
                 "nothing in the file emits, so {} {} from below the ceiling, with {FLOOR} lm for each m² of floor; {by_hand} instead, --sky={SKY} gives a sky outside",
-                rooms.len(),
-                if rooms.len() == 1 { "assumed lamp shines" } else { "assumed lamps shine" },
+                lamps,
+                if lamps == 1 { "assumed lamp shines" } else { "assumed lamps shine" },
             );
-            rooms.iter().for_each(|room| add_lamp(imported, room));
+            rooms.iter().for_each(|room| add_lamps(imported, room));
             (note, None)
         }
         Lightless::Open(part) => {
@@ -108,7 +109,7 @@ fn in_quotes(text: &str) -> String {
 fn is_room(imported: &Imported) -> bool {
     let (low, high) = bounds(&imported.spec.surfaces);
     let [x, y, z] = ((high - low) * imported.likely_unit.map_or(1.0, |(_, length)| length)).to_array();
-    let is_large = (1.9..8.0).contains(&z) && [x, y].iter().all(|extent| (1.5..60.0).contains(extent));
+    let is_large = (1.9..12.0).contains(&z) && [x, y].iter().all(|extent| (1.5..60.0).contains(extent));
     let one_sided = imported.spec.surfaces.iter().filter(|surface| surface.sides == Sides::Front).count();
     is_large && built(&imported.spec.surfaces) > 0.4 && 2 * one_sided < imported.spec.surfaces.len()
 }
@@ -182,11 +183,16 @@ fn aim_lamps(imported: &mut Imported, around: &Around) {
     ));
 }
 
-/// Adds an assumed lamp to an imported mesh.
-fn add_lamp(imported: &mut Imported, room: &ClosedRoom) {
-    let [corner, corner_u, corner_v] = room.lamp;
+/// Adds the assumed lamps of a room to an imported mesh.
+fn add_lamps(imported: &mut Imported, room: &ClosedRoom) {
+    let power = FLOOR * room.floor / room.lamps.len() as f64;
+    room.lamps.iter().for_each(|&lamp| add_lamp(imported, lamp, power));
+}
+
+/// Adds an assumed lamp with this flux [lm].
+fn add_lamp(imported: &mut Imported, [corner, corner_u, corner_v]: [DVec3; 3], power: f64) {
     let shape = Shape::Parallelogram { corner, corner_u, corner_v, cells: [1, 1] };
-    let emittance = FLOOR * room.floor / shape.area();
+    let emittance = power / shape.area();
     if imported.names.last().is_none_or(|name| name != LAMP) {
         imported.names.push(LAMP.into());
         imported.textures.push(None);
