@@ -14,7 +14,7 @@ use crate::keys::{BUDGET_KEYS, IMPORT_KEYS, JOB_KEYS, METHOD_KEYS, OUTPUT_KEYS, 
 use crate::method::{BasisKey, MethodTable, PatchPurpose, WalkKind, read_method};
 use crate::output::{NamedView, View, read_output, read_view, read_views};
 use crate::partition::{Auto, Forecast, Partition, Patches, misfit, read_scene_key};
-use crate::scene::{SceneFile, is_toml, load_scene_with};
+use crate::scene::{SceneFile, is_toml, load_scene_with, unknown_format};
 use crate::sensors::SensorTarget;
 use crate::source::SourceText;
 use crate::sources::read_groups;
@@ -169,7 +169,12 @@ enum Unsaid {
 
 fn read_source(path: &Path, origin: JobOrigin) -> Result<SourceText, Error> {
     match origin {
-        JobOrigin::Job => SourceText::read(path, "scene = \"…\" and a [budget]"),
+        JobOrigin::Job => match SourceText::read(path, "scene = \"…\" and a [budget]") {
+            // What is no TOML by its name either is a mesh of another program.
+            Err(Error::Empty { .. } | Error::NotText { .. }) if is_foreign(path) => Err(unknown_format(path)),
+            Ok(source) if is_foreign(path) && source.parse().is_err() => Err(unknown_format(path)),
+            source => source,
+        },
         JobOrigin::Scene | JobOrigin::Arrays => Ok(SourceText::of_scene(path, "")),
     }
 }
@@ -450,6 +455,11 @@ fn read_confidence(value: &Value<'_>) -> Result<f64, Error> {
         "it is the probability that an interval covers the truth: less is no assurance, 1 no finite interval",
         remedy,
     ))
+}
+
+/// Whether a file has an extension that is not that of TOML.
+fn is_foreign(path: &Path) -> bool {
+    path.extension().is_some() && !is_toml(path)
 }
 
 /// Whether a file is a scene in place of a job: a mesh by its name, or TOML with the tables of scenes and none of jobs.

@@ -24,7 +24,7 @@ use crate::partition::misfit;
 use crate::planes::PlaneTarget;
 use crate::site::{Lines, SurfaceSite};
 use crate::sky::sky_box;
-pub(crate) use read::is_toml;
+pub(crate) use read::{is_toml, unknown_format};
 pub use read::{load_scene, load_scene_with};
 
 /// A scene as written, and where.

@@ -400,6 +400,25 @@ fn unreadable_files() {
     );
 }
 
+/// A mesh of another program, given in place of a job: empty, bytes, or text.
+#[test]
+fn meshes_that_no_reader_exists_for_are_named() {
+    let folder = Folder::new("foreign");
+    for (name, content) in
+        [("a.ifc", &b""[..]), ("b.blend", b"\xff\xfe"), ("c.rad", b"void plastic white\n0\n")]
+    {
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        let message =
+            load(&path, &[]).map(|_| "accepted".to_owned()).unwrap_or_else(|error| error.to_string());
+        assert_says(name, &message, &[&name[1..], "scenes are unknown", ".glb"]);
+    }
+    // A job may have any name.
+    folder.write("s.toml", SCENE);
+    folder.write("job.txt", JOB);
+    load(&folder.path().join("job.txt"), &[]).unwrap();
+}
+
 #[test]
 fn the_line_is_that_of_the_second_surface() {
     let folder = Folder::new("refused-second");

@@ -242,7 +242,7 @@ pub(crate) fn is_toml(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
-fn unknown_format(path: &Path) -> Error {
+pub(crate) fn unknown_format(path: &Path) -> Error {
     match path.extension() {
         None if path.is_dir() => Error::Folder { file: path.into() },
         None => Error::SceneFormat { file: path.into(), format: "scenes without extension".into() },

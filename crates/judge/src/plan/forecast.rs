@@ -22,6 +22,8 @@ pub struct RunForecast<'a> {
     nothing: bool,
     /// What is asked of sensors, in words.
     of_sensors: Option<String>,
+    /// What is asked of all patches together, in words.
+    of_total: Option<String>,
     /// The budget of the whole job.
     budget: u64,
     /// The paths that a walk counts as.
@@ -68,6 +70,8 @@ impl<'a> RunForecast<'a> {
         let costs = Costs::new(experiment, &pilot, (meters.peak_memory)());
         let sensors = job.sensor_target.as_ref();
         let of_sensors = sensors.map(|target| asked_of_sensors(target, job.scene.sensors()));
+        let of_total =
+            job.total_target.map(|target| format!("a total error of {} over the area", target.total_error));
         let ending = pilot.ending.filter(|_| job.total_target.is_none());
         let walks = ending.map_or(budget, |ending| ending.walks().min(budget));
         let stream = if experiment.unit().is_walk() { job.budget.stream_paths } else { 1 };
@@ -78,6 +82,7 @@ impl<'a> RunForecast<'a> {
             target,
             nothing: target.is_some_and(|target| judge(target, &estimates, 0).achieved.is_nan()),
             of_sensors,
+            of_total,
             budget,
             paths_per_walk,
             bound,
@@ -176,7 +181,8 @@ impl<'a> RunForecast<'a> {
                 target.relative_error, target.fraction
             )
         });
-        let asked: Vec<String> = of_patches.into_iter().chain(self.of_sensors.clone()).collect();
+        let asked = of_patches.into_iter().chain(self.of_sensors.clone()).chain(self.of_total.clone());
+        let asked: Vec<String> = asked.collect();
         if asked.is_empty() {
             return vec!["no target: the whole budget will be spent".into()];
         }
@@ -184,7 +190,7 @@ impl<'a> RunForecast<'a> {
         if self.nothing {
             return vec![format!("{what}: there is nothing to judge; the whole budget will be spent")];
         }
-        let Some(ending) = self.pilot.ending else {
+        let Some(ending) = self.pilot.ending.filter(|_| self.of_total.is_none()) else {
             return vec![format!("{what}: this pilot cannot predict when; the plan is for the whole budget")];
         };
         let [least, most] = [ending.least, ending.most].map(|walks| quantity(self.paths(walks) as f64));

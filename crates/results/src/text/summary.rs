@@ -21,7 +21,8 @@ pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>
     lines.extend(summary.accuracy.iter().flat_map(of_accuracy));
     lines.extend(summary.model.lines().iter().map(|line| format!("model: {line}")));
     let found = |verdict: Verdict| summary.checks.iter().filter(move |check| check.verdict == verdict);
-    lines.extend(found(Verdict::Failed).map(|check| format!("note: {}", check.message)));
+    let lost = found(Verdict::Passed).filter(|check| check.name == "escape" && summary.escaped > 0);
+    lines.extend(lost.chain(found(Verdict::Failed)).map(|check| format!("note: {}", check.message)));
     let names: Vec<&str> = found(Verdict::NotExamined).map(|check| &check.name[..]).collect();
     if !names.is_empty() {
         lines.push(format!("checks not examined: {}", names.join(", ")));
@@ -135,7 +136,7 @@ fn of_accuracy(accuracy: &AccuracySummary) -> Vec<String> {
         if reached {
             format!("target reached: a total error of {total}")
         } else if discretisation >= target {
-            format!("target not reached: a total error of {total} takes finer patches, not more walks")
+            format!("target not reached: a total error of {total} takes finer patches, not more walks: a larger budget chooses them, unless the job states its own")
         } else {
             let paths = walks_needed(accuracy, target);
             format!("target not reached: a total error of {total} takes about {paths:.2} times the walks")
