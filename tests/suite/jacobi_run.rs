@@ -246,3 +246,40 @@ fn a_target_is_looked_at_chain_by_chain() {
         assert!(answer(&again) == answer(&out));
     }
 }
+
+/// A cube of R = 0.999, of which a hole in a wall loses as much light as all walls absorb, by a ray or two of each chain: chains that lose none are too bright.
+#[test]
+fn chains_that_lose_much_light_by_few_rays_say_so() {
+    let folder = tempdir().unwrap();
+    let quad = |name: &str, material: &str, corners: &str| {
+        format!(
+            "[[surface]]\nname = \"{name}\"\nmaterial = \"{material}\"\nquad = [{corners}]\npatches = [2, 2]\n"
+        )
+    };
+    let mut scene =
+        "[material.w]\nreflectance = 0.999\n[material.lamp]\nreflectance = 0.999\nemittance = 1\n".to_owned();
+    for (name, material, corners) in [
+        ("floor", "w", "[0,0,0],[1,0,0],[0,1,0]"),
+        ("ceiling", "lamp", "[0,0,1],[0,1,1],[1,0,1]"),
+        ("west", "w", "[0,0,0],[0,1,0],[0,0,1]"),
+        ("east", "w", "[1,0,0],[1,0,1],[1,1,0]"),
+        ("south", "w", "[0,0,0],[0,0,1],[1,0,0]"),
+        // A slit of 6 mm is left beside it.
+        ("north", "w", "[0,1,0],[0.994,1,0],[0,1,1]"),
+    ] {
+        scene += &quad(name, material, corners);
+    }
+    std::fs::write(folder.path().join("s.toml"), scene).unwrap();
+    let job = folder.path().join("j.toml");
+    std::fs::write(&job, "scene = \"s.toml\"\n[method]\nwalk = \"jacobi\"\n[budget]\npaths = 1\n").unwrap();
+    let escape = |name: &str, paths: &str| {
+        let summary = run_job(job.to_str().unwrap(), &path(&folder, name), &["--paths", paths]);
+        let checks = summary["checks"].as_array().unwrap().clone();
+        let check = checks.into_iter().find(|check| check["name"] == "escape").unwrap();
+        (check["ok"].as_bool().unwrap(), check["message"].as_str().unwrap().to_owned())
+    };
+    let (few, told) = escape("few", "12000");
+    assert!(!few && told.contains("left the scene by") && told.contains("of 8 chains"), "{told}");
+    let (many, told) = escape("many", "4000000");
+    assert!(many, "{told}");
+}

@@ -153,6 +153,7 @@ impl Mesh {
         let mut finish = MeshFinishes::new(&self, options).map_err(at)?;
         self.leave_out(&finish).map_err(at)?;
         let likely_unit = self.likely_unit(format, options, &mut notes);
+        notes.extend(self.likely_up(format, options, likely_unit.map_or(1.0, |(_, length)| length)));
         self.drop_faults(&finish, options, &mut notes).map_err(at)?;
         finish.spread_power(&self, options).map_err(at)?;
         let mut areas = vec![0.0; self.materials.len()];
@@ -269,6 +270,37 @@ impl Mesh {
             "the mesh measures {taken} if its unit is 1 m; {name} is {why}, which makes it {likely}; --set import.unit={length}"
         ));
         Some((name, length))
+    }
+
+    /// That a room seems to lie on its side, in a file that leaves open which axis points up: floors and ceilings are most of it. They are a storey apart, and
+    /// lie as walls do. `unit` is the likely length of a unit [m].
+    fn likely_up(&self, format: Format, options: &Options, unit: f64) -> Option<String> {
+        // Parts of the area, sines of 5° from upright, and heights [m].
+        const MOST: f64 = 0.4;
+        const UPRIGHT: f64 = 0.996;
+        const STOREY: std::ops::Range<f64> = 1.9..8.0;
+        if options.up.is_some() || matches!(format, Format::Gltf | Format::Mgf | Format::Mitsuba) {
+            return None;
+        }
+        let mut facing = [0.0; 3];
+        let mut total = 0.0;
+        for triangle in &self.triangles {
+            let [a, b, c] = self.corners(triangle);
+            let (area, normal) =
+                (0.5 * (b - a).cross(c - a).length(), (b - a).cross(c - a).normalize_or_zero());
+            total += area;
+            let axis = normal.to_array().iter().position(|along| along.abs() > UPRIGHT);
+            axis.into_iter().for_each(|axis| facing[axis] += area);
+        }
+        let (low, high) = self.bounds(|position| position);
+        let [_, depth, height] = ((high - low) * unit).to_array();
+        let lies = facing[1] > MOST * total && facing[1] > 1.5 * facing[2];
+        let axis = if usual_up(format) == UpAxis::Y { "z" } else { "y" };
+        (lies && STOREY.contains(&depth) && depth < 0.7 * height).then(|| {
+            format!(
+                "a room seems to lie on its side: most of the area faces along the file's {axis}, over {depth:.2} m; --set import.up={axis} stands it upright"
+            )
+        })
     }
 
     fn drop_faults(

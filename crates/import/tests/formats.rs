@@ -4,7 +4,9 @@ use std::io;
 use std::path::Path;
 
 use glam::DVec3;
-use import::{Error, Files, Format, Imported, LostProperty, MaterialOverride, Mesh, Options, SidesChoice};
+use import::{
+    Error, Files, Format, Imported, LostProperty, MaterialOverride, Mesh, Options, SidesChoice, UpAxis,
+};
 use radiosity::{Shape, Sides, Spectrum, lamps::Emission};
 
 fn read(path: &str, content: &[u8]) -> Result<Mesh, Error> {
@@ -241,6 +243,22 @@ fn the_likely_unit_is_reported_and_offered() {
         note
     };
     assert!(is_noted(1.0) && !is_noted(0.001));
+}
+
+/// Floor and ceiling of an OBJ room whose third axis points up face sideways where the second one is taken for it: a note says so, unless an axis is set.
+#[test]
+fn a_room_on_its_side_is_noted() {
+    let noted = |name: &str, [x, y, z]: [f64; 3], up: Option<UpAxis>| {
+        let corner =
+            |i: usize| [(i & 1, x), (i >> 1 & 1, y), (i >> 2 & 1, z)].map(|(on, size)| on as f64 * size);
+        let corners: String = (0..8).map(corner).map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+        let obj = corners + "f 1 2 4 3\nf 5 6 8 7\nf 1 2 6 5\nf 3 4 8 7\nf 1 3 7 5\nf 2 4 8 6\n";
+        let imported = scene(name, obj.as_bytes(), &Options { up, ..Options::default() }).unwrap();
+        imported.notes.iter().any(|note| note.contains("; --set import.up=z stands it upright"))
+    };
+    assert!(noted("lying.obj", [6.0, 5.0, 2.7], None));
+    assert!(!noted("lying.obj", [6.0, 5.0, 2.7], Some(UpAxis::Y)));
+    assert!(!noted("upright.obj", [6.0, 2.7, 5.0], None) && !noted("wall.obj", [6.0, 3.0, 0.2], None));
 }
 
 /// Editors on Windows put a byte order mark before the first statement.

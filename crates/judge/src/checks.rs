@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use job::Forecast;
 use protocol::{Book, Look};
 use radiosity::{
-    Estimate, Estimates, Experiment, Scene, Sequence, Side, Tally,
+    Counts, Estimate, Estimates, Experiment, Method, Scene, Sequence, Side, Tally,
     precision::{FaceShare, Precision, Quantity, TINY},
     sensors::Readings,
     surfaces::Face,
@@ -198,6 +198,11 @@ fn buried(scene: &Scene) -> Check {
 const LEAK: f64 = 0.01;
 const SPENT: f64 = 0.99;
 
+/// Where this part of the light escapes by chains of which each lost fewer rays than this, how much is lost rests on few rays: light is that over what is lost, so
+/// that chains without such rays are far too bright, and their mean too (docs/results/intervals.md).
+const LOST: f64 = 0.1;
+const LOST_RAYS: u64 = 32;
+
 /// Checks the power that left the scene, all channels together, as the page shows it. Power counts, not rays: the last rays of infinite walks and of chains may
 /// carry little.
 fn escape(experiment: &Experiment, tally: &Tally) -> Check {
@@ -232,8 +237,24 @@ fn escape(experiment: &Experiment, tally: &Tally) -> Check {
                 share(part)
             ),
         ),
+        part if is_lost_by_few(experiment, &counts, part) => check(
+            "escape",
+            false,
+            format!(
+                "{} of the {what} left the scene by {} rays of {} chains: so few tell too little of how much is lost, and chains are too bright for it; give more paths, or walk = \"shooting\"",
+                share(part),
+                counts.escaped,
+                counts.walks
+            ),
+        ),
         _ => check("escape", true, format!("{} of the {what} left the scene", share(part))),
     }
+}
+
+/// Whether much of the light leaves by few rays of chains.
+fn is_lost_by_few(experiment: &Experiment, counts: &Counts, part: f64) -> bool {
+    let is_chains = matches!(experiment.method(), Method::Chains(_));
+    is_chains && part > LOST && counts.escaped < LOST_RAYS * counts.walks
 }
 
 /// The most emitting faces whose direction is examined.
