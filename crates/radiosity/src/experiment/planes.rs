@@ -138,8 +138,10 @@ impl Readings<'_> {
         // What is left to 1 falls by 2⁻¼ from step to step.
         let steps = (1..50).map(|k| 1.0 - 0.5 * 0.5_f64.powf(0.25 * f64::from(k)));
         let levels = steps.take_while(|&level| level < Sufficiency::SUREST).chain([Sufficiency::SUREST]);
-        let confidence = levels.take_while(|&level| known.value.is_some() && is_sure(level)).last();
-        Sufficiency { is_met, confidence: confidence.unwrap_or(0.5) }
+        let levels: Vec<f64> = levels.collect();
+        // Intervals grow with their level.
+        let sure = if known.value.is_some() { levels.partition_point(|&level| is_sure(level)) } else { 0 };
+        Sufficiency { is_met, confidence: sure.checked_sub(1).map_or(0.5, |last| levels[last]) }
     }
 
     fn plane_mean(&self, plane: usize, channel: usize) -> Figure {
