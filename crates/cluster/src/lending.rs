@@ -10,6 +10,7 @@ use radiosity::parallel::ThreadPool;
 pub(crate) struct Lending {
     threads: usize,
     busy: Mutex<Busy>,
+    /// Held by the thread that has a tally.
     tally: Mutex<()>,
 }
 

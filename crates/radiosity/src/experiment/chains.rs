@@ -123,6 +123,7 @@ pub(super) struct Contributions {
     bright: Vec<BrightFaces>,
 }
 
+/// What the method makes of the faces that it does not gather for.
 #[derive(Clone, Debug)]
 enum Kind {
     Links(Vec<ExtraLink>),

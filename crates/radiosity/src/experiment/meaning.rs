@@ -128,7 +128,7 @@ impl Experiment {
     }
 
     /// The sizes that scores on face i may have, in events, and what their probabilities are multiplied by at most; `None` where all events are worth the
-    /// same, or walks are no samples, not even of batches. A walk comes to a face 1/(1 − σ_i·σ_max) times at most in the mean; by reciprocity a gathering walk
+    /// same, and of chains. A walk comes to a face 1/(1 − σ_i·σ_max) times at most in the mean; by reciprocity a gathering walk
     /// born on face i then meets face j A_j/A_i times as often.
     pub(super) fn sizes(&self, (i, face): (usize, &Face), channel: usize) -> Option<(&Sizes, f64)> {
         let (Method::Walks(_) | Method::Batches(_)) = &self.method else { return None };
