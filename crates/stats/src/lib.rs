@@ -24,6 +24,6 @@ pub use minimum::{UncertainMean, minimum_interval, quotient_interval};
 pub use moments::{Moments, Sample, variance_of_blocks};
 pub use normal::{normal_cdf, normal_quantile};
 pub use proportion::{mid_p_interval, proportion_interval};
-pub use sizes::{Sizes, size_class};
+pub use sizes::{Sizes, size_class, unmet_chance, with_unmet};
 pub use stopping::{DoubleSampling, foresight};
 pub use student::student_quantile;

@@ -29,6 +29,16 @@ pub fn size_class(number: f64) -> u64 {
     number.to_bits() >> 49
 }
 
+/// The largest chance of what has stayed out of n trials with a probability of `tail`: p, where (1 − p)ⁿ = tail.
+pub fn unmet_chance(n: f64, tail: f64) -> f64 {
+    -(tail.ln() / n).exp_m1()
+}
+
+/// The upper end of an interval of a mean, with room for what is `unmet`: both go together as standard errors do.
+pub fn with_unmet(high: f64, mean: f64, unmet: f64) -> f64 {
+    if unmet > 0.0 { mean + (high - mean).hypot(unmet) } else { high }
+}
+
 impl Sizes {
     /// The sizes of scores, each with a probability that may be scaled later.
     pub fn new(scores: impl IntoIterator<Item = (f64, f64)>) -> Self {
@@ -78,7 +88,7 @@ impl Sizes {
         scale: f64,
     ) -> Interval {
         let tail = 0.5 * (1.0 - confidence);
-        let budget = -(tail.ln() / n as f64).exp_m1();
+        let budget = unmet_chance(n as f64, tail);
         let unmet = self.beyond(seen, budget, scale);
         Interval { high: mean + (interval.high - mean).hypot(unmet), ..interval }
     }

@@ -79,7 +79,7 @@ impl Student {
                 (low, high)
             }
             (Some(_), By::Many { .. }) if mean == 0.0 => {
-                (0.0, -most * (self.tail.ln() / moments.n as f64).exp_m1())
+                (0.0, most * stats::unmet_chance(moments.n as f64, self.tail))
             }
             (Some(quantile), _) if sample_error > 0.0 => {
                 let below = quantile * sample_error * (1.0 - LEAN_BELOW * (sample_error / mean).min(1.0));
@@ -90,7 +90,7 @@ impl Student {
             }
             _ => (0.0, most.max(mean)),
         };
-        let high = if unmet > 0.0 { mean + (high - mean).hypot(unmet) } else { high };
+        let high = stats::with_unmet(high, mean, unmet);
         let error = Some(with_links(MORE)).filter(|_| sample_error > 0.0).zip(self.deviation);
         ChainEstimate { mean, error: error.map(|(error, deviation)| deviation * error), low, high }
     }
@@ -171,7 +171,7 @@ impl Contributions {
                 let events = irradiance(experiment, tally, (i, face), channel) / per_event * walks;
                 let unmet = match experiment.sizes((i, face), channel).filter(|_| events > 0.0) {
                     Some((sizes, scale)) => {
-                        let budget = -(student.tail.ln() / walks).exp_m1();
+                        let budget = stats::unmet_chance(walks, student.tail);
                         per_event * sizes.beyond(events / tally.events(i) as f64, budget, scale)
                     }
                     None => 0.0,

@@ -222,8 +222,7 @@ impl<'a> Readings<'a> {
             low += factor * estimate.low;
             high += factor * estimate.high;
         }
-        let unmet = self.unmet(cell, channel);
-        let high = if unmet > 0.0 { mean + (high - mean).hypot(unmet) } else { high };
+        let high = stats::with_unmet(high, mean, self.unmet(cell, channel));
         Reading { irradiance: known.then_some(mean), std_error: error, ci_low: low, ci_high: high }
     }
 

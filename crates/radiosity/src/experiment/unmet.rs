@@ -61,7 +61,7 @@ impl Ball {
         let middle = 0.5 * (low + high);
         let radius = corners().fold(0.0, |radius: f64, at| radius.max(at.distance(middle)));
         let normal = || {
-            let [a, b, c] = *faces.piece_corners(face_piece(scene, face)).first_chunk()?;
+            let [a, b, c] = *faces.piece_corners(faces.pieces(face).next()?).first_chunk()?;
             (b - a).cross(c - a).try_normalize()
         };
         Ball { middle, radius, normal: if faces.may_see_itself(face) { None } else { normal() } }
@@ -96,11 +96,6 @@ impl Ball {
             (area * cos(leaves) * cos(arrives) / (PI * nearest * nearest)).min(1.0)
         }
     }
-}
-
-/// The first piece of a face.
-fn face_piece(scene: &Scene, face: usize) -> u32 {
-    scene.faces().pieces(face).next().expect("a face has pieces")
 }
 
 /// A face with what it sends in one way: what it reflects, or what it emits.
@@ -180,7 +175,7 @@ impl BrightFaces {
     /// Σ(B_j − x)⁺q_j over chances q_j ≤ F_j with Σq_j ≤ p, where (1 − p)^M is `tail`. Shadow rays, a third as many, look for what faces emit: with v_j the
     /// visible part of F_j and s_j the part of these rays, Σs_jv_j ≤ 3p. That both kinds have stayed out are two chances.
     pub(super) fn unmet(&self, places: &[Ball], seen: f64, (rays, tail): (f64, f64)) -> f64 {
-        let most = -(tail.ln() / rays).exp_m1();
+        let most = stats::unmet_chance(rays, tail);
         let (mut budget, mut reflected) = (most, (self.rest - seen).max(0.0) * most);
         let (mut emitted, mut largest_share, mut brightest) = (0.0, 0.0_f64, 0.0_f64);
         for face in self.faces.iter().take_while(|face| face.radiosity > seen) {
