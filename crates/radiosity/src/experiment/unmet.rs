@@ -10,7 +10,7 @@ use glam::DVec3;
 use super::Experiment;
 use crate::geometry::sensor::{Response, SensorCell, Sensors};
 use crate::jacobi::faces::FaceTable;
-use crate::jacobi::final_gather::SHADOW_SHARE;
+use crate::jacobi::final_gather::LIGHT_BY_SHADOW_RAYS;
 use crate::jacobi::lamps::emitted_shares;
 use crate::scene::Scene;
 use crate::tally::Tally;
@@ -108,18 +108,36 @@ struct BrightFace {
     ball: Ball,
     /// About its parts.
     parts: Vec<Ball>,
-    /// The part of all shadow rays that look for what it emits; `None` of what it reflects.
-    share: Option<f64>,
+    /// The shadow rays that look for what it emits, for each gathering ray; 0 of what it reflects.
+    shadow_rays: f64,
 }
 
 impl BrightFace {
-    /// A bound on F from a place to it, by its parts where it is near.
-    fn form_factor_from(&self, place: &Ball) -> f64 {
+    /// Bounds on F from a place to it, by its parts where it is near: of the whole, and of the whole if all of it were as its nearest part.
+    fn form_factor_from(&self, place: &Ball) -> [f64; 2] {
         if place.middle.distance(self.ball.middle) > 4.0 * (place.radius + self.ball.radius) {
-            return place.form_factor(&self.ball, self.area);
+            return [place.form_factor(&self.ball, self.area); 2];
         }
-        let area = self.area / self.parts.len() as f64;
-        self.parts.iter().map(|part| place.form_factor(part, area)).sum::<f64>().min(1.0)
+        let parts = self.parts.len() as f64;
+        let [sum, largest] = self.parts.iter().fold([0.0, 0.0_f64], |[sum, largest], part| {
+            let factor = place.form_factor(part, self.area / parts);
+            [sum + factor, largest.max(factor)]
+        });
+        [sum.min(1.0), (parts * largest).min(1.0)]
+    }
+
+    /// What one ray brings that meets it from one of some places, at most, and how likely a ray of theirs does, at most. By the balance heuristic a ray that
+    /// meets what is emitted brings B·F/(F + σ), σ being the shadow rays that go there for each gathering ray.
+    fn size_and_chance(&self, places: &[Ball]) -> (f64, f64) {
+        let [sum, largest] = places.iter().fold([0.0, 0.0_f64], |[sum, largest], place| {
+            let [factor, of_nearest] = self.form_factor_from(place);
+            [sum + factor, largest.max(of_nearest)]
+        });
+        if largest <= 0.0 {
+            return (0.0, 0.0);
+        }
+        let size = self.radiosity * largest / (largest + self.shadow_rays);
+        (size, self.radiosity * sum / places.len() as f64 / size)
     }
 }
 
@@ -144,17 +162,17 @@ impl BrightFaces {
                 let by_source = reflected[i * of_face..][..of_face].iter().skip(c).step_by(channels);
                 let reflected = by_source.enumerate().map(|(source, light)| factor(source) * light).sum();
                 let source = sources.as_ref().map_or(0, |sources| sources.of_emitter[i]);
-                let share = shares.get(i).copied().unwrap_or(0.0);
-                [(i, reflected, None), (i, factor(source) * face.emittance[c], Some(share))]
+                let shadow_rays = LIGHT_BY_SHADOW_RAYS * shares.get(i).copied().unwrap_or(0.0);
+                [(i, reflected, 0.0), (i, factor(source) * face.emittance[c], shadow_rays)]
             });
             BrightFaces::new(scene, light.filter(|&(_, radiosity, _)| radiosity > 0.0).collect())
         };
         (0..channels).map(of_channel).collect()
     }
 
-    fn new(scene: &Scene, mut light: Vec<(usize, f64, Option<f64>)>) -> Self {
-        let brighter = |a: &(usize, f64, Option<f64>), b: &(usize, f64, Option<f64>)| {
-            b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)).then(a.2.is_some().cmp(&b.2.is_some()))
+    fn new(scene: &Scene, mut light: Vec<(usize, f64, f64)>) -> Self {
+        let brighter = |a: &(usize, f64, f64), b: &(usize, f64, f64)| {
+            b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)).then(a.2.total_cmp(&b.2))
         };
         let mut rest = 0.0;
         if light.len() > MOST_FACES {
@@ -163,41 +181,30 @@ impl BrightFaces {
             light.truncate(MOST_FACES);
         }
         light.sort_unstable_by(brighter);
-        let bright = |(i, radiosity, share)| {
+        let bright = |(i, radiosity, shadow_rays)| {
             let area = scene.faces().get(i).area;
             let (ball, parts) = (Ball::of_face(scene, i), Ball::of_parts_of(scene, i));
-            BrightFace { radiosity, area, ball, parts, share }
+            BrightFace { radiosity, area, ball, parts, shadow_rays }
         };
         BrightFaces { faces: light.into_iter().map(bright).collect(), rest }
     }
 
-    /// What faces brighter than `seen` may bring to the mean of some places, beyond `seen` for each ray, that no ray of M has met. By what they reflect: max
-    /// Σ(B_j − x)⁺q_j over chances q_j ≤ F_j with Σq_j ≤ p, where (1 − p)^M is `tail`. Shadow rays, a third as many, look for what faces emit: with v_j the
-    /// visible part of F_j and s_j the part of these rays, Σs_jv_j ≤ 3p. That both kinds have stayed out are two chances.
+    /// What faces may bring to the mean of some places, beyond `seen` for each ray, that no ray of M has met: max Σ(s_j − x)⁺q_j over the sizes s_j of what one
+    /// ray brings and chances q_j, each no more than geometry allows, with Σq_j ≤ p, where (1 − p)^M is `tail`.
     pub(super) fn unmet(&self, places: &[Ball], seen: f64, (rays, tail): (f64, f64)) -> f64 {
-        let most = stats::unmet_chance(rays, tail);
-        let (mut budget, mut reflected) = (most, (self.rest - seen).max(0.0) * most);
-        let (mut emitted, mut largest_share, mut brightest) = (0.0, 0.0_f64, 0.0_f64);
-        for face in self.faces.iter().take_while(|face| face.radiosity > seen) {
-            let more = face.radiosity - seen;
-            if budget <= 0.0 && face.share.is_none() {
-                continue;
-            }
-            let chances = places.iter().map(|place| face.form_factor_from(place));
-            let chance = chances.sum::<f64>() / places.len() as f64;
-            if let Some(share) = face.share {
-                emitted += more * chance;
-                largest_share = largest_share.max(more * chance / share);
-                brightest = brightest.max(more);
-                continue;
-            }
+        let least = self.rest.max(seen);
+        let bright = self.faces.iter().take_while(|face| face.radiosity > least);
+        let mut sizes: Vec<(f64, f64)> =
+            bright.map(|face| face.size_and_chance(places)).filter(|&(size, _)| size > least).collect();
+        sizes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+        let (mut budget, mut light) = (stats::unmet_chance(rays, tail), 0.0);
+        for (size, chance) in sizes {
             let chance = chance.min(budget);
-            // What is left of the budget is that of faces that are left out.
-            reflected += (more - (self.rest - seen).max(0.0)) * chance;
+            light += (size - seen) * chance;
             budget -= chance;
         }
-        let shadow_rays = 1.0 / (SHADOW_SHARE - 1) as f64;
-        reflected.hypot(emitted.min(most / shadow_rays * largest_share).min(most * brightest))
+        // What is left of the budget is that of faces that are left out.
+        light + (least - seen) * budget
     }
 }
 
@@ -238,26 +245,27 @@ mod tests {
         assert_eq!([behind, away].map(|face| floor.form_factor(&face, 0.03)), [0.0; 2]);
     }
 
-    /// The brightest face takes what it may of the budget, the next one the rest, and shadow rays leave next to nothing out.
+    /// The brightest face takes what it may of the budget, the next one the rest; shadow rays bring less each.
     #[test]
     fn what_is_unmet_is_the_brightest_that_rays_may_have_missed() {
         let floor = ball([0.0; 3], 0.0, [0.0, 0.0, 1.0]);
-        let face = |radiosity, r: f64, share| BrightFace {
+        let face = |radiosity, r: f64, shadow_rays| BrightFace {
             radiosity,
             area: PI * r * r,
             ball: ball([0.0, 0.0, 2.0], r, [0.0, 0.0, -1.0]),
             parts: vec![ball([0.0, 0.0, 2.0], r, [0.0, 0.0, -1.0])],
-            share,
+            shadow_rays,
         };
         let unmet = |faces, seen| BrightFaces { faces, rest: 0.0 }.unmet(&[floor], seen, (1000.0, 0.025));
         let budget = -(0.025_f64.ln() / 1000.0).exp_m1();
-        assert!((unmet(vec![face(100.0, 1.0, None)], 10.0) - 90.0 * budget).abs() < 1e-12);
-        let small = face(100.0, 0.01, None);
-        let chance = small.form_factor_from(&floor);
-        let both = unmet(vec![small, face(50.0, 1.0, None)], 10.0);
+        assert!((unmet(vec![face(100.0, 1.0, 0.0)], 10.0) - 90.0 * budget).abs() < 1e-12);
+        let small = face(100.0, 0.01, 0.0);
+        let [chance, _] = small.form_factor_from(&floor);
+        let both = unmet(vec![small, face(50.0, 1.0, 0.0)], 10.0);
         assert!((both - 90.0 * chance - 40.0 * (budget - chance)).abs() < 1e-12, "{both}");
-        assert_eq!(unmet(vec![face(100.0, 1.0, None)], 100.0), 0.0);
-        let lamp = unmet(vec![face(100.0, 0.01, Some(1.0))], 0.0);
-        assert!(lamp < 0.02 * 100.0 * chance, "{lamp}");
+        assert_eq!(unmet(vec![face(100.0, 1.0, 0.0)], 100.0), 0.0);
+        let lamp = unmet(vec![face(100.0, 0.01, 1.0)], 0.0);
+        let size = 100.0 * chance / (chance + 1.0);
+        assert!((lamp - size * budget).abs() < 1e-12 && lamp < 0.02 * 100.0 * chance, "{lamp}");
     }
 }
