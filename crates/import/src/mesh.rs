@@ -87,7 +87,9 @@ pub enum LostProperty {
     Definition,
     /// A colour texture cannot be read: the colour stands alone.
     Texture,
-    /// Light passes the material.
+    /// Most light passes the material as if it were not there.
+    Clearness,
+    /// Some light passes the material.
     Transparency,
     /// Light is reflected as by a mirror: by gloss or by metal.
     Mirror,
@@ -147,6 +149,17 @@ impl Material {
     pub(crate) fn loses(&mut self, what: LostProperty) {
         if !self.lost.contains(&what) {
             self.lost.push(what);
+        }
+    }
+
+    /// Notes that a part of the light passes, in [0, 1].
+    pub(crate) fn passes(&mut self, part: f64) {
+        // What passes less is rather a surface than nothing.
+        const CLEAR: f64 = 0.5;
+        match part {
+            part if part > CLEAR => self.loses(LostProperty::Clearness),
+            part if part > 0.0 => self.loses(LostProperty::Transparency),
+            _ => {}
         }
     }
 }

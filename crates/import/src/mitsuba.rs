@@ -254,7 +254,13 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
                 return;
             }
             "diffuse" | "roughdiffuse" => {}
-            "dielectric" | "thindielectric" | "roughdielectric" => {
+            "dielectric" | "thindielectric" => {
+                material.passes(1.0);
+                material.reflectance = Spectrum::BLACK;
+                material.sides = Some(Sides::Both);
+                return;
+            }
+            "roughdielectric" => {
                 material.loses(LostProperty::Transparency);
                 material.reflectance = Spectrum::BLACK;
                 material.sides = Some(Sides::Both);

@@ -48,7 +48,8 @@ fn statement(line: &[u8], entries: &mut Vec<MtlEntry>) -> Result<(), UnplacedErr
         b"kd" => material.reflectance = colour(&mut arguments)?,
         b"ke" => material.emittance = colour(&mut arguments)?,
         b"ks" if colour(&mut arguments)?.is_lit() => material.loses(LostProperty::Mirror),
-        b"d" if opacity(&mut arguments)? < 1.0 => material.loses(LostProperty::Transparency),
+        b"d" => material.passes(1.0 - opacity(&mut arguments)?),
+        // Some programs write 1 for what is opaque, others for what is clear.
         b"tr" if opacity(&mut arguments)? > 0.0 => material.loses(LostProperty::Transparency),
         b"map_kd" => *image = image_name(line),
         b"map_ke" => *emission = image_name(line),

@@ -58,6 +58,18 @@ impl<'a> Few<'a> {
     }
 }
 
+/// Adds which materials light passes, so that their faces are left out.
+pub(crate) fn note_clear(mesh: &Mesh, finishes: &[Finish], areas: &[f64], notes: &mut Vec<String>) {
+    let is_clear = |i: usize| finishes[i].is_left_out() && finishes[i].leave_out.is_none();
+    if let Some(few) = Few::of(mesh, areas, is_clear) {
+        notes.push(format!(
+            "clear, so that light passes as if nothing were there: {}; {} makes it a surface",
+            few.in_words(),
+            setting(few.largest, "leave_out", "false")
+        ));
+    }
+}
+
 /// Adds what is left out of materials, and what is black, a line for each kind.
 pub(crate) fn note_losses(mesh: &Mesh, finishes: &[Finish], areas: &[f64], notes: &mut Vec<String>) {
     let mut note = |what: &str, few: Option<Few<'_>>, remedy: &dyn Fn(&str) -> String| {
@@ -78,7 +90,9 @@ pub(crate) fn note_losses(mesh: &Mesh, finishes: &[Finish], areas: &[f64], notes
     note("textures, for which their mean colours stand", Few::of(mesh, areas, textured), &reflect("0.5"));
     let unread = Few::of(mesh, areas, |i| as_given(i) && loses(i, LostProperty::Texture));
     note("textures that are missing or of no known format, so colours stand alone", unread, &reflect("0.5"));
-    let panes = Few::of(mesh, areas, |i| loses(i, LostProperty::Transparency));
+    let panes = Few::of(mesh, areas, |i| {
+        [LostProperty::Transparency, LostProperty::Clearness].iter().any(|&what| loses(i, what))
+    });
     note("transparent, and modelled as solid", panes, &pane);
     let mirrors = Few::of(mesh, areas, |i| as_given(i) && loses(i, LostProperty::Mirror));
     note("mirror-like in part, of which the diffuse part is modelled", mirrors, &reflect("0.8"));

@@ -10,8 +10,8 @@ use crate::Format;
 use crate::clean::FaultyTriangles;
 use crate::error::{Error, FileSpot, UnplacedError};
 use crate::lamps::names_a_lamp;
-use crate::mesh::{Material, Mesh, Triangle};
-use crate::notes::{beyond, note_losses};
+use crate::mesh::{LostProperty, Material, Mesh, Triangle};
+use crate::notes::{beyond, note_clear, note_losses};
 use crate::options::{Faults, MaterialOverride, Options, SidesChoice, UpAxis, matches};
 use crate::scale::{MeshPart, likely_unit};
 
@@ -94,7 +94,7 @@ impl Mesh {
         };
         let emits = |material: &Material| {
             let finish = Finish::of(material, options);
-            !finish.leave_out && (finish.emittance.is_lit() || finish.power.is_some())
+            finish.emits() && !finish.is_left_out()
         };
         self.materials.iter().zip(used).any(|(material, used)| used && emits(material))
             || options.materials.iter().any(by_part)
@@ -151,7 +151,7 @@ impl Mesh {
         self.split_parts(options);
         let mut notes = Vec::new();
         let mut finish = MeshFinishes::new(&self, options).map_err(at)?;
-        self.leave_out(&finish).map_err(at)?;
+        self.leave_out(&mut finish, &mut notes).map_err(at)?;
         let likely_unit = self.likely_unit(format, options, &mut notes);
         notes.extend(self.likely_up(format, options, likely_unit.map_or(1.0, |(_, length)| length)));
         self.drop_faults(&finish, options, &mut notes).map_err(at)?;
@@ -205,9 +205,21 @@ impl Mesh {
         }
     }
 
-    /// Takes out the faces of materials that are to be left out.
-    fn leave_out(&mut self, finishes: &MeshFinishes) -> Result<(), UnplacedError> {
-        self.triangles.retain(|triangle| !finishes.of[triangle.material as usize].leave_out);
+    /// Takes out the faces of materials that are to be left out, and notes those that no option names.
+    fn leave_out(
+        &mut self,
+        finishes: &mut MeshFinishes,
+        notes: &mut Vec<String>,
+    ) -> Result<(), UnplacedError> {
+        let mut areas = vec![0.0; self.materials.len()];
+        self.triangles.iter().for_each(|triangle| areas[triangle.material as usize] += self.area(triangle));
+        let is_out = |finish: &Finish, area: &f64| finish.is_left_out() || *area == 0.0;
+        // A mesh of nothing but glass is one of surfaces.
+        if finishes.of.iter().zip(&areas).all(|(finish, area)| is_out(finish, area)) {
+            finishes.of.iter_mut().for_each(|finish| finish.is_clear = false);
+        }
+        note_clear(self, &finishes.of, &areas, notes);
+        self.triangles.retain(|triangle| !finishes.of[triangle.material as usize].is_left_out());
         match self.triangles.is_empty() {
             true => Err(UnplacedError::new(
                 "every face is left out",
@@ -494,7 +506,10 @@ pub(crate) struct Finish {
     sides: Sides,
     /// Where its power is given, if it is.
     power: Option<PowerKey>,
-    leave_out: bool,
+    /// What an option says of whether its faces are left out.
+    pub(crate) leave_out: Option<bool>,
+    /// Whether most light passes it as if it were not there.
+    is_clear: bool,
     /// Whether the reflectance is the file's, and whether the emittance is.
     pub(crate) own_reflectance: bool,
     pub(crate) own_emittance: bool,
@@ -599,7 +614,8 @@ impl Finish {
             emittance: material.emittance,
             sides: sides(options.sides, material.sides),
             power: material.power.map(|_| PowerKey::Own),
-            leave_out: false,
+            leave_out: None,
+            is_clear: material.lost.contains(&LostProperty::Clearness),
             own_reflectance: true,
             own_emittance: true,
             open_sides: options.sides == SidesChoice::File && material.sides.is_none(),
@@ -615,7 +631,7 @@ impl Finish {
         self.own_reflectance &= entry.reflectance.is_none();
         self.own_emittance &= entry.emittance.or(entry.power).is_none();
         self.reflectance = entry.reflectance.unwrap_or(self.reflectance);
-        self.leave_out = entry.leave_out.unwrap_or(self.leave_out);
+        self.leave_out = entry.leave_out.or(self.leave_out);
         if let Some(emittance) = entry.emittance {
             (self.emittance, self.power) = (emittance, None);
         }
@@ -626,6 +642,15 @@ impl Finish {
             self.sides = sides(choice, written);
             self.open_sides = choice == SidesChoice::File && written.is_none();
         }
+    }
+
+    fn emits(&self) -> bool {
+        self.emittance.is_lit() || self.power.is_some()
+    }
+
+    /// Whether its faces are left out: where an option asks for it, and those that light passes, unless an option makes a surface of them.
+    pub(crate) fn is_left_out(&self) -> bool {
+        self.leave_out.unwrap_or(self.is_clear && self.own_reflectance && !self.emits())
     }
 
     /// The factor by which its emittance grows where one side is found to be the only one that shines; `None` where its sides are

@@ -315,6 +315,35 @@ fn overrides_reach_parts_and_leave_out() {
     assert!(none.unwrap_err().to_string().contains("every face is left out"));
 }
 
+/// Light passes clear faces: they are left out with a note, unless an option makes surfaces of them or nothing else is there.
+#[test]
+fn light_passes_clear_faces() {
+    let points = "v a =\np 0 0 0\nv b =\np 1 0 0\nv c =\np 0 1 0\nv d =\np 0 0 1\n";
+    let wall = "m wall =\nrd .5\nf a b c\n";
+    let pane = |part: &str| format!("m pane =\nrd .1\nts {part} 0\nf a b d\n");
+    let faces = |text: &str, entry: Option<MaterialOverride>| {
+        let options = Options { materials: entry.into_iter().collect(), ..Options::default() };
+        let read = scene("a.mgf", format!("{points}{text}").as_bytes(), &options).unwrap();
+        (read.spec.surfaces.len(), read.notes.join("; "))
+    };
+    let both = |part| format!("{wall}{}", pane(part));
+    let (count, notes) = faces(&both(".9"), None);
+    let remedy = "--set 'import.material.\"pane\".leave_out=false' makes it a surface";
+    assert!(count == 1 && notes.contains("clear, so that light passes") && notes.contains(remedy), "{notes}");
+    let (count, notes) = faces(&both(".4"), None);
+    assert!(count == 2 && notes.contains("transparent, and modelled as solid"), "{notes}");
+    let of_pane = || MaterialOverride::of("pane");
+    for kept in [
+        MaterialOverride { leave_out: Some(false), ..of_pane() },
+        MaterialOverride { reflectance: Some(0.3.into()), ..of_pane() },
+        MaterialOverride { emittance: Some(3.0.into()), ..of_pane() },
+    ] {
+        let (count, notes) = faces(&both(".9"), Some(kept));
+        assert!(count == 2 && !notes.contains("clear, so"), "{notes}");
+    }
+    assert_eq!(faces(&pane(".9"), None).0, 1, "nothing but glass");
+}
+
 /// A file of a thousand materials is refused in a message that people can read.
 #[test]
 fn a_pattern_that_matches_nothing_names_a_few_materials() {

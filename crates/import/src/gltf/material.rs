@@ -26,10 +26,9 @@ fn material(number: usize, json: &MaterialJson) -> Material {
     let [red, green, blue, alpha] = base(json).unwrap_or([1.0; 4]);
     let kept = 1.0 - metal(json);
     material.reflectance = Spectrum::rgb([red, green, blue].map(|channel| channel * kept));
-    let transmits = json.extensions.transmission.as_ref().is_some_and(|some| some.transmission_factor > 0.0);
-    if transmits || (has_alpha(json) && alpha < 1.0) {
-        material.loses(LostProperty::Transparency);
-    }
+    let transmitted = json.extensions.transmission.as_ref().map_or(0.0, |some| some.transmission_factor);
+    let passes = if has_alpha(json) { transmitted.max(1.0 - alpha) } else { transmitted };
+    material.passes(passes);
     if kept < 1.0 || json.extensions.specular.is_some() {
         material.loses(LostProperty::Mirror);
     }

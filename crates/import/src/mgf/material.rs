@@ -32,27 +32,23 @@ pub(super) struct Optics {
 impl Optics {
     /// The diffuse part of the material.
     pub(super) fn material(&self, name: &str) -> Material {
-        let mut lost = Vec::new();
-        if self.td + self.ts > 0.0 {
-            lost.push(LostProperty::Transparency);
+        let mut material = Material::unknown(name);
+        material.sides = Some(if self.one_sided { Sides::Front } else { Sides::Both });
+        material.passes(self.ts);
+        if self.td > 0.0 {
+            material.loses(LostProperty::Transparency);
         }
         if self.rs > 0.0 {
-            lost.push(LostProperty::Mirror);
+            material.loses(LostProperty::Mirror);
         }
         let mut channels = |(spectrum, part): (Spectrum, f64)| {
-            if part > 0.005 && spectrum.is_lit() && !lost.contains(&LostProperty::Saturation) {
-                lost.push(LostProperty::Saturation);
+            if part > 0.005 && spectrum.is_lit() {
+                material.loses(LostProperty::Saturation);
             }
             spectrum
         };
-        Material {
-            name: name.into(),
-            reflectance: channels(self.rd.colour.reflectance(self.rd.amount)),
-            emittance: channels(self.ed.colour.emittance(self.ed.amount)),
-            power: None,
-            sides: Some(if self.one_sided { Sides::Front } else { Sides::Both }),
-            texture: None,
-            lost,
-        }
+        let reflectance = channels(self.rd.colour.reflectance(self.rd.amount));
+        let emittance = channels(self.ed.colour.emittance(self.ed.amount));
+        Material { reflectance, emittance, ..material }
     }
 }

@@ -43,6 +43,11 @@ impl NearThresholds {
         }
     }
 
+    /// The rays of links per area of a face as far as they are known beforehand [1/m²].
+    pub(super) fn links(&self, face: u32) -> f64 {
+        self.links[face as usize]
+    }
+
     /// k₀ of light from face j to face i [1/m²].
     fn of(&self, i: usize, j: usize) -> f64 {
         self.shadows[i] * self.emitted[j] / (self.links[i] + self.links[j])
