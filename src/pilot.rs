@@ -106,6 +106,7 @@ impl PilotRunner<Fault> for PilotWorkers<'_> {
         let budget = stage.budget();
         let job = WalkJob { identity: &identity, budget: &budget, experiment: stage.experiment() };
         let walked = walk(executor, job, past, (stage.looks(), Box::new(judge)), &mut keep)?;
+        phase.goes_on();
         let groups = Rc::into_inner(groups).expect("the coordinator and its judge are gone").into_inner();
         Ok(StageResult::new(groups, walked.tally))
     }

@@ -12,6 +12,11 @@ use crate::fault::{Fault, Outcome};
 /// Says what a luminaire is, and draws its polar curve.
 pub(crate) fn lamp(args: &LampArgs) -> Result<Outcome, Fault> {
     let lamp = job::load_lamp(&args.file)?;
+    if args.json {
+        say(&lamp.json().to_string());
+    } else if !args.quiet {
+        lamp.lines().iter().for_each(|line| say(line));
+    }
     let chart = args.svg.clone().unwrap_or_else(|| folder(args).join("polar.svg"));
     if chart.exists() && !args.force {
         return Err(Fault::Taken { path: chart });
@@ -21,10 +26,7 @@ pub(crate) fn lamp(args: &LampArgs) -> Result<Outcome, Fault> {
             .map_err(|source| Fault::NotWritten { path: folder.into(), source })?;
     }
     write_atomically(&chart, |file| file.write_all(lamp.polar_svg().as_bytes()))?;
-    if args.json {
-        say(&lamp.json().to_string());
-    } else if !args.quiet {
-        lamp.lines().iter().for_each(|line| say(line));
+    if !args.json && !args.quiet {
         say(&format!("wrote {}", chart.display()));
     }
     Ok(Outcome::Done)

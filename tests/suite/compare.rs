@@ -195,6 +195,21 @@ fn what_cannot_be_compared_is_refused_before_anything_is_lost() {
     )
     .unwrap();
     fs::write(&dark, "scene = \"scene.toml\"\n\n[budget]\npaths = 1000\n").unwrap();
+    // Sensors and sources are no part of the comparison.
+    let lamps =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/configs/scenes/lamps.toml")).unwrap();
+    fs::write(
+        path(&folder, "lamps.toml"),
+        format!("{lamps}\n[[sensor]]\npoint = [1, 0.5, 0.2]\nnormal = [0, 0, 1]\n"),
+    )
+    .unwrap();
+    let sensed = path(&folder, "sensed.toml");
+    let sources = "[[source]]\nname = \"left\"\nsurfaces = [\"lamp-left\"]\n";
+    fs::write(&sensed, format!("scene = \"lamps.toml\"\n\n{sources}\n[budget]\npaths = 4096\n")).unwrap();
+    let there = path(&folder, "sensed");
+    let args = ["compare", sensed.to_str().unwrap(), "--rays", "4096", "--runs", "2", "--out"];
+    let (code, stdout, stderr) = run(&[&args[..], &[there.to_str().unwrap()]].concat());
+    assert!(code == 0 && there.join("compare.md").is_file(), "{stdout}{stderr}");
     let refusals: [(&[&str], &str); 5] = [
         (&["nowhere.toml"], "nowhere.toml"),
         (&[JOB, dark.to_str().unwrap()], "emit"),

@@ -261,6 +261,22 @@ fn what_cannot_be_is_refused_in_words() {
     let (code, _, stderr) =
         run(&["daylight", scene.to_str().unwrap(), "--weather", broken.to_str().unwrap()]);
     assert!(code == 2 && stderr.contains("broken.epw:69: there is no day 31 in month 2"), "{stderr}");
+    let cut = fs::read_to_string(WEATHER).unwrap().lines().take(100).collect::<Vec<_>>().join("\n");
+    fs::write(&broken, cut).unwrap();
+    let out = path(&folder, "cut");
+    let (code, _, stderr) = run(&[
+        "daylight",
+        scene.to_str().unwrap(),
+        "--weather",
+        broken.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+        "--paths",
+        "1e5",
+        "--tolerance",
+        "0.5",
+    ]);
+    assert!(code < 2 && stderr.contains("its header says 12/20"), "{code} {stderr}");
     let (code, _, stderr) = run(&["sky", "--cie", "17"]);
     assert!(code == 2 && stderr.contains("17"), "{stderr}");
 }

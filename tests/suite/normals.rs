@@ -65,6 +65,30 @@ fn a_room_turned_inside_out_is_found_said_first_and_mended() {
     assert!(stdout.contains("no fault found"), "{stdout}");
 }
 
+/// A copy of a scene file has all that the file has: lamps, sensors, the names of materials. A lamp outside of its room is named.
+#[test]
+fn a_repair_leaves_all_but_what_it_mends() {
+    let folder = tempdir().unwrap();
+    let sound =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/configs/scenes/furnace.toml")).unwrap();
+    let flipped = sound.replacen("[4, 0, 0], [0, 3, 0]]", "[0, 3, 0], [4, 0, 0]]", 1);
+    assert_ne!(sound, flipped);
+    let lamp = "\n[[lamp]]\nname = \"a\"\nposition = [1, 1, 1.5]\nintensity = 3.0\n";
+    let sensor = "\n[[sensor]]\npoint = [1, 1, 0.1]\nnormal = [0, 0, 1]\n";
+    let scene = path(&folder, "scene.toml");
+    fs::write(&scene, format!("{flipped}{lamp}{sensor}")).unwrap();
+    let (_, stdout, stderr) = run(&["check", scene.to_str().unwrap(), "--repair"]);
+    assert!(stdout.contains("turned round"), "{stdout}{stderr}");
+    let repaired = fs::read_to_string(path(&folder, "scene.repaired.toml")).unwrap();
+    for kept in ["[[lamp]]", "[[sensor]]", "[material.wall]", "[4, 0, 0], [0, 3, 0]]"] {
+        assert!(repaired.contains(kept), "{repaired}");
+    }
+
+    fs::write(&scene, format!("{sound}{}", lamp.replace("1.5]", "90]"))).unwrap();
+    let (code, stdout, _) = run(&["check", scene.to_str().unwrap()]);
+    assert!(code == 1 && stdout.contains("the lamp at (1, 1, 90) m is lost at once"), "{stdout}");
+}
+
 /// One wall is flipped: a part of the light ends on its back, which is named.
 #[test]
 fn a_flipped_wall_is_named_before_the_run() {

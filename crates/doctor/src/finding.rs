@@ -27,7 +27,8 @@ impl Finding {
         }
         let surfaces =
             if numbers.is_empty() { String::new() } else { format!(" [surface {}]", numbers.join(", ")) };
-        format!("{}: {message}{surfaces} (about {power:.3e} {unit}); {}", kind.word(), kind.remedy())
+        let lost = if *power > 0.0 { format!(" (about {power:.3e} {unit})") } else { String::new() };
+        format!("{}: {message}{surfaces}{lost}; {}", kind.word(), kind.remedy())
     }
 }
 

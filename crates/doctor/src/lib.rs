@@ -21,6 +21,7 @@ mod pierce;
 mod pilot;
 mod repair;
 mod sheets;
+mod stray;
 mod text;
 mod votes;
 

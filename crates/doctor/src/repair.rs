@@ -20,6 +20,8 @@ pub struct Repair {
     pub turned: Vec<String>,
     /// The names of surfaces that were taken out: they were there twice.
     pub removed: Vec<String>,
+    /// The numbers that those surfaces had before: turned round, taken out.
+    pub numbers: [Vec<u32>; 2],
 }
 
 /// Takes out surfaces that are there twice, and turns round one-sided surfaces whose back is where light arrives.
@@ -28,11 +30,18 @@ pub struct Repair {
 /// What [`Scene::build`] refuses.
 pub fn repair(spec: &SceneSpec) -> Result<Repair, SceneError> {
     // Surfaces that are taken out leave groups of cells without their numbers; a repaired scene is written without them.
-    let spec = SceneSpec::new(spec.surfaces.clone());
-    let mut repair = Repair { spec, turned: Vec::new(), removed: Vec::new() };
-    repair.remove_doubles();
-    repair.turned = turn_flipped(&mut repair.spec)?;
-    Ok(repair)
+    let mut spec = SceneSpec { patch_of_cell: Vec::new(), ..spec.clone() };
+    let removed = doubles(&spec.surfaces);
+    let of_removed = |&number: &u32| name_of(number, &spec.surfaces[number as usize]);
+    let names_of_removed = removed.iter().map(of_removed).collect();
+    let kept: Vec<u32> =
+        (0..spec.surfaces.len() as u32).filter(|number| removed.binary_search(number).is_err()).collect();
+    spec.surfaces = kept.iter().map(|&number| spec.surfaces[number as usize].clone()).collect();
+    let turned = turn_numbers(&mut spec)?;
+    let name = |&number: &u32| name_of(number, &spec.surfaces[number as usize]);
+    let names = turned.iter().map(name).collect();
+    let numbers = [turned.iter().map(|&number| kept[number as usize]).collect(), removed];
+    Ok(Repair { spec, turned: names, removed: names_of_removed, numbers })
 }
 
 /// Turns round one-sided surfaces whose back is where light arrives, and with them those that are connected to them and
@@ -41,6 +50,13 @@ pub fn repair(spec: &SceneSpec) -> Result<Repair, SceneError> {
 /// # Errors
 /// What [`Scene::build`] refuses.
 pub fn turn_flipped(spec: &mut SceneSpec) -> Result<Vec<String>, SceneError> {
+    let turned = turn_numbers(spec)?;
+    let name = |&number: &u32| name_of(number, &spec.surfaces[number as usize]);
+    Ok(turned.iter().map(name).collect())
+}
+
+/// [`turn_flipped`], whose surfaces are told by their numbers.
+fn turn_numbers(spec: &mut SceneSpec) -> Result<BTreeSet<u32>, SceneError> {
     let mut turned = BTreeSet::new();
     for _ in 0..ROUNDS {
         let scene = Scene::build(spec, IndexChoice::Auto)?;
@@ -59,8 +75,7 @@ pub fn turn_flipped(spec: &mut SceneSpec) -> Result<Vec<String>, SceneError> {
             }
         }
     }
-    let name = |&number: &u32| name_of(number, &spec.surfaces[number as usize]);
-    Ok(turned.iter().map(name).collect())
+    Ok(turned)
 }
 
 /// The name of a surface, else its number.
@@ -68,42 +83,31 @@ fn name_of(number: u32, surface: &SurfaceSpec) -> String {
     surface.name.as_deref().map_or_else(|| number.to_string(), str::to_owned)
 }
 
-impl Repair {
-    /// Takes out surfaces equal to an earlier one in all but their name.
-    fn remove_doubles(&mut self) {
-        let key = |surface: &SurfaceSpec| {
-            let corners = surface.shape.corners();
-            let mut corners: Vec<[u64; 3]> =
-                corners.iter().map(|corner| corner.to_array().map(|x| (x + 0.0).to_bits())).collect();
-            corners.sort_unstable();
-            corners
+/// The numbers of surfaces that are equal to an earlier one in all but their name.
+fn doubles(surfaces: &[SurfaceSpec]) -> Vec<u32> {
+    let key = |surface: &SurfaceSpec| {
+        let corners = surface.shape.corners();
+        let mut corners: Vec<[u64; 3]> =
+            corners.iter().map(|corner| corner.to_array().map(|x| (x + 0.0).to_bits())).collect();
+        corners.sort_unstable();
+        corners
+    };
+    let mut order: Vec<(Vec<[u64; 3]>, usize)> = surfaces.iter().map(key).zip(0..).collect();
+    order.sort_unstable();
+    let same = |a: &SurfaceSpec, b: &SurfaceSpec| {
+        let normal = |surface: &SurfaceSpec| {
+            let (_, e_u, e_v) = surface.shape.edges();
+            e_u.cross(e_v)
         };
-        let mut order: Vec<(Vec<[u64; 3]>, usize)> = self.spec.surfaces.iter().map(key).zip(0..).collect();
-        order.sort_unstable();
-        let same = |a: &SurfaceSpec, b: &SurfaceSpec| {
-            let normal = |surface: &SurfaceSpec| {
-                let (_, e_u, e_v) = surface.shape.edges();
-                e_u.cross(e_v)
-            };
-            a.sides == b.sides && normal(a).dot(normal(b)) > 0.0
-        };
-        let pairs = order.windows(2).filter(|pair| pair[0].0 == pair[1].0);
-        let surfaces = &self.spec.surfaces;
-        let doubles: Vec<usize> = pairs
-            .filter(|pair| same(&surfaces[pair[0].1], &surfaces[pair[1].1]))
-            .map(|pair| pair[1].1)
-            .collect();
-        let mut number = 0;
-        let removed = &mut self.removed;
-        self.spec.surfaces.retain(|surface| {
-            let keep = !doubles.contains(&number);
-            if !keep {
-                removed.push(name_of(number as u32, surface));
-            }
-            number += 1;
-            keep
-        });
-    }
+        a.sides == b.sides && normal(a).dot(normal(b)) > 0.0
+    };
+    let pairs = order.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+    let mut doubles: Vec<u32> = pairs
+        .filter(|pair| same(&surfaces[pair[0].1], &surfaces[pair[1].1]))
+        .map(|pair| pair[1].1 as u32)
+        .collect();
+    doubles.sort_unstable();
+    doubles
 }
 
 /// Exchanges front and back; cells keep their places.

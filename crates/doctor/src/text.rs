@@ -4,6 +4,7 @@ use radiosity::Scene;
 
 use crate::finding::Finding;
 use crate::losses::{Losses, losses};
+use crate::stray::stray_lamps;
 
 /// The most faces of a scene that is examined before a run.
 const MOST_FACES: usize = 20_000_000;
@@ -55,6 +56,11 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
              ever ends. Give them a lower one: {ENDLESS} is the highest that walks are made for",
             1.0 / (1.0 - reflectance)
         ));
+    }
+    let stray = stray_lamps(scene);
+    if !stray.is_empty() {
+        // Where else their light ends is no fault of the surfaces there.
+        return [warnings, stray].concat();
     }
     if losses.at_once >= VANISHES {
         warnings.push(format!(

@@ -35,6 +35,9 @@ const LARGE_PART: f64 = 12.0;
 /// The factor by which things differ from their usual height without any doubt about the unit.
 const USUAL: f64 = 2.2;
 
+/// What is flatter than this part of its width is a plate of a thing.
+const PLATE: f64 = 0.1;
+
 /// The beginnings of the words by which the head of a file says its unit, and the unit's place in [`UNITS`].
 const WORDS: [(&str, usize); 8] =
     [("milli", 0), ("mm", 0), ("centi", 1), ("cm", 1), ("inch", 2), ("feet", 3), ("foot", 3), ("met", 4)];
@@ -74,7 +77,9 @@ pub(crate) fn likely_unit(
     }
     let known = |part: &MeshPart<'_>| {
         let (_, usual) = HEIGHTS.iter().find(|(word, _)| names(part.name, word))?;
-        Some(usual / part.extent.z).filter(|ratio| ratio.is_finite())
+        // The top of a table is not as high as a table.
+        let is_plate = part.extent.z < PLATE * part.extent.max_element();
+        Some(usual / part.extent.z).filter(|ratio| ratio.is_finite() && !is_plate)
     };
     let mut ratios: Vec<f64> = parts.iter().filter_map(known).collect();
     ratios.sort_by(f64::total_cmp);
@@ -157,6 +162,10 @@ mod tests {
         assert_eq!(likely([600.0, 400.0, 270.0], &[], false), Some(0.01));
         assert_eq!(likely([6000.0, 4000.0, 2700.0], &[], false), Some(0.001));
         assert_eq!(likely([90.0, 40.0, 12.0], &[], false), None);
+        // Plates that are called desks tell nothing of an office in millimetres.
+        let plate = MeshPart { name: "desk0", extent: DVec3::new(1600.0, 800.0, 40.0) };
+        let office = likely_unit(DVec3::new(8000.0, 8000.0, 2800.0), &[plate], false);
+        assert_eq!(office, Some(("1 mm", 0.001)));
         // A campus, and a room of SketchUp's inches.
         assert_eq!(likely([350.0, 300.0, 19.0], &[], false), None);
         assert_eq!(likely([160.0, 190.0, 104.0], &[], false), Some(0.0254));

@@ -291,7 +291,7 @@ impl Mesh {
         const MOST: f64 = 0.4;
         const UPRIGHT: f64 = 0.996;
         const STOREY: std::ops::Range<f64> = 1.9..8.0;
-        if options.up.is_some() || matches!(format, Format::Gltf | Format::Mgf | Format::Mitsuba) {
+        if options.up.is_some() || matches!(format, Format::Gltf | Format::Mitsuba) {
             return None;
         }
         let mut facing = [0.0; 3];

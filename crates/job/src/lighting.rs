@@ -177,7 +177,7 @@ fn aim_lamps(imported: &mut Imported, around: &Around) {
     }
     let name = &imported.names[imported.materials[lamps[0] as usize] as usize];
     imported.notes.push(format!(
-        "{} faces of lamps shine to one side: {by_room} to that which looks into the room, {turned} of them turned round, the others to their front; {} gives both sides",
+        "lamps shine to one side: {} of their faces, {by_room} into the room ({turned} turned round), the others by their front; {} gives both sides",
         lamps.len(),
         setting(name, "sides", "2"),
     ));

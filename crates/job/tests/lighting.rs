@@ -81,7 +81,8 @@ fn names_of_lamps_shine_and_parts_can_be_named() {
     assert!(last.sides == Sides::Front && u.cross(v).z < 0.0 && last.emittance.is_lit());
     let notes = job.scene.notes().join("\n");
     assert!(
-        notes.contains("\"Ceiling_Light.001\"") && notes.contains("1 faces of lamps shine to one side"),
+        notes.contains("\"Ceiling_Light.001\"")
+            && notes.contains("lamps shine to one side: 1 of their faces, 1 into the room"),
         "{notes}"
     );
     // The remedies: both sides, another power, and a part in place of a material.

@@ -11,7 +11,7 @@ mod total;
 use job::{Target, TotalTarget};
 use parallel::run_on_all_cores;
 use protocol::Look;
-use radiosity::{Estimates, Experiment, Tally, precision::Quantity};
+use radiosity::{Estimates, Experiment, Tally, precision::Quantity, sensors::Readings};
 use report::WorstPatch;
 use stats::{DoubleSampling, foresight};
 
@@ -129,8 +129,11 @@ impl Observer {
             [goal.is_met(&self.experiment, tally), goal.is_met_within(foresight, &self.experiment, tally)]
         });
         let of_total = self.total.as_ref().map(|target| {
+            // What a scene's sensors read has intervals, too, and needs samples for them.
+            let is_sensed = Readings::new(&self.experiment, tally, self.level)
+                .is_none_or(|readings| readings.samples() >= FEWEST_SAMPLES);
             let early = walks * self.experiment.unit().paths() < target.min_paths;
-            if early { [false; 2] } else { total::meets(target, self.predicted, &estimates) }
+            if early || !is_sensed { [false; 2] } else { total::meets(target, self.predicted, &estimates) }
         });
         let asked = of_patches
             .into_iter()

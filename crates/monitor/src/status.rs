@@ -112,11 +112,11 @@ pub fn find(of: &Path) -> Result<JobState, NoStatus> {
             .map(JobState::Summary)
             .map_err(|error| unknown(format!("{} is no summary: {error}", summary.display()))),
         Err(_) if folder.join(CURRENT).exists() => Err(unknown(
-            "its job has ended, and summary.json was left out; radwalk report OUT --export summary makes it"
+            "no coordinator reports: it writes results now, or the job ended without summary.json, which radwalk report OUT --export summary makes"
                 .into(),
         )),
         Err(_) => {
-            Err(unknown("no job has reported there: reports begin two seconds after its coordinator".into()))
+            Err(unknown("no job has reported there: reports begin with its walks, when its patches are chosen".into()))
         }
     }
 }

@@ -109,6 +109,18 @@ impl Settings {
         }
     }
 
+    /// What a job asks of patches alone: nothing of sensors, sources and sensitivities.
+    pub fn of_patches(job: &Job) -> Self {
+        Settings {
+            sensors: Vec::new(),
+            sensor_target: None,
+            demands: Vec::new(),
+            sources: Vec::new(),
+            sensitivity: Vec::new(),
+            ..Settings::of(job)
+        }
+    }
+
     /// The digest of the job with another seed, in a scene.
     pub fn job_hash(&self, scene_hash: [u8; 32], seed: u64) -> [u8; 32] {
         job::job_hash(scene_hash, &self.method, &self.sensors, [&self.sources, &self.sensitivity], seed)

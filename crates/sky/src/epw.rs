@@ -41,6 +41,8 @@ pub struct Weather {
     pub site: Site,
     /// Hour by hour.
     pub hours: Vec<WeatherHour>,
+    /// The month and the day that the header ends with, where it says so.
+    pub last_day: Option<[u32; 2]>,
 }
 
 /// An hour of a file.
@@ -77,7 +79,14 @@ impl Weather {
                 "the file ends before the first hour (eight lines of header, then the hours); give a whole EPW file",
             ));
         }
-        Ok(Weather { city, site, hours })
+        let last_day = lines.get(HEADER - 1).and_then(|periods| last_day(periods));
+        Ok(Weather { city, site, hours, last_day })
+    }
+
+    /// The days, as month and day, on which the file ends and on which it ought to by its header, where it ends before: it was cut off.
+    pub fn cut(&self) -> Option<[[u32; 2]; 2]> {
+        let ends = self.hours.last().map(|hour| [hour.month, hour.day])?;
+        self.last_day.filter(|last| ends < *last).map(|last| [ends, last])
     }
 }
 
@@ -119,6 +128,13 @@ fn check_periods(line: &str) -> Result<(), MalformedWeather> {
         )),
         _ => Ok(()),
     }
+}
+
+/// The last field of `DATA PERIODS,1,…`, a month and a day.
+fn last_day(line: &str) -> Option<[u32; 2]> {
+    let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+    let (month, day) = fields.get(6).filter(|_| fields[1] == "1")?.split_once('/')?;
+    Some([month.trim().parse().ok()?, day.trim().parse().ok()?])
 }
 
 fn hour(line: usize, row: &str, site: &Site) -> Result<WeatherHour, MalformedWeather> {

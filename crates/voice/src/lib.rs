@@ -123,6 +123,11 @@ impl Phase {
     pub fn done(&self, part: f64) {
         held(&self.state.0).part = Some(part);
     }
+
+    /// Goes on with what has no part that is known to be done.
+    pub fn goes_on(&self) {
+        held(&self.state.0).part = None;
+    }
 }
 
 impl Drop for Phase {

@@ -31,7 +31,7 @@ pub(super) struct TrialRuns {
 /// Where the cluster fails, and where a signal ends it.
 pub(super) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<TrialRuns, Fault> {
     let Trial { job, experiment } = trial;
-    let identity = Identity::new(job, &Settings::of(job), experiment, BUILD)?;
+    let identity = Identity::new(job, &Settings::of_patches(job), experiment, BUILD)?;
     let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();
     let (out, prefixes) = channel();
     let judge = move |prefix: &Tally, _: &[Look]| {

@@ -231,7 +231,10 @@ fn sources_of_patches(scene: &Scene, groups: &[PatchGroup]) -> Result<Vec<u32>, 
             let source = &mut sources[patch as usize];
             if *source < number {
                 let names = [*source, number].map(|source| groups[source as usize].name.clone());
-                return Err(Unfit::SharedEmitter { patch, names });
+                return Err(match (patch as usize).checked_sub(patches) {
+                    None => Unfit::SharedEmitter { patch, names },
+                    Some(lamp) => Unfit::SharedLamp { lamp, names },
+                });
             }
             *source = number;
             emits = true;

@@ -28,10 +28,11 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Half-width of the interval over the estimate; infinite where nothing was found.
+    /// Half-width of the interval over the estimate; infinite where nothing was found, but where it is known that there is nothing.
     pub fn relative_error(&self) -> f64 {
         let half_width = 0.5 * (self.ci_high - self.ci_low);
         match self.irradiance {
+            Some(_) if half_width == 0.0 => 0.0,
             Some(irradiance) if irradiance > 0.0 => half_width / irradiance,
             _ => f64::INFINITY,
         }

@@ -139,6 +139,16 @@ pub enum Unfit {
         "walks are cut off, and what is cut off depends on the reflectances as well (the derivatives would lack it); write end = \"roulette\", or remove [sensitivity]"
     )]
     CutOffInfluence,
+    /// A lamp without area in two sources.
+    #[error(
+        "lamp {lamp} is in sources {:?} and {:?} (a walk that is born there could not be told to be of one of them); take it out of one", names[0], names[1]
+    )]
+    SharedLamp {
+        /// The number of the lamp, from 0.
+        lamp: usize,
+        /// The names of both sources.
+        names: [String; 2],
+    },
     /// An emitter in two sources.
     #[error(
         "patch {patch} emits, and sources {:?} and {:?} both hold it (a walk that is born there could not be told to be of one of them); take it out of one", names[0], names[1]

@@ -21,6 +21,7 @@ use crate::jacobi::cast::systematic;
 use crate::jacobi::faces::FaceTable;
 use crate::jacobi::lamps::{emitted_shares, kernel, pieces_with_parts};
 use crate::jacobi::numbers::{RayNumbers, SobolNumbers};
+use crate::jacobi::solid_angle::{FaceInView, PointInView};
 use crate::random::rng::{WalkRng, unit_32};
 use crate::random::sobol::Points;
 use crate::scene::Scene;
@@ -74,7 +75,7 @@ pub(crate) fn final_gather(
     let gathered = chosen.iter().map(|&face| {
         let station = RayOrigin::Face(faces.scene, faces.list[face as usize]);
         let (mut irradiance, landed) = gatherer.irradiance(face, &station, &mut rng)?;
-        gatherer.light_of_lamps(&station, &mut rng, &mut irradiance)?;
+        gatherer.light_of_lamps(face, &station, &mut rng, &mut irradiance)?;
         Some(GatheredLight { face, irradiance, landed, rays: per_face })
     });
     gathered.collect()
@@ -96,7 +97,7 @@ pub(crate) fn sense(
     let gathered = (0..sensors.cell_count() as u32).map(|number| {
         let station = RayOrigin::Cell(sensors, sensors.cell(number as usize));
         let (mut irradiance, landed) = gatherer.irradiance(number, &station, &mut rng)?;
-        gatherer.light_of_lamps(&station, &mut rng, &mut irradiance)?;
+        gatherer.light_of_lamps(number, &station, &mut rng, &mut irradiance)?;
         Some(GatheredLight { face: number, irradiance, landed, rays: per_cell })
     });
     let mut gathered = gathered.collect::<Option<Vec<_>>>()?;
@@ -173,6 +174,28 @@ impl RayOrigin<'_> {
         match self {
             RayOrigin::Face(_, face) => face.side.sign(),
             RayOrigin::Cell(..) => 1.0,
+        }
+    }
+
+    /// The corners of the station of this number, in the coordinates of the scene; none of a point.
+    fn corners(&self, number: u32, scene: &Scene) -> Vec<DVec3> {
+        let in_scene = |corners: &[DVec3]| corners.iter().map(|corner| corner - scene.origin()).collect();
+        match self {
+            RayOrigin::Face(..) => {
+                let faces = scene.faces();
+                faces
+                    .pieces(number as usize)
+                    .next()
+                    .map_or(Vec::new(), |it| in_scene(&faces.piece_corners(it)))
+            }
+            RayOrigin::Cell(sensors, cell) => {
+                let corners =
+                    sensors.corners(number as usize).map_or(Vec::new(), |corners| in_scene(&corners));
+                // Rays of a cell set out just in front of its plane.
+                let on_frame = self.point(self.place([1 << 31; 2]));
+                let lift = |corner: DVec3| corner + cell.normal * cell.normal.dot(on_frame - corner);
+                corners.into_iter().map(lift).collect()
+            }
         }
     }
 
@@ -262,10 +285,12 @@ impl<'a> Gatherer<'a> {
         own.enumerate().for_each(|(c, h)| *h += brought(c));
     }
 
-    /// What lamps without area bring to a station: shadow rays from uniform points, to one place each on the disc of a distant lamp.
-    /// Nothing is drawn where there is nothing to do.
+    /// What lamps without area bring to a station, that of this number: shadow rays from uniform points, to one place each on the disc of a
+    /// distant lamp; from points that a near lamp sees under uniform directions, where I cos θ/d² would be a spike. Nothing is drawn where there
+    /// is nothing to do.
     fn light_of_lamps(
         &mut self,
+        number: u32,
         station: &RayOrigin,
         rng: &mut WalkRng,
         irradiance: &mut [f64],
@@ -279,19 +304,27 @@ impl<'a> Gatherer<'a> {
         }
         let rays = self.rays[0] / SHADOW_SHARE / sampled.len() as u64 + 1;
         let mut numbers = SobolNumbers::independent(rng);
-        let response = station.response();
+        let (response, corners) = (station.response(), station.corners(number, scene));
         for lamp in sampled {
+            let in_view =
+                scene.lamp_place(lamp).and_then(|[position, _]| FaceInView::near(position, &corners));
             numbers.leave(lamp as u32, 0);
             for first in (0..rays).step_by(WIDTH) {
                 let len = (rays - first).min(WIDTH as u64) as usize;
                 (0..len).for_each(|i| numbers.draw(i));
                 let [across, along, polar, turn] = numbers.points(scene.parts.isa);
                 for i in 0..len {
-                    let place = station.point(station.place([across[i], along[i]]));
+                    let PointInView { place, weight } = match &in_view {
+                        Some(face) => face.point([across[i], along[i]].map(unit_32)),
+                        None => PointInView {
+                            place: station.point(station.place([across[i], along[i]])),
+                            weight: 1.0,
+                        },
+                    };
                     let bits = u64::from(polar[i]) << 32 | u64::from(turn[i]);
                     if let Some(light) = scene.lamp_light(lamp, place, response, station.surface(), bits) {
                         let emitter = self.faces.list.len() + lamp;
-                        self.bring(irradiance, emitter, |c| light[c] / rays as f64);
+                        self.bring(irradiance, emitter, |c| weight * light[c] / rays as f64);
                     }
                 }
             }

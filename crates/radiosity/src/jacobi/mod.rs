@@ -27,6 +27,7 @@ pub(crate) mod plan;
 mod reciprocity;
 mod shadow;
 mod shared;
+mod solid_angle;
 mod solve;
 mod spread;
 

@@ -286,7 +286,10 @@ impl<'a> DaylightAnswer<'a> {
                 percent(summary.tolerance)
             )
         });
-        [smear, backs, missed].into_iter().flatten().collect()
+        let cut = self.question.weather.cut().map(|[[month, day], [last_month, last_day]]| {
+            format!("the weather ends on {month}/{day}, and its header says {last_month}/{last_day}: it seems to be cut off, and figures are of what is left; give the whole file")
+        });
+        [cut, smear, backs, missed].into_iter().flatten().collect()
     }
 }
 

@@ -96,18 +96,13 @@ impl<'a> PilotStage<'a> {
     }
 
     fn settings(&self) -> Settings {
-        let asked = Settings::of(self.job);
         Settings {
             method: self.method.clone(),
             seed: self.seed,
             paths: self.walks(),
-            sensors: Vec::new(),
-            sources: Vec::new(),
-            sensitivity: Vec::new(),
             target: None,
             total_target: None,
-            sensor_target: None,
-            ..asked
+            ..Settings::of_patches(self.job)
         }
     }
 
