@@ -164,8 +164,8 @@ fn sensors_allow_for_a_weak_lamp_that_few_shadow_rays_go_to() {
     );
 }
 
-/// A lamp without area 1 cm above the floor, where I cos θ/d² is a spike that few uniform points of a cell are near. By such points 62 of 80 intervals
-/// held.
+/// A lamp without area 1 cm above the floor, where I cos θ/d² is a spike that few uniform points of a cell are near. By such points 71 of 80 intervals held,
+/// and the widest was nine times the truth.
 #[test]
 fn sensors_read_a_lamp_that_is_near_them() {
     let mut spec = plain_box(DVec3::ZERO, DVec3::new(2.0, 1.0, 1.0), [2, 2], 0.5, 0.0);
