@@ -68,11 +68,9 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
 fn look(job: &Job, is_job: bool) -> Result<CheckReport, Fault> {
     let open = job.auto.as_ref().filter(|_| is_job);
     let method = if is_job && open.is_none() { job.method.walks() } else { MethodTable::default().walks() };
-    let mut experiment = Experiment::new(job.build_scene()?, method)?;
-    if open.is_none() {
-        experiment =
-            experiment.with_sensors(job.scene.sensors())?.with_groups(&job.sources, &job.sensitivity)?;
-    }
+    let experiment = Experiment::new(job.build_scene()?, method)?
+        .with_sensors(job.scene.sensors())?
+        .with_groups(&job.sources, &job.sensitivity)?;
     let mut lines = judge::scene_lines(&experiment, &units(job.light));
     match open {
         Some(auto) => lines.push(format!(
