@@ -59,7 +59,7 @@ pub(super) struct FaceInView {
 /// A point of a face, and its weight in a mean over the face.
 pub(super) struct PointInView {
     pub(super) place: DVec3,
-    /// The density of uniform points there, over that of those in view.
+    /// The density of uniform points at that place, over the density of points in view.
     pub(super) weight: f64,
 }
 
