@@ -39,7 +39,8 @@ impl SphericalTriangle {
         let (u, v) = (t - cos, s + sin * a.dot(b));
         let q = ((v * t - u * s) * cos - v) / ((v * s + u * t) * sin);
         let on = |from: DVec3, to: DVec3, cos: f64| {
-            let cos = cos.clamp(-1.0, 1.0);
+            // Where the sine of a corner is 0, the triangle has no area, and any direction will do.
+            let cos = if cos.is_nan() { 1.0 } else { cos.clamp(-1.0, 1.0) };
             from * cos + (to - to.dot(from) * from).normalize_or_zero() * (1.0 - cos * cos).sqrt()
         };
         let end = on(a, c, q);
