@@ -32,16 +32,14 @@ pub fn repair(spec: &SceneSpec) -> Result<Repair, SceneError> {
     // Surfaces that are taken out leave groups of cells without their numbers; a repaired scene is written without them.
     let mut spec = SceneSpec { patch_of_cell: Vec::new(), ..spec.clone() };
     let removed = doubles(&spec.surfaces);
-    let of_removed = |&number: &u32| name_of(number, &spec.surfaces[number as usize]);
-    let names_of_removed = removed.iter().map(of_removed).collect();
+    let names_of_removed = names(&spec, &removed);
     let kept: Vec<u32> =
         (0..spec.surfaces.len() as u32).filter(|number| removed.binary_search(number).is_err()).collect();
     spec.surfaces = kept.iter().map(|&number| spec.surfaces[number as usize].clone()).collect();
     let turned = turn_numbers(&mut spec)?;
-    let name = |&number: &u32| name_of(number, &spec.surfaces[number as usize]);
-    let names = turned.iter().map(name).collect();
+    let names_of_turned = names(&spec, &turned);
     let numbers = [turned.iter().map(|&number| kept[number as usize]).collect(), removed];
-    Ok(Repair { spec, turned: names, removed: names_of_removed, numbers })
+    Ok(Repair { spec, turned: names_of_turned, removed: names_of_removed, numbers })
 }
 
 /// Turns round one-sided surfaces whose back is where light arrives, and with them those that are connected to them and
@@ -51,8 +49,7 @@ pub fn repair(spec: &SceneSpec) -> Result<Repair, SceneError> {
 /// What [`Scene::build`] refuses.
 pub fn turn_flipped(spec: &mut SceneSpec) -> Result<Vec<String>, SceneError> {
     let turned = turn_numbers(spec)?;
-    let name = |&number: &u32| name_of(number, &spec.surfaces[number as usize]);
-    Ok(turned.iter().map(name).collect())
+    Ok(names(spec, &turned))
 }
 
 /// [`turn_flipped`], whose surfaces are told by their numbers.
@@ -78,9 +75,13 @@ fn turn_numbers(spec: &mut SceneSpec) -> Result<BTreeSet<u32>, SceneError> {
     Ok(turned)
 }
 
-/// The name of a surface, else its number.
-fn name_of(number: u32, surface: &SurfaceSpec) -> String {
-    surface.name.as_deref().map_or_else(|| number.to_string(), str::to_owned)
+/// The names of surfaces, by number; the number where a surface has none.
+fn names<'a>(spec: &SceneSpec, numbers: impl IntoIterator<Item = &'a u32>) -> Vec<String> {
+    let name = |&number: &u32| {
+        let name = spec.surfaces[number as usize].name.as_deref();
+        name.map_or_else(|| number.to_string(), str::to_owned)
+    };
+    numbers.into_iter().map(name).collect()
 }
 
 /// The numbers of surfaces that are equal to an earlier one in all but their name.

@@ -254,14 +254,11 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
                 return;
             }
             "diffuse" | "roughdiffuse" => {}
-            "dielectric" | "thindielectric" => {
-                material.passes(1.0);
-                material.reflectance = Spectrum::BLACK;
-                material.sides = Some(Sides::Both);
-                return;
-            }
-            "roughdielectric" => {
-                material.loses(LostProperty::Transparency);
+            "dielectric" | "thindielectric" | "roughdielectric" => {
+                match kind {
+                    "roughdielectric" => material.loses(LostProperty::Transparency),
+                    _ => material.passes(1.0),
+                }
                 material.reflectance = Spectrum::BLACK;
                 material.sides = Some(Sides::Both);
                 return;

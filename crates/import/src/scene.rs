@@ -156,8 +156,7 @@ impl Mesh {
         notes.extend(self.likely_up(format, options, likely_unit.map_or(1.0, |(_, length)| length)));
         self.drop_faults(&finish, options, &mut notes).map_err(at)?;
         finish.spread_power(&self, options).map_err(at)?;
-        let mut areas = vec![0.0; self.materials.len()];
-        self.triangles.iter().for_each(|triangle| areas[triangle.material as usize] += self.area(triangle));
+        let areas = self.material_areas();
         finish.limit(&self, &areas, options, &mut notes).map_err(at)?;
         note_losses(&self, &finish.of, &areas, &mut notes);
         notes.append(&mut self.notes);
@@ -205,14 +204,20 @@ impl Mesh {
         }
     }
 
+    /// The area of the faces of each material [m²], once the mesh is placed.
+    fn material_areas(&self) -> Vec<f64> {
+        let mut areas = vec![0.0; self.materials.len()];
+        self.triangles.iter().for_each(|triangle| areas[triangle.material as usize] += self.area(triangle));
+        areas
+    }
+
     /// Takes out the faces of materials that are to be left out, and notes those that no option names.
     fn leave_out(
         &mut self,
         finishes: &mut MeshFinishes,
         notes: &mut Vec<String>,
     ) -> Result<(), UnplacedError> {
-        let mut areas = vec![0.0; self.materials.len()];
-        self.triangles.iter().for_each(|triangle| areas[triangle.material as usize] += self.area(triangle));
+        let areas = self.material_areas();
         let is_out = |finish: &Finish, area: &f64| finish.is_left_out() || *area == 0.0;
         // A mesh of nothing but glass is one of surfaces.
         if finishes.of.iter().zip(&areas).all(|(finish, area)| is_out(finish, area)) {
