@@ -41,7 +41,7 @@ impl Read {
 /// # Errors
 /// Where the job is refused.
 pub(crate) fn read(args: &JobArgs) -> Result<Job, Fault> {
-    Ok(job::load(&args.job, &args.overrides())?)
+    Ok(job::load(&args.job, &args.overrides()?)?)
 }
 
 /// [`load_anew`] of a job for a command that is about its patches alone: a pilot chooses patches only where the job says `auto`.
@@ -49,7 +49,7 @@ pub(crate) fn read(args: &JobArgs) -> Result<Job, Fault> {
 /// # Errors
 /// Where the job is refused.
 pub(crate) fn load_written(args: &JobArgs, phase: &Phase) -> Result<Read, Fault> {
-    let job = job::load_as_written(&args.job, &args.overrides())?;
+    let job = job::load_as_written(&args.job, &args.overrides()?)?;
     choose_for(job, args, phase, (None, &mut walk_here))
 }
 
@@ -89,7 +89,7 @@ pub(crate) fn choose_for(
     let Some(partition) = kept.as_ref().or(chosen.as_ref().map(|chosen| &chosen.partition)) else {
         return Ok(Read { job, chosen });
     };
-    let job = job.cut(&args.overrides(), partition)?;
+    let job = job.cut(&args.overrides()?, partition)?;
     if let Some(forecast) = &job.forecast {
         tell(&job, forecast);
     }

@@ -49,6 +49,11 @@ pub(crate) enum Fault {
     /// The scene has no deterministic solution here.
     #[error(transparent)]
     Exact(#[from] exact::ExactError),
+    /// Light in two units.
+    #[error(
+        "--light gives {name:?} in W, beside light in lm or lx: a result has one unit, and its W would count as lm; give all in lm, or all in W"
+    )]
+    MixedUnits { name: String },
     /// An access file cannot be read.
     #[error(
         "cannot use the access file {path} ({source}); give the file that `radwalk coordinate` or `relay` wrote"
@@ -180,7 +185,7 @@ impl Fault {
             Fault::Listen(error) if error.is_usage() => 2,
             Fault::NoStatus(_) => 2,
             Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
-            Fault::LogLevel { .. } => 2,
+            Fault::LogLevel { .. } | Fault::MixedUnits { .. } => 2,
             Fault::Results(error) => exit_code_of(error),
             Fault::TallyAlone { fault, .. } => fault.exit_code(),
             Fault::Silent { .. } | Fault::Differ(_) | Fault::Audit(_) => 3,

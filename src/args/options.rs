@@ -11,6 +11,7 @@ use super::values::{
     NamedLamp, altitude, azimuth, count, factor, illuminance, lamp, output_file, part, periods, rays,
     reflectance, row_walks, sky_patches, threads, tolerance, workers,
 };
+use crate::fault::Fault;
 use crate::team::Team;
 
 /// How a mesh is lit, and read.
@@ -29,9 +30,15 @@ pub(crate) struct MeshArgs {
 
 impl MeshArgs {
     /// Every change as KEY=VALUE.
-    pub(crate) fn overrides(&self) -> Vec<String> {
+    ///
+    /// # Errors
+    /// Where some light is in lm or lx, and some in W.
+    pub(crate) fn overrides(&self) -> Result<Vec<String>, Fault> {
         let mut typed = Vec::new();
         let lumens = self.sky.is_some() || self.light.iter().any(|lamp| lamp.lumens);
+        if let Some(lamp) = self.light.iter().find(|lamp| lumens && !lamp.lumens) {
+            return Err(Fault::MixedUnits { name: lamp.name.clone() });
+        }
         typed.extend(lumens.then(|| "light=luminous".to_owned()));
         typed.extend(self.light.iter().map(|NamedLamp { name, power, .. }| {
             let name = name.replace('\\', "\\\\").replace('"', "\\\"");
@@ -39,7 +46,7 @@ impl MeshArgs {
         }));
         typed.extend(self.sky.map(|sky| format!("import.sky={sky}")));
         typed.extend(self.strict.then(|| "import.strict=true".to_owned()));
-        typed
+        Ok(typed)
     }
 }
 
@@ -66,12 +73,15 @@ pub(crate) struct JobArgs {
 
 impl JobArgs {
     /// Every change as KEY=VALUE.
-    pub(crate) fn overrides(&self) -> Vec<String> {
+    ///
+    /// # Errors
+    /// As [`MeshArgs::overrides`].
+    pub(crate) fn overrides(&self) -> Result<Vec<String>, Fault> {
         let paths = self.paths.map(|paths| format!("budget.paths={paths}"));
         let seed = self.seed.map(|seed| format!("seed={seed}"));
         let view = self.view.as_ref().map(|view| format!("view.from={view}"));
-        let mesh = self.mesh.overrides().into_iter();
-        mesh.chain(self.set.iter().cloned()).chain(paths).chain(seed).chain(view).collect()
+        let mesh = self.mesh.overrides()?.into_iter();
+        Ok(mesh.chain(self.set.iter().cloned()).chain(paths).chain(seed).chain(view).collect())
     }
 }
 

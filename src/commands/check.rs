@@ -20,7 +20,7 @@ type CheckReport = (Vec<String>, Vec<String>);
 /// Checks a file and describes it. Faults have one numbering, and the exit code tells of them.
 pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("checking the scene");
-    let overrides = [args.mesh.overrides(), args.set.clone()].concat();
+    let overrides = [args.mesh.overrides()?, args.set.clone()].concat();
     let is_job = job::file_kind(&args.file)? == FileKind::Job;
     // Of a scene the faces are checked as they are written.
     let load = if is_job { job::load } else { job::load_as_written };

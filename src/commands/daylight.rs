@@ -19,7 +19,7 @@ use crate::signals;
 /// Counts daylight coefficients and writes the figures of a year.
 pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene and the weather");
-    let job = load_given(&args.job.job, &args.job.overrides(), "daylight")?;
+    let job = load_given(&args.job.job, &args.job.overrides()?, "daylight")?;
     let wished = Wished {
         weather: &args.weather,
         patches: SkyPatches::new(args.sky_patches).expect("the number was checked when it was read"),

@@ -12,7 +12,7 @@ use voice::{Phase, say};
 
 use crate::args::FactorsArgs;
 use crate::build::BUILD;
-use crate::choose::{load_given, load_surfaces};
+use crate::choose::load_surfaces;
 use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 use crate::rounds::{dismiss, open_executor, walk_round};
@@ -62,8 +62,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
 
 /// What is asked, by the words of the command.
 fn question(args: &FactorsArgs, sparse: Option<SparseAsked>) -> Result<FactorsQuestion, Fault> {
-    let load = if sparse.is_some() { load_surfaces } else { load_given };
-    let job = load(&args.job.job, &args.job.overrides(), "factors")?;
+    let job = load_surfaces(&args.job.job, &args.job.overrides()?, "factors")?;
     let asked = Asked {
         groups: args.groups.as_deref(),
         reflections: args.reflections,
@@ -96,6 +95,8 @@ fn sparse(args: &FactorsArgs) -> Option<SparseAsked> {
 /// Counts rows on threads of this process and writes what they say, once there are all.
 fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Result<Outcome, Fault> {
     let question = question(args, Some(*asked))?;
+    let exports: Vec<SparseFile> = args.export.iter().map(|&word| word.into()).collect();
+    question.check_exports(&exports).map_err(results::Error::from)?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
     let files = sparse_files();
     let folder = OutputFolder::claim(&path, &files, args.out.force || args.rounds.resume)?;
@@ -133,8 +134,7 @@ fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Resu
     }
     phase.now("writing matrices");
     let answer = SparseAnswer::of(&question, asked, counted, &folder)?;
-    let files: Vec<SparseFile> = args.export.iter().map(|&word| word.into()).collect();
-    answer.write(&folder, if files.is_empty() { &[SparseFile::Mtx] } else { &files })?;
+    answer.write(&folder, if exports.is_empty() { &[SparseFile::Mtx] } else { &exports })?;
     drop(phase);
     if !args.out.quiet {
         answer.warnings().iter().for_each(|warning| warn!("{warning}"));

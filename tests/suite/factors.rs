@@ -395,6 +395,37 @@ fn the_oven_heats_its_load() {
     assert!(warm_low[2] < 775.9 && 775.9 < warm_high[2], "{warm_low:?} {warm_high:?}");
 }
 
+/// A plate at 310 K whose back and front see an environment at 200 K, in a scene with a sky that shines, which is no part of heat: 2εAσ(T⁴ − T₀⁴). A run
+/// without temperatures leaves none of an earlier one behind.
+#[test]
+fn what_leaves_the_scene_meets_the_environment() {
+    let plate = "[material.m]\nreflectance = 0.5\n[sky]\nemittance = 1.0\n[[surface]]\nname = \"plate\"\nmaterial = \"m\"\n\
+                 quad = [[0,0,0], [1,0,0], [0,1,0]]\nsides = 2\n";
+    let heat = "environment = 200.0\n[[group]]\nname = \"*\"\ntemperature = 310.0\n";
+    let folder = scenes(&[("plate.toml", plate), ("heat.toml", heat)]);
+    let words = "plate.toml --groups by-surface --paths 4096 --quiet --out out";
+    let (code, _, stderr) = factors(&folder, &format!("{words} --temperatures heat.toml"));
+    assert_eq!(code, 0, "{stderr}");
+    let out = path(&folder, "out");
+    let flux = numbers(&columns(&out.join("thermal.csv"))["flux"]);
+    let truth = 5.670374419e-8 * (310.0_f64.powi(4) - 200.0_f64.powi(4));
+    assert!((flux[0] - truth).abs() < 1e-9 * truth, "{flux:?}: {truth}");
+    let (code, _, stderr) = factors(&folder, &format!("{words} --reflections --resume"));
+    assert!(code == 0 && !out.join("thermal.csv").exists(), "{stderr}");
+}
+
+/// A box of a mesh has no lamp of the program's own among its groups.
+#[test]
+fn a_mesh_has_no_groups_but_its_own() {
+    let ground = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nusemtl floor\nf 1 2 3 4\nusemtl wall\nf 1 5 6 2\n";
+    let folder = scenes(&[("ground.obj", ground)]);
+    let (code, _, stderr) =
+        factors(&folder, "ground.obj --groups by-material --paths 4096 --quiet --out out");
+    assert_eq!(code, 0, "{stderr}");
+    let groups = columns(&path(&folder, "out/groups.csv"));
+    assert_eq!(groups["group"], ["floor", "wall"], "{groups:?}");
+}
+
 #[test]
 fn what_cannot_be_counted_is_refused() {
     let coloured = CORNER.replace("reflectance = 0.8", "reflectance = [0.8, 0.2, 0.1]");

@@ -58,6 +58,8 @@ fn bad_usage_is_refused() {
         2,
         &["run", "tests/data/cube54.toml", "--set", "method.walk=jacobi", "--set", "method.space=continuous"],
     );
+    let mixed = ["check", "tests/data/cube54.toml", "--light", "a=100lm", "--light", "b=60W"];
+    assert!(refused(2, &mixed).contains("\"b\" in W"));
     let (code, ..) = run(&["run"]);
     assert_eq!(code, 2);
     let (code, ..) = run(&["run", "tests/data/cube54.toml", "--workers", "0"]);

@@ -112,7 +112,7 @@ fn a_scene_repeats() {
 #[test]
 fn the_rows_are_a_function_of_the_job() {
     let folder = folder(40);
-    let job = "--rays 3000 --reflections --smooth --export mtx,npz,parquet,view3d,udales,udales-netcdf,energyplus,openfoam";
+    let job = "--rays 3000 --smooth --export mtx,npz,parquet,view3d,udales,udales-netcdf,energyplus,openfoam";
     assert_eq!(count(&folder, "one", &format!("{job} --workers 1")).0, 0);
     assert_eq!(count(&folder, "five", &format!("{job} --workers 5")).0, 0);
     for part in 1..=3 {
@@ -152,6 +152,14 @@ fn the_rows_are_a_function_of_the_job() {
             assert!(read(other) == one, "{file} of {other}");
         }
     }
+    let reflected = ["1", "5"].map(|workers| {
+        let out = format!("reflected-{workers}");
+        let words = format!("--rays 1000 --reflections --smooth --export npz --workers {workers}");
+        assert_eq!(count(&folder, &out, &words).0, 0);
+        ["factors.rows", "factors.npz", "smoothed.npz"]
+            .map(|file| fs::read(path(&folder, &out).join(file)).unwrap())
+    });
+    assert!(reflected[0] == reflected[1], "rows with reflections");
     // Parts that are not all, and rows of another question.
     let two = [at("part1"), at("part3")].join(",");
     let (code, stderr) = count(&folder, "torn", &format!("{job} --join {two}"));
@@ -320,6 +328,26 @@ fn heat_between_facets() {
     assert!(spread < 0.01 * sum && (sum - 17_629.0).abs() < 6.0 * spread, "{sum} {spread}");
 }
 
+/// Temperatures are given by surface, and of a patch by the name that the tables have.
+#[test]
+fn a_facet_may_have_a_temperature_of_its_own() {
+    let folder = folder(1);
+    let heat =
+        "[[group]]\nname = \"*\"\ntemperature = 300.0\n[[group]]\nname = \"wall 3\"\ntemperature = 400.0\n";
+    fs::write(path(&folder, "heat.toml"), heat).unwrap();
+    let heat = path(&folder, "heat.toml");
+    let (code, stderr) = count(&folder, "out", &format!("--rays 100 --temperatures {}", heat.display()));
+    assert_eq!(code, 0, "{stderr}");
+    let table = columns(&path(&folder, "out/thermal.csv"));
+    let warm: Vec<&String> = table["group"]
+        .iter()
+        .zip(&table["temperature"])
+        .filter(|(_, t)| *t == "400.0")
+        .map(|(name, _)| name)
+        .collect();
+    assert_eq!(warm, ["wall 3"], "{table:?}");
+}
+
 #[test]
 fn what_cannot_be_counted_is_refused() {
     let folder = folder(1);
@@ -330,6 +358,7 @@ fn what_cannot_be_counted_is_refused() {
         ("--rays 10 --paths 100", "cannot be used with"),
         ("--smooth --drop 0.1", "cannot be used with"),
         ("--paths 2", "a budget of 2 walks has none for each of the 7 groups"),
+        ("--rays 10 --reflections --export npz,energyplus", "would count them twice"),
     ] {
         let (code, stderr) = count(&folder, "out", words);
         assert!(code == 2 && stderr.contains(message), "{words}: {stderr}");

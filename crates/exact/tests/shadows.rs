@@ -63,6 +63,27 @@ fn a_plate_that_covers_all_lets_nothing_pass() {
     }
 }
 
+/// Two squares in front of each other, a screen half-way, and a lid at their edge, which leave a slit between them: no point of a few sees
+/// through it. What passes is twice the integral over the strip of height 2g along the edge, by whose points the other square is seen down to that height.
+#[test]
+fn a_narrow_slit_lets_light_pass() {
+    let left = quad([0.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1, 1]);
+    let right = quad([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1, 1]);
+    let lid = quad([0.4, -9.0, 1.0], [0.0, 19.0, 0.0], [0.2, 0.0, 0.0], [1, 1]);
+    for slit in [0.05, 0.02, 0.01] {
+        let screen = quad([0.5, -9.0, -9.0], [0.0, 19.0, 0.0], [0.0, 0.0, 10.0 - slit], [1, 1]);
+        let mut spec = painted([left.clone(), right.clone(), screen, lid.clone()], 0.5, 1.0);
+        spec.surfaces[2..].iter_mut().for_each(|surface| surface.sides = Sides::Both);
+        let exact = Exact::of_scene(&spec).unwrap();
+        // In the limit of a narrow slit points of heights z and z′ below the edge see each other where z + z′ < 2g, as over a distance of 1: the strips
+        // are a triangle of area 2g² of all pairs, times the integral of 1/(π(1 + (y − y′)²)²) over both widths.
+        let across = 0.25; // ∫∫ dy dy′/(1 + (y − y′)²)² = arctan 1 = π/4, over π
+        let narrow = 2.0 * slit * slit * across;
+        let found = exact.exchange().exchange_area(0, 1);
+        assert!((found / narrow - 1.0).abs() < 0.1, "{slit}: {found:e}, not {narrow:e}");
+    }
+}
+
 /// Half a screen between two squares, in the middle: every line that misses one half meets the other, so both
 /// let pass, in sum, what no screen would; and alike, by symmetry.
 #[test]

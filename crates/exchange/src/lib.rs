@@ -13,6 +13,7 @@ mod effort;
 mod factors;
 mod linear;
 mod matrix;
+mod pairs;
 mod row;
 mod smooth;
 mod smooth_rows;

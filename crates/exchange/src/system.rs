@@ -12,13 +12,14 @@
 use radiosity::Sequence;
 
 use crate::linear::{inverse, times};
+use crate::pairs::PairFactors;
 use crate::thermal::Balance;
 
 /// Right-hand sides that are solved side by side.
 const LANES: usize = 8;
 
 /// Probes of errors.
-const PROBES: usize = 64;
+pub(crate) const PROBES: usize = 64;
 
 /// Iterations at most.
 const MOST_ITERATIONS: usize = 2000;
@@ -31,6 +32,8 @@ const FAILURE: f64 = 1e-9;
 
 /// The equations for some groups.
 pub(crate) struct HeatSystem<'a> {
+    /// B.
+    pub(crate) pairs: &'a PairFactors,
     /// The groups whose temperature is not given.
     free: &'a [usize],
     /// M⁻¹; `None` where it is not used.
@@ -45,8 +48,6 @@ pub(crate) struct HeatErrors {
     pub(crate) of_free: Vec<f64>,
     /// The variance of each group's flux by that of what it sees.
     pub(crate) carried: Vec<f64>,
-    /// How many probes told of them; `None` where none was needed.
-    pub(crate) probes: Option<u64>,
 }
 
 /// Numbers of one unknown, of right-hand sides side by side.
@@ -54,34 +55,41 @@ type SideBySide = [f64; LANES];
 
 impl<'a> HeatSystem<'a> {
     /// The equations of a balance; `None` where they are singular.
-    pub(crate) fn new(balance: &Balance<'_>, free: &'a [usize], by_inverse: bool) -> Option<Self> {
+    pub(crate) fn new(
+        balance: &Balance<'_>,
+        (pairs, free): (&'a PairFactors, &'a [usize]),
+        by_inverse: bool,
+    ) -> Option<Self> {
         let mut number = vec![None; balance.factors.groups() + 1];
         (0..).zip(free).for_each(|(place, &group)| number[group] = Some(place));
-        let mut system = HeatSystem { free, inverse: None, number };
+        let mut system = HeatSystem { pairs, free, inverse: None, number };
         if by_inverse {
-            system.inverse = Some(inverse(system.matrix(balance))?);
+            system.inverse = Some(system.inverted(balance)?);
         }
         Some(system)
     }
 
-    /// M.
-    fn matrix(&self, balance: &Balance<'_>) -> Vec<Vec<f64>> {
+    /// M⁻¹, by the inverse of I − B, whose rows are alike in size where groups are not.
+    fn inverted(&self, balance: &Balance<'_>) -> Option<Vec<Vec<f64>>> {
+        if self.free.iter().any(|&i| balance.emitting_areas[i] <= 0.0) {
+            return None;
+        }
         let row = |(place, &i): (usize, &usize)| {
             let mut row = vec![0.0; self.free.len()];
-            row[place] = balance.emitting_areas[i];
-            for (j, factor) in self.seen(balance, i) {
-                row[j] -= balance.emitting_areas[i] * factor;
-            }
+            row[place] = 1.0;
+            self.seen(i).for_each(|(j, factor)| row[j] -= factor);
             row
         };
-        self.free.iter().enumerate().map(row).collect()
+        let mut inverse = inverse(self.free.iter().enumerate().map(row).collect())?;
+        for row in &mut inverse {
+            row.iter_mut().zip(self.free).for_each(|(x, &i)| *x /= balance.emitting_areas[i]);
+        }
+        Some(inverse)
     }
 
     /// The factors from a group to the free ones, by the numbers of these.
-    fn seen<'b>(&'b self, balance: &'b Balance<'_>, i: usize) -> impl Iterator<Item = (usize, f64)> + 'b {
-        let groups = balance.factors.groups();
-        let entries = balance.factors.row(i);
-        entries.filter_map(move |(j, factor)| Some((self.number[j.min(groups)]? as usize, factor)))
+    fn seen(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.pairs.row(i).iter().filter_map(|pair| Some((self.number[pair.to]? as usize, pair.factor)))
     }
 
     /// The solution e of M e = `right`; `None` where iterations do not find it.
@@ -92,14 +100,13 @@ impl<'a> HeatSystem<'a> {
         let alone =
             |(x, &i): (&f64, &usize)| [x / balance.emitting_areas[i], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let right: Vec<SideBySide> = right.iter().zip(self.free).map(alone).collect();
-        Some(self.iterate(balance, &right)?.into_iter().map(|lanes| lanes[0]).collect())
+        Some(self.iterate(&right)?.into_iter().map(|lanes| lanes[0]).collect())
     }
 
     /// The errors by rows of these standard errors, those of the free groups.
     pub(crate) fn errors(&self, balance: &Balance<'_>, of_rows: &[f64]) -> Option<HeatErrors> {
         let groups = balance.factors.groups();
-        let mut errors =
-            HeatErrors { of_free: vec![0.0; self.free.len()], carried: vec![0.0; groups], probes: None };
+        let mut errors = HeatErrors { of_free: vec![0.0; self.free.len()], carried: vec![0.0; groups] };
         let blocks = match &self.inverse {
             Some(_) => self.free.len().div_ceil(LANES),
             None => PROBES / LANES,
@@ -107,19 +114,18 @@ impl<'a> HeatSystem<'a> {
         for block in 0..blocks {
             let moved = match &self.inverse {
                 Some(inverse) => columns(inverse, of_rows, block),
-                None => self.iterate(balance, &self.probes(balance, of_rows, block))?,
+                None => self.iterate(&self.probes(balance, of_rows, block))?,
             };
             for (sum, lanes) in errors.of_free.iter_mut().zip(&moved) {
                 *sum += square(lanes);
             }
             for (i, sum) in errors.carried.iter_mut().enumerate().filter(|&(i, _)| self.number[i].is_none()) {
-                let flux = self.weighted(balance, i, &moved);
+                let flux = self.weighted(i, &moved);
                 *sum += balance.emitting_areas[i].powi(2) * square(&flux);
             }
         }
         if self.inverse.is_none() {
             errors.of_free.iter_mut().chain(&mut errors.carried).for_each(|sum| *sum /= PROBES as f64);
-            errors.probes = Some(PROBES as u64);
         }
         Some(errors)
     }
@@ -139,18 +145,18 @@ impl<'a> HeatSystem<'a> {
     }
 
     /// Σ_j B_ij x_j over the free groups.
-    fn weighted(&self, balance: &Balance<'_>, i: usize, x: &[SideBySide]) -> SideBySide {
-        self.seen(balance, i).fold([0.0; LANES], |sum, (j, factor)| axpy(sum, [factor; LANES], &x[j]))
+    fn weighted(&self, i: usize, x: &[SideBySide]) -> SideBySide {
+        self.seen(i).fold([0.0; LANES], |sum, (j, factor)| axpy(sum, [factor; LANES], &x[j]))
     }
 
     /// (I − B) x.
-    fn apply(&self, balance: &Balance<'_>, x: &[SideBySide]) -> Vec<SideBySide> {
-        let row = |(own, &i): (&SideBySide, &usize)| axpy(*own, [-1.0; LANES], &self.weighted(balance, i, x));
+    fn apply(&self, x: &[SideBySide]) -> Vec<SideBySide> {
+        let row = |(own, &i): (&SideBySide, &usize)| axpy(*own, [-1.0; LANES], &self.weighted(i, x));
         x.iter().zip(self.free).map(row).collect()
     }
 
     /// The solutions of (I − B) x = `right`; `None` where they are not found.
-    fn iterate(&self, balance: &Balance<'_>, right: &[SideBySide]) -> Option<Vec<SideBySide>> {
+    fn iterate(&self, right: &[SideBySide]) -> Option<Vec<SideBySide>> {
         let size = dot(right, right).map(f64::sqrt);
         let mut x = vec![[0.0; LANES]; right.len()];
         let (mut residual, mut direction) = (right.to_vec(), right.to_vec());
@@ -159,10 +165,10 @@ impl<'a> HeatSystem<'a> {
             if is_below(&residual, size, RESIDUAL) {
                 break;
             }
-            let applied = self.apply(balance, &direction);
+            let applied = self.apply(&direction);
             let alpha = ratio(rho, dot(right, &applied));
             let halfway = moved(&residual, alpha.map(|alpha| -alpha), &applied);
-            let again = self.apply(balance, &halfway);
+            let again = self.apply(&halfway);
             let omega = ratio(dot(&again, &halfway), dot(&again, &again));
             x = moved(&moved(&x, alpha, &direction), omega, &halfway);
             residual = moved(&halfway, omega.map(|omega| -omega), &again);
@@ -173,7 +179,7 @@ impl<'a> HeatSystem<'a> {
             direction = moved(&residual, beta, &back);
             rho = next;
         }
-        let left = moved(right, [-1.0; LANES], &self.apply(balance, &x));
+        let left = moved(right, [-1.0; LANES], &self.apply(&x));
         is_below(&left, size, FAILURE).then_some(x)
     }
 }

@@ -24,11 +24,11 @@ pub struct Enclosure {
 const FILE_KEYS: &[&str] = &["environment", "group"];
 const GROUP_KEYS: &[&str] = &["name", "temperature", "flux", "emissivity"];
 
-/// Reads what is given of groups with these names. Later entries win.
+/// Reads what is given of groups, each of which goes by some names. Later entries win.
 ///
 /// # Errors
 /// A file that cannot be read, says what is unknown or not allowed, or leaves a group out.
-pub fn load_enclosure(path: &Path, names: &[String]) -> Result<Enclosure, Error> {
+pub fn load_enclosure(path: &Path, names: &[Vec<String>]) -> Result<Enclosure, Error> {
     let source = SourceText::read(path, "[[group]] tables, each with a name and a temperature or a flux")?;
     let mut file = KeyTable::root(&source, FILE_KEYS)?;
     let environment = file.take("environment").map(|value| read_kelvin(&value)).transpose()?.unwrap_or(0.0);
@@ -49,7 +49,7 @@ pub fn load_enclosure(path: &Path, names: &[String]) -> Result<Enclosure, Error>
     if let Some(missing) = given.iter().position(Option::is_none) {
         return Err(Error::Refused {
             place,
-            problem: format!("nothing is given of group {:?}", names[missing]),
+            problem: format!("nothing is given of group {:?}", names[missing][0]),
             why: "each group has a temperature, or a flux from which it follows",
             remedy: "add a [[group]] for it; name = \"*\" stands for all".into(),
         });
@@ -57,13 +57,17 @@ pub fn load_enclosure(path: &Path, names: &[String]) -> Result<Enclosure, Error>
     Ok(Enclosure { environment, given: given.into_iter().flatten().collect(), emissivities })
 }
 
-fn find(value: &Value<'_>, names: &[String]) -> Result<Vec<usize>, Error> {
+fn find(value: &Value<'_>, names: &[Vec<String>]) -> Result<Vec<usize>, Error> {
     let pattern = value.string()?;
-    let chosen: Vec<usize> = (0..names.len()).filter(|&group| matches(pattern, &names[group])).collect();
+    let is_called = |group: &usize| names[*group].iter().any(|name| matches(pattern, name));
+    let chosen: Vec<usize> = (0..names.len()).filter(is_called).collect();
     if !chosen.is_empty() {
         return Ok(chosen);
     }
-    let known = names.iter().take(12).map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+    let mut known: Vec<String> = names.iter().map(|names| format!("{:?}", names[0])).collect();
+    known.dedup();
+    known.truncate(12);
+    let known = known.join(", ");
     Err(value.refuse(
         format!("no group is called {pattern:?}"),
         "the names are those of --groups",

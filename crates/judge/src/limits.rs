@@ -31,7 +31,7 @@ fn of_sensors(experiment: &Experiment) -> Option<SensorLimits> {
     let paths = experiment.unit().batch().unwrap_or(sensors.sample_walks());
     let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
     let brightest = |c: usize| {
-        let largest = experiment.largest_radiosity(c);
+        let largest = experiment.largest_at_sensors(c);
         1.0 + scene.total_power(c) / (1.0 - scene.max_reflectance()[c]) / least_area / largest
     };
     let brightest = (0..scene.channels()).map(brightest).fold(1.0, f64::max);

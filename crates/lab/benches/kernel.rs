@@ -11,7 +11,7 @@ use glam::DVec3;
 use photometry::{Distribution, Luminaire};
 use radiosity::{
     Birth, Direction, EstimatorKind, Experiment, IndexChoice, Scene, SceneSpec, Sequence, Side, Space, Walks,
-    boards::Scoreboard,
+    boards::HitScoreboard,
     lamps::{Emission, LampSpec, LampsSpec},
     rays::Ray,
 };
@@ -182,7 +182,7 @@ fn bench_walks(bencher: Bencher, scene: Scene, method: Walks) {
 #[divan::bench(args = [54, 1_572_864])]
 fn tally(bencher: Bencher, patches: u32) {
     const HITS: u64 = 49_152;
-    let mut board = Scoreboard::<u64, (), 1>::new(patches as usize);
+    let mut board = HitScoreboard::<1>::new(patches as usize);
     let mut next = 0_u64;
     bencher.counter(ItemsCount::new(HITS)).bench_local(|| {
         for first in (next..next + HITS).step_by(3) {
@@ -201,7 +201,7 @@ fn scattered(bits: u64, patches: u32) -> u32 {
 /// A board emptied and merged, as a worker does at the end of a lease.
 #[divan::bench(args = [54, 1_572_864], sample_count = 20)]
 fn merge(bencher: Bencher, patches: usize) {
-    let mut board = Scoreboard::<u64, (), 1>::new(patches);
+    let mut board = HitScoreboard::<1>::new(patches);
     let mut sum = board.take().expect("an empty board");
     bencher.counter(ItemsCount::new(patches)).bench_local(|| {
         sum.merge(&board.take().expect("an empty board")).expect("the same layout");

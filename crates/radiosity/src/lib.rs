@@ -55,7 +55,7 @@ pub use walk::plain::walk as plain_walk;
 /// Where the walks of a thread score, below [`Board`].
 pub mod boards {
     pub use crate::jacobi::ChainBoard;
-    pub use crate::tally::{Events, MergeError, Scoreboard, Word};
+    pub use crate::tally::{HitScoreboard, MergeError, Scoreboard, WeightScoreboard, Word};
 }
 
 /// Walks from cells of sensors that count the patches of a sky.

@@ -168,5 +168,5 @@ fn cylinders_have_no_daylight() {
     let shape = SensorShape::Cylinders { points, grid: [1, 1], half: false };
     let sensor = SensorSpec { name: "people".into(), shape };
     let refused = Coefficients::new(scene, &[sensor], SkyPatches::new(145).unwrap()).unwrap_err();
-    assert_eq!(refused, Unfit::DaylightOnCylinders { name: "people".into() });
+    assert_eq!(refused, Unfit::DaylightOffPlanes { name: "people".into() });
 }

@@ -310,6 +310,50 @@ fn sensors_add_the_light_of_faces_and_of_lamps() {
     }
 }
 
+/// Sensors change nothing of faces, by walks and by chains, even where a lamp is in the plane of one; and that one reads, from beyond the edge of
+/// its cell, what another reads that stands a millimetre from it. Readings 6 standard errors apart raise a false alarm in 10⁸.
+#[test]
+fn a_lamp_in_the_plane_of_a_sensor_spoils_nothing() {
+    let lamp = LampSpec::new(DVec3::new(0.3, 0.2, 0.8), Emission::Uniform, 1.0);
+    let scene = Scene::build(&with_lamps(cube(0.5), vec![lamp]), IndexChoice::Auto).unwrap();
+    let chains = radiosity::Chains {
+        rays: 20_000,
+        solve: radiosity::methods::Solve::Links,
+        linear: false,
+        final_gather: Vec::new(),
+    };
+    for (method, paths) in [(Method::shooting(Estimator::Collision), 65_536), (chains.into(), 16)] {
+        let at = |x: Option<f64>| {
+            let sensor = |x: f64| SensorSpec {
+                name: "board".into(),
+                shape: SensorShape::Quad {
+                    corner: DVec3::new(x, 0.5, 0.3),
+                    corner_u: DVec3::new(x, 0.9, 0.3),
+                    corner_v: DVec3::new(x, 0.5, 0.6),
+                    cells: [1, 1],
+                },
+            };
+            let sensors: Vec<SensorSpec> = x.map(sensor).into_iter().collect();
+            let experiment =
+                Experiment::new(scene.clone(), method.clone()).unwrap().with_sensors(&sensors).unwrap();
+            let mut board = experiment.board();
+            experiment.walk(&Sequence::new(3), 0..paths, &mut board);
+            let tally = board.take().unwrap();
+            let face = |face: usize| tally.patch(face, 0).to_vec();
+            let faces: Vec<Vec<u128>> = (0..scene.faces().len()).map(face).collect();
+            let reading = x.map(|_| {
+                let reading = Readings::new(&experiment, &tally, 0.95).unwrap().cell(0)[0];
+                [reading.irradiance.unwrap(), reading.std_error.unwrap()]
+            });
+            (faces, reading)
+        };
+        let [(alone, _), (level, in_plane), (beside, moved)] = [None, Some(0.3), Some(0.301)].map(at);
+        assert!(alone == level && alone == beside, "sensors change what is found of faces");
+        let ([a, s], [b, t]) = (in_plane.unwrap(), moved.unwrap());
+        assert!(a > 0.0 && (a - b).abs() < 6.0 * s.hypot(t) + 0.01 * b, "{a} ± {s}, {b} ± {t}");
+    }
+}
+
 #[test]
 fn methods_that_would_miss_lamps_are_refused() {
     use radiosity::{Birth, Direction, Space, Walks, methods::Score};

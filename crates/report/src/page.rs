@@ -434,7 +434,9 @@ fn shares(estimates: &Estimates, summary: &Summary) -> (Vec<Share>, String) {
     let (amounts, unit) = match (losses(estimates), &summary.energy) {
         (Some([escaped, on_backs, cut_off]), _) => {
             let scene = estimates.scene();
-            let emitted: f64 = (0..scene.channels()).map(|c| scene.total_power(c)).sum();
+            // As in the flow of light beside it, the mean of the channels.
+            let emitted = (0..scene.channels()).map(|c| scene.total_power(c)).sum::<f64>();
+            let emitted = emitted / scene.channels() as f64;
             let lost = [escaped, on_backs, cut_off].map(|part| emitted * part.value);
             ([emitted - lost.iter().sum::<f64>(), lost[0], lost[1], lost[2]], power)
         }

@@ -29,6 +29,12 @@ const FIELDS: usize = 16;
 /// From this number on a value of radiation is missing.
 const MISSING: f64 = 9999.0;
 
+/// Direct radiation of a sun that shines [W/m²].
+const SHINES: f64 = 100.0;
+
+/// So low in the middle of an hour the sun does not rise in it [°]: it moves by 15° an hour at most, and air lifts it by less than one.
+const HIDDEN: f64 = -10.0;
+
 /// The dew point where a file has none [°C]: `gendaymtx`'s.
 const DEW_POINT: f64 = 11.0;
 
@@ -81,6 +87,14 @@ impl Weather {
         }
         let last_day = lines.get(HEADER - 1).and_then(|periods| last_day(periods));
         Ok(Weather { city, site, hours, last_day })
+    }
+
+    /// The hours in which the sun shines far below the horizon, where there are more than by chance: place, time zone and hours do not agree.
+    pub fn hours_of_hidden_sun(&self) -> Option<usize> {
+        let is_hidden =
+            |hour: &&WeatherHour| hour.conditions.direct >= SHINES && hour.conditions.altitude < HIDDEN;
+        let hours = self.hours.iter().filter(is_hidden).count();
+        (hours > self.hours.len() / 1000).then_some(hours)
     }
 
     /// The days, as month and day, on which the file ends and on which it ought to by its header, where it ends before: it was cut off.
@@ -240,6 +254,18 @@ mod tests {
         assert_eq!((conditions.direct, conditions.diffuse, conditions.dew_point), (700.5, 150.0, 12.0));
         // Half past eleven at Greenwich, about midsummer: 90° − 51.5° + 23.44° at noon, and a little less then.
         assert!((61.0..61.95).contains(&conditions.altitude) && conditions.azimuth < 180.0, "{conditions:?}");
+    }
+
+    /// At half past eleven of a zone twelve hours ahead Greenwich has night, and the file has sun.
+    #[test]
+    fn a_sun_that_shines_at_night_is_told() {
+        let weather = |zone: &str| {
+            Weather::read(file(&[NOON]).replace(",0.0,30.0", &format!(",{zone},30.0")).as_bytes()).unwrap()
+        };
+        assert_eq!(
+            ["0.0", "2.0", "12.0"].map(|zone| weather(zone).hours_of_hidden_sun()),
+            [None, None, Some(1)]
+        );
     }
 
     #[test]

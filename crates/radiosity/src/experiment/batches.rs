@@ -55,7 +55,7 @@ impl Experiment {
                 let rays = outcome.counts.rays / SENSING_PART;
                 let gathered = self.sense(sensors, &reflected, rays, (sequence, batch), go_on);
                 let Some(gathered) = gathered else { break };
-                sensing.add(&self.largest_radiosity, &gathered);
+                sensing.add(&self.largest_at_sensors, &gathered);
             }
             board.add(&self.largest_radiosity, &outcome);
             counts.add(&outcome.counts).expect("64 bits outlast any process");

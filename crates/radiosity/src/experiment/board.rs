@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::jacobi::final_gather::GatheredLight;
 use crate::jacobi::{ChainBoard, UNITS};
-use crate::tally::{ColouredBoard, Layout, LinearBoard, Overflow, Scoreboard, Tally};
+use crate::tally::{ColouredBoard, HitScoreboard, Layout, LinearBoard, Overflow, Tally, WeightScoreboard};
 use crate::walk::marks::MarkBoard;
 use crate::walk::score::RELATED;
 
@@ -44,21 +44,21 @@ pub(super) struct GroupSums {
 #[derive(Clone, Debug)]
 pub(super) enum Scores {
     /// Grey analog shooting: whole hits.
-    Hits(Scoreboard<u64, (), 1>),
+    Hits(HitScoreboard<1>),
     /// Grey analog shooting with three estimators at once: whole hits.
-    RelatedHits(Scoreboard<u64, (), RELATED>),
+    RelatedHits(HitScoreboard<RELATED>),
     /// Other grey walks: fixed point.
-    Fixed(Scoreboard<u128, u64, 1>),
+    Fixed(WeightScoreboard<1>),
     /// Gathering with three estimators at once.
-    RelatedFixed(Scoreboard<u128, u64, RELATED>),
+    RelatedFixed(WeightScoreboard<RELATED>),
     /// All walks in coloured scenes: three channels.
     Coloured(ColouredBoard),
     /// Grey analog shooting with slopes.
-    LinearHits(LinearBoard<u64, (), 1>),
+    LinearHits(LinearBoard<u64, 0, 1>),
     /// Other grey walks with slopes.
-    LinearFixed(LinearBoard<u128, u64, 1>),
+    LinearFixed(LinearBoard<u128, 1, 1>),
     /// Three channels with slopes.
-    LinearColoured(LinearBoard<u128, u64, 3>),
+    LinearColoured(LinearBoard<u128, 1, 3>),
     /// Whole chains of stochastic Jacobi.
     Chains(ChainBoard),
 }

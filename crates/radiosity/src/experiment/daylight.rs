@@ -17,7 +17,7 @@ use crate::geometry::sky::SkyPatches;
 use crate::random::rng::Sequence;
 use crate::scene::Scene;
 use crate::scene::births::SensorBirths;
-use crate::tally::{Counts, Scoreboard, Tally};
+use crate::tally::{Counts, HitScoreboard, Tally};
 use crate::trace::ray::Ray;
 use crate::walk::Space;
 use crate::walk::batch::walk_all;
@@ -80,9 +80,11 @@ impl Coefficients {
             return Err(Unfit::DaylightInColour);
         }
         let sensors = Sensors::new(&scene, specs)?.ok_or(Unfit::NoSensors)?;
-        let is_cylinder = |spec: &&SensorSpec| matches!(spec.shape, SensorShape::Cylinders { .. });
-        if let Some(SensorSpec { name, .. }) = specs.iter().find(is_cylinder) {
-            return Err(Unfit::DaylightOnCylinders { name: name.clone() });
+        let is_no_plane = |spec: &&SensorSpec| {
+            matches!(spec.shape, SensorShape::Cylinders { .. } | SensorShape::Eyes { .. })
+        };
+        if let Some(SensorSpec { name, .. }) = specs.iter().find(is_no_plane) {
+            return Err(Unfit::DaylightOffPlanes { name: name.clone() });
         }
         let of_sensors = (0..specs.len()).flat_map(|sensor| sensors.frames_of(sensor).iter().copied());
         let frames = Frames::new(scene.surfaces().iter().map(|surface| surface.frame()).chain(of_sensors));
@@ -177,11 +179,7 @@ impl Daylight {
     }
 
     /// Some walks of a sequence onto a board with these rows.
-    pub(super) fn walk(
-        &self,
-        (sequence, walks): (&Sequence, Range<u64>),
-        board: &mut Scoreboard<u64, (), 1>,
-    ) {
+    pub(super) fn walk(&self, (sequence, walks): (&Sequence, Range<u64>), board: &mut HitScoreboard<1>) {
         let patches = self.coefficients.sky.count();
         for SegmentPart { segment, group, walks } in self.segments.parts(walks) {
             let mut tally = SkyTally::new(patches);

@@ -18,7 +18,7 @@ use crate::geometry::sky::SkyPatches;
 use crate::random::rng::Sequence;
 use crate::scene::Scene;
 use crate::scene::births::Births;
-use crate::tally::{Scoreboard, Tally};
+use crate::tally::{HitScoreboard, Tally};
 use crate::walk::Space;
 use crate::walk::batch::walk_all;
 use crate::walk::collision::Analog;
@@ -124,7 +124,7 @@ impl Exchange {
         scene: &Scene,
         space: Space,
         (sequence, walks): (&Sequence, Range<u64>),
-        board: &mut Scoreboard<u64, (), 1>,
+        board: &mut HitScoreboard<1>,
     ) {
         for SegmentPart { group, walks, .. } in self.segments.parts(walks) {
             let first_row = group * self.columns();

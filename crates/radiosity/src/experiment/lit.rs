@@ -89,15 +89,20 @@ pub(super) fn largest_radiosity(scene: &Scene) -> [f64; 3] {
     let flux: [f64; 3] = std::array::from_fn(flux);
     let mut most = [0.0_f64; 3];
     for number in 0..scene.faces().piece_count() as u32 {
-        let corners = scene.faces().piece_corners(number);
-        let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
-        let radius = corners.iter().map(|corner| corner.distance(centre)).fold(0.0, f64::max);
         // Lamps are in the coordinates of the scene, corners in those of the file.
-        let middle = centre - scene.origin();
-        let near = lamps.most_irradiance(|lamp| (lamp.distance(middle) - radius).max(0.0));
+        let corners: Vec<DVec3> =
+            scene.faces().piece_corners(number).iter().map(|corner| corner - scene.origin()).collect();
+        let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        let radius = corners.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max);
         let area = scene.faces().piece(number).area;
-        for c in 0..3 {
-            most[c] = most[c].max(near[c].min(flux[c] / area));
+        let at = |distance: &dyn Fn(DVec3) -> f64| -> [f64; 3] {
+            let near = lamps.most_irradiance(|lamp| distance(lamp).powi(-2));
+            std::array::from_fn(|c| near[c].min(flux[c] / area))
+        };
+        let from_afar = at(&|lamp| (lamp.distance(middle) - radius).max(0.0));
+        if (0..3).any(|c| from_afar[c] > most[c]) {
+            let near = at(&|lamp| distance_to_polygon(lamp, &corners));
+            most.iter_mut().zip(near).for_each(|(most, near)| *most = most.max(near));
         }
     }
     let emittance = |c: usize| scene.faces().iter().map(|face| face.emittance[c]).fold(0.0, f64::max);
@@ -107,17 +112,62 @@ pub(super) fn largest_radiosity(scene: &Scene) -> [f64; 3] {
     })
 }
 
-/// The most that a sample of a quad of sensors may find of lamps without area, whose light it samples [W/m²].
-pub(super) fn most_at_quads(scene: &Scene, sensors: &Sensors) -> [f64; 3] {
+/// The distance of a point from a flat, convex polygon.
+fn distance_to_polygon(point: DVec3, corners: &[DVec3]) -> f64 {
+    let edges = || corners.iter().zip(corners.iter().cycle().skip(1)).map(|(&from, &to)| (from, to - from));
+    let to_edge = |(from, edge): (DVec3, DVec3)| {
+        let along = (point - from).dot(edge) / edge.length_squared();
+        // An edge without length is a corner.
+        let along = if along.is_nan() { 0.0 } else { along.clamp(0.0, 1.0) };
+        point.distance(from + along * edge)
+    };
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+    let is_above = edges().all(|(from, edge)| edge.cross(point - from).dot(normal) > 0.0);
+    let to_edges = edges().map(to_edge).fold(f64::INFINITY, f64::min);
+    if is_above { to_edges.min((point - corners[0]).dot(normal).abs()) } else { to_edges }
+}
+
+/// The most that a sample of a cell of a quad of sensors may find of lamps without area, whose light it samples [W/m²].
+fn most_at_quads(scene: &Scene, sensors: &Sensors) -> [f64; 3] {
     let mut most = [0.0_f64; 3];
-    for (sensor, spec) in sensors.specs().iter().enumerate() {
-        if matches!(spec.shape, SensorShape::Quad { .. }) {
-            let frame = &sensors.frames_of(sensor)[0];
-            let (corner, normal) = (DVec3::from(frame.point([0.0; 2])), frame.normal());
-            let near = scene.parts.lamps.most_irradiance(|lamp| (lamp - corner).dot(normal).abs());
+    if scene.lamp_count() == 0 {
+        return most;
+    }
+    for cell in 0..sensors.cell_count() {
+        if let Some(corners) = sensors.corners(cell) {
+            let corners = corners.map(|corner| corner - scene.origin());
+            let near = scene.parts.lamps.most_irradiance(|lamp| jacobi::most_of_unit_lamp(lamp, &corners));
             most.iter_mut().zip(near).for_each(|(most, near)| *most = most.max(near));
         }
     }
-    // Of a lamp in the plane of a sensor nothing comes in.
-    most.map(|most| if most.is_finite() { most } else { 0.0 })
+    most
+}
+
+/// What samples of sensors are parts of [W/m²]: neither the radiosity of a face exceeds it, nor what lamps without area bring to a cell.
+pub(super) fn largest_at_sensors(scene: &Scene, sensors: &Sensors, radiosity: [f64; 3]) -> [f64; 3] {
+    let at_quads = most_at_quads(scene, sensors);
+    std::array::from_fn(|c| radiosity[c].max(at_quads[c]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_distance_of_a_polygon_is_that_of_its_nearest_point() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+        let sliver = [[0.0, 0.0], [1.0, 0.0], [0.5, 1e-13]].map(|[x, y]| DVec3::new(x, y, 0.0));
+        let known = [
+            (&square[..], [0.5, 0.5, -2.0], 2.0),
+            (&square[..], [1.0 + 3.0, 0.5, 4.0], 5.0),
+            (&square[..], [-3.0, 1.0 + 4.0, 12.0], 13.0),
+            (&square[..], [0.25, 0.5, 0.0], 0.0),
+            (&sliver[..], [0.5, 3.0, 4.0], 5.0),
+            (&sliver[..], [0.5, 0.0, 2.0], 2.0),
+        ];
+        for (corners, point, distance) in known {
+            let found = distance_to_polygon(point.into(), corners);
+            assert!((found - distance).abs() < 1e-12, "{point:?}: {found}, not {distance}");
+        }
+    }
 }

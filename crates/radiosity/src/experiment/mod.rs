@@ -72,6 +72,8 @@ pub struct Experiment {
     gathering: Option<Gathering>,
     /// What batches and chains score H over [W/m²], per channel.
     largest_radiosity: [f64; 3],
+    /// What samples of sensors are scored over [W/m²], per channel.
+    largest_at_sensors: [f64; 3],
     /// The area of the smallest face [m²].
     least_area: f64,
     /// Places where light is measured; `None` where there are none.
@@ -121,6 +123,7 @@ impl Experiment {
             method,
             gathering,
             largest_radiosity,
+            largest_at_sensors: largest_radiosity,
             least_area,
             sensors: None,
             groups: None,
@@ -143,9 +146,7 @@ impl Experiment {
             check_sensors(&self.method)?;
         }
         if let Some(sensors) = &self.sensors {
-            let at_cells = lit::most_at_quads(&self.scene, sensors);
-            let radiosity = self.largest_radiosity.iter_mut().zip(at_cells);
-            radiosity.for_each(|(largest, most)| *largest = largest.max(most));
+            self.largest_at_sensors = lit::largest_at_sensors(&self.scene, sensors, self.largest_radiosity);
         }
         self.check_groups()
     }
@@ -224,10 +225,10 @@ impl Experiment {
         self.sensors.as_deref()
     }
 
-    /// What the scores of batches, chains and sensors are parts of [W/m²]: no radiosity exceeds it, nor does what a sample of a sensor finds
-    /// of lamps without area.
-    pub fn largest_radiosity(&self, channel: usize) -> f64 {
-        self.largest_radiosity[channel]
+    /// What the scores of sensors are parts of [W/m²]: no radiosity exceeds it, nor does what a sample of a sensor finds of lamps without
+    /// area.
+    pub fn largest_at_sensors(&self, channel: usize) -> f64 {
+        self.largest_at_sensors[channel]
     }
 
     /// The scene of the experiment.

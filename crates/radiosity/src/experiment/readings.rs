@@ -187,7 +187,7 @@ impl<'a> Readings<'a> {
 
     /// What a unit of score is worth [W/m²].
     fn per_unit(&self, channel: usize) -> f64 {
-        self.experiment.largest_radiosity[channel] / UNITS
+        self.experiment.largest_at_sensors[channel] / UNITS
     }
 
     /// Σx and Σx² of a row of sensors.
@@ -212,7 +212,7 @@ impl<'a> Readings<'a> {
             return Reading { irradiance, std_error: Some(0.0), ci_low: direct, ci_high: direct };
         }
         // No irradiance by patches exceeds the largest radiosity there can be.
-        let largest = self.experiment.largest_radiosity[channel];
+        let largest = self.experiment.largest_at_sensors[channel];
         let (mut mean, mut error, [mut low, mut high]) = (direct, Some(0.0), [direct; 2]);
         for (row, factor) in self.rows_of(cell) {
             let moments = self.moments(row, channel);

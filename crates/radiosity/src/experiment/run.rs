@@ -10,13 +10,13 @@ use crate::method::{Method, Score, Walks};
 use crate::random::quasi::{Quasi, QuasiPosition};
 use crate::random::rng::Sequence;
 use crate::scene::births::Births;
-use crate::tally::{Counts, Overflow};
+use crate::tally::{Counts, Overflow, Word};
 use crate::thread_pool::ThreadPool;
 use crate::walk::batch::{Terms, walk_all, walk_each};
 use crate::walk::collision::{Analog, CollisionModel, Infinite};
 use crate::walk::estimator::{EstimatorKind, Event, with_collision_model};
 use crate::walk::light_groups::LightGroups;
-use crate::walk::marks::{Amount, LikelihoodRatio, MarkBoard, Marked};
+use crate::walk::marks::{LikelihoodRatio, MarkBoard, Marked};
 use crate::walk::score::{Gather, GatherRelated, Scorer, ShootHits, ShootRelated};
 use crate::walk::weighted::ShootWeights;
 
@@ -183,7 +183,7 @@ impl Experiment {
     }
 
     /// Walks from the emitters; where groups are distinguished, each scores for its own.
-    fn shoot_all<T: Amount, const C: usize>(
+    fn shoot_all<T: Word, const C: usize>(
         &self,
         terms: Terms,
         source: &Source,

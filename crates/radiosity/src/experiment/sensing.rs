@@ -100,7 +100,7 @@ impl Experiment {
             let Some(gathered) = self.sense(sensors, &reflected, rays, (sequence, sample), go_on) else {
                 return;
             };
-            sensing.add(&self.largest_radiosity, &gathered);
+            sensing.add(&self.largest_at_sensors, &gathered);
         }
     }
 

@@ -74,9 +74,9 @@ pub enum Unfit {
     DaylightInColour,
     /// Walks of daylight leave planes.
     #[error(
-        "sensor {name:?} measures cylindrical illuminance, and daylight is gathered on planes; leave it out, or write planes that face four ways in its place"
+        "sensor {name:?} measures cylindrical illuminance or glare, and daylight is gathered on planes; leave it out, or write planes that face four ways in its place"
     )]
-    DaylightOnCylinders {
+    DaylightOffPlanes {
         /// The name of the sensor.
         name: String,
     },

@@ -10,7 +10,7 @@ use super::faces::FaceTable;
 use super::halves::Half;
 use super::linked::straight;
 use super::near::LandingCounts;
-use super::numbers::SobolNumbers;
+use super::numbers::RayNumbers;
 use super::solve::solve;
 use crate::random::rng::Sequence;
 use crate::thread_pool::ThreadPool;
@@ -36,7 +36,7 @@ const ROUGH: f64 = 1e-3;
 
 /// Which part of the rays each face of chains of `rays` rays should shoot; the parts sum to 1. `None` once `pool` no longer want it.
 pub(crate) fn aim(faces: &FaceTable, rays: u64, pool: &dyn ThreadPool) -> Option<Vec<f64>> {
-    let mut caster = Caster::new(faces, SobolNumbers::new(Sequence::new(0).walk(PILOT)));
+    let mut caster = Caster::new(faces, RayNumbers::sobol(Sequence::new(0).walk(PILOT)));
     let mut direct = Direct::where_it_pays(faces, rays, pool)?;
     if let Some(direct) = &mut direct {
         direct.cast(caster.rng(), false, pool)?;

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::cast::systematic;
 use super::faces::FaceTable;
-use super::numbers::{RayNumbers, SobolNumbers};
+use super::numbers::RayNumbers;
 use super::place::{LocalPoint, psi};
 use crate::geometry::sensor::Response;
 use crate::random::rng::WalkRng;
@@ -60,8 +60,8 @@ impl DirectLight {
             lost: vec![[0.0; 2]; channels],
             rays: 0,
         };
-        let mut numbers = SobolNumbers::independent(rng);
-        let mut shadow_numbers = SobolNumbers::independent(rng);
+        let mut numbers = RayNumbers::independent(rng);
+        let mut shadow_numbers = RayNumbers::independent(rng);
         // Of very many lamps each face is lit by births alone.
         let pairs = count as u64 * lamps;
         let shadows = if pairs > rays / SHADOW_SHARE { 0 } else { rays / (2 * SHADOW_SHARE) / pairs + 1 };
@@ -104,7 +104,7 @@ impl DirectLight {
         faces: &FaceTable,
         lamp: usize,
         rays: u64,
-        numbers: &mut SobolNumbers,
+        numbers: &mut RayNumbers,
         is_far: &dyn Fn(usize) -> bool,
         go_on: &dyn Fn() -> bool,
     ) -> Option<()> {
@@ -147,13 +147,7 @@ impl DirectLight {
     }
 
     /// Shadow rays from uniform points of a face to a lamp.
-    fn shade(
-        &mut self,
-        faces: &FaceTable,
-        [lamp, number]: [usize; 2],
-        rays: u64,
-        numbers: &mut SobolNumbers,
-    ) {
+    fn shade(&mut self, faces: &FaceTable, [lamp, number]: [usize; 2], rays: u64, numbers: &mut RayNumbers) {
         let (scene, face) = (faces.scene, &faces.list[number]);
         self.rays += rays;
         for first in (0..rays).step_by(WIDTH) {

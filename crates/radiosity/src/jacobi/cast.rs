@@ -16,9 +16,9 @@ use crate::walk::arrive::Arrivals;
 use crate::walk::depart::Departures;
 
 /// Shoots rays from faces.
-pub(crate) struct Caster<'a, N> {
+pub(crate) struct Caster<'a> {
     faces: &'a FaceTable<'a>,
-    numbers: N,
+    numbers: RayNumbers,
     /// Rays that each face has shot.
     pub(crate) shot: Vec<u32>,
     /// Rays that landed on each face.
@@ -87,7 +87,7 @@ impl Default for LinkBatch {
     }
 }
 
-impl<'a, N: RayNumbers + Clone> Caster<'a, N> {
+impl<'a> Caster<'a> {
     /// A caster with the numbers of this one, whose faces have shot as many rays and landed none.
     pub(super) fn fresh_copy(&self) -> Self {
         Caster { shot: self.shot.clone(), ..self.afresh() }
@@ -97,11 +97,9 @@ impl<'a, N: RayNumbers + Clone> Caster<'a, N> {
     pub(super) fn afresh(&self) -> Self {
         Caster::new(self.faces, self.numbers.clone())
     }
-}
 
-impl<'a, N: RayNumbers> Caster<'a, N> {
     /// A caster that has shot nothing yet.
-    pub(crate) fn new(faces: &'a FaceTable, numbers: N) -> Self {
+    pub(crate) fn new(faces: &'a FaceTable, numbers: RayNumbers) -> Self {
         let count = faces.list.len();
         Caster {
             faces,

@@ -12,7 +12,7 @@ use super::faces::FaceTable;
 use super::halves::LinkRays;
 use super::lamps::{EmittingPieces, emitted_power, emitted_shares};
 use super::near::NearThresholds;
-use super::numbers::SobolNumbers;
+use super::numbers::RayNumbers;
 use super::place::psi;
 use super::shadow::{LitShadowRay, ShadowCaster};
 use crate::random::rng::{Sequence, WalkRng};
@@ -125,7 +125,7 @@ impl<'a> Direct<'a> {
         let pilot: Vec<u32> = chosen.iter().map(|&times| times.min(1) * PILOT_RAYS).collect();
         let mut sums = vec![[0.0; 2]; pilot.len()];
         let mut sights: Vec<PilotSight> = Vec::new();
-        let numbers = SobolNumbers::new(Sequence::new(PILOT_SEED).walk(0));
+        let numbers = RayNumbers::sobol(Sequence::new(PILOT_SEED).walk(0));
         let mut caster = ShadowCaster::new(self.faces, &self.lamps, numbers);
         caster.cast(0, &pilot, &|| pool.go_on(), |sight| {
             let brought = self.brought(sight);
@@ -169,7 +169,7 @@ impl<'a> Direct<'a> {
     /// Shoots the shadow rays of all faces, and looks at how their light is spread where slopes are asked for. `None` once `pool`, which
     /// share them, no longer want it.
     pub(super) fn cast(&mut self, rng: &mut WalkRng, with_slopes: bool, pool: &dyn ThreadPool) -> Option<()> {
-        let numbers = SobolNumbers::independent(rng);
+        let numbers = RayNumbers::independent(rng);
         let parts = if pool.count() > 1 { PARTS_PER_THREAD * pool.count() } else { 1 };
         let of_part = self.rays.len().div_ceil(parts);
         let found: Vec<Mutex<Option<[Vec<f64>; 3]>>> =
@@ -194,7 +194,7 @@ impl<'a> Direct<'a> {
         &self,
         first: usize,
         rays: &[u32],
-        (numbers, with_slopes): (SobolNumbers, bool),
+        (numbers, with_slopes): (RayNumbers, bool),
         pool: &dyn ThreadPool,
     ) -> Option<[Vec<f64>; 3]> {
         let channels = self.faces.scene.channels();

@@ -20,8 +20,8 @@ use crate::geometry::surface::Surface;
 use crate::jacobi::cast::systematic;
 use crate::jacobi::faces::FaceTable;
 use crate::jacobi::lamps::{emitted_shares, kernel, pieces_with_parts};
-use crate::jacobi::numbers::{RayNumbers, SobolNumbers};
-use crate::jacobi::solid_angle::{FaceInView, PointInView};
+use crate::jacobi::numbers::RayNumbers;
+use crate::jacobi::solid_angle::{FaceView, PointInView};
 use crate::random::rng::{WalkRng, unit_32};
 use crate::random::sobol::Points;
 use crate::scene::Scene;
@@ -269,10 +269,10 @@ impl<'a> Gatherer<'a> {
     fn irradiance(&mut self, number: u32, station: &RayOrigin, rng: &mut WalkRng) -> Option<(Vec<f64>, u64)> {
         let sources = self.sources.map_or(1, |sources| sources.count);
         let mut irradiance = vec![0.0; self.faces.scene.channels() * sources];
-        let landed = self.gather(number, station, SobolNumbers::independent(rng), &mut irradiance)?;
+        let landed = self.gather(number, station, RayNumbers::independent(rng), &mut irradiance)?;
         if self.rays[1] > 0 {
             let offset = rng.pair()[0];
-            self.light(station, SobolNumbers::independent(rng), offset, &mut irradiance)?;
+            self.light(station, RayNumbers::independent(rng), offset, &mut irradiance)?;
         }
         Some((irradiance, landed))
     }
@@ -286,8 +286,8 @@ impl<'a> Gatherer<'a> {
     }
 
     /// What lamps without area bring to a station, that of this number: shadow rays from uniform points, to one place each on the disc of a
-    /// distant lamp; from points that a near lamp sees under uniform directions, where I cos θ/d² would be a spike. Nothing is drawn where there
-    /// is nothing to do.
+    /// distant lamp; from points that a near lamp sees under uniform directions, where I cos θ/d² would be a spike; none from a lamp in its
+    /// plane. Nothing is drawn where there is nothing to do.
     fn light_of_lamps(
         &mut self,
         number: u32,
@@ -303,20 +303,22 @@ impl<'a> Gatherer<'a> {
             return Some(());
         }
         let rays = self.rays[0] / SHADOW_SHARE / sampled.len() as u64 + 1;
-        let mut numbers = SobolNumbers::independent(rng);
+        let mut numbers = RayNumbers::independent(rng);
         let (response, corners) = (station.response(), station.corners(number, scene));
         for lamp in sampled {
-            let in_view =
-                scene.lamp_place(lamp).and_then(|[position, _]| FaceInView::near(position, &corners));
+            let view = scene.lamp_place(lamp).map(|[position, _]| FaceView::from(position, &corners));
+            if let Some(FaceView::Edge) = view {
+                continue;
+            }
             numbers.leave(lamp as u32, 0);
             for first in (0..rays).step_by(WIDTH) {
                 let len = (rays - first).min(WIDTH as u64) as usize;
                 (0..len).for_each(|i| numbers.draw(i));
                 let [across, along, polar, turn] = numbers.points(scene.parts.isa);
                 for i in 0..len {
-                    let PointInView { place, weight } = match &in_view {
-                        Some(face) => face.point([across[i], along[i]].map(unit_32)),
-                        None => PointInView {
+                    let PointInView { place, weight } = match &view {
+                        Some(FaceView::Near(face)) => face.point([across[i], along[i]].map(unit_32)),
+                        _ => PointInView {
                             place: station.point(station.place([across[i], along[i]])),
                             weight: 1.0,
                         },
@@ -340,7 +342,7 @@ impl<'a> Gatherer<'a> {
         &mut self,
         number: u32,
         station: &RayOrigin,
-        mut numbers: SobolNumbers,
+        mut numbers: RayNumbers,
         irradiance: &mut [f64],
     ) -> Option<u64> {
         let (scene, count) = (self.faces.scene, self.rays[0]);
@@ -385,7 +387,7 @@ impl<'a> Gatherer<'a> {
     fn light(
         &mut self,
         station: &RayOrigin,
-        mut numbers: SobolNumbers,
+        mut numbers: RayNumbers,
         offset: f64,
         irradiance: &mut [f64],
     ) -> Option<()> {

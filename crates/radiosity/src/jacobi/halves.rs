@@ -9,7 +9,6 @@ use super::cast::Caster;
 use super::faces::FaceTable;
 use super::links::{LinkTable, Links};
 use super::near::LandingCounts;
-use super::numbers::SobolNumbers;
 use super::shared::cast;
 use crate::thread_pool::ThreadPool;
 
@@ -42,12 +41,7 @@ impl<'a> Half<'a> {
     }
 
     /// Shoots more rays from each face.
-    pub(super) fn cast(
-        &mut self,
-        caster: &mut Caster<SobolNumbers>,
-        more: &[u32],
-        pool: &dyn ThreadPool,
-    ) -> Option<()> {
+    pub(super) fn cast(&mut self, caster: &mut Caster, more: &[u32], pool: &dyn ThreadPool) -> Option<()> {
         let before = caster.lost.clone();
         cast(caster, more, &mut self.landed, pool)?;
         self.shot.iter_mut().zip(more).for_each(|(shot, more)| *shot += more);
@@ -66,7 +60,7 @@ impl<'a> Half<'a> {
 /// Shoots more rays from each face, as many for each half.
 pub(super) fn cast_halves(
     halves: &mut [Half; 2],
-    caster: &mut Caster<SobolNumbers>,
+    caster: &mut Caster,
     more: &[u32],
     pool: &dyn ThreadPool,
 ) -> Option<()> {
@@ -84,7 +78,7 @@ pub(super) fn cast_halves(
 
 impl<'a> LinkRays<'a> {
     /// All rays of a chain.
-    pub(super) fn of_both(halves: &'a [Half<'a>; 2], caster: &'a Caster<SobolNumbers>) -> Self {
+    pub(super) fn of_both(halves: &'a [Half<'a>; 2], caster: &'a Caster) -> Self {
         let landed = halves.iter().map(|half| &half.landed).collect();
         LinkRays { landed, shot: &caster.shot, lost: &caster.lost }
     }

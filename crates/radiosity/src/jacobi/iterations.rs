@@ -14,7 +14,7 @@
 use super::beams::DirectLight;
 use super::cast::{Caster, systematic};
 use super::faces::{FaceTable, face_major};
-use super::numbers::{RandomNumbers, RayNumbers, SobolNumbers};
+use super::numbers::RayNumbers;
 use super::outcome::ChainOutcome;
 use super::plan::{Iterations, RayBirths};
 use crate::random::Sampler;
@@ -54,10 +54,11 @@ pub(crate) fn chain(
     observe: &mut dyn FnMut(IterationPhase, u64, &FacePowers),
     go_on: &dyn Fn() -> bool,
 ) -> Option<ChainOutcome> {
-    match plan.sampler {
-        Sampler::Random => Shooter::new(faces, RandomNumbers::new(rng), plan).run(rays, observe, go_on),
-        Sampler::Sobol => Shooter::new(faces, SobolNumbers::new(rng), plan).run(rays, observe, go_on),
-    }
+    let numbers = match plan.sampler {
+        Sampler::Random => RayNumbers::random(rng),
+        Sampler::Sobol => RayNumbers::sobol(rng),
+    };
+    Shooter::new(faces, numbers, plan).run(rays, observe, go_on)
 }
 
 /// What every iteration of a chain came to.
@@ -92,19 +93,19 @@ pub fn stochastic_iteration(
     };
     let power = (0..channels).map(of_channel).collect();
     let plan = Iterations { births, sampler: Sampler::Random, ..Iterations::default() };
-    let mut shooter = Shooter::new(&faces, RandomNumbers::new(rng), plan);
+    let mut shooter = Shooter::new(&faces, RayNumbers::random(rng), plan);
     let incoming = shooter.regular(&power, rays, &|| true).expect("the iteration is never told to stop");
     face_major(&faces.per_area(&incoming))
 }
 
-struct Shooter<'a, N> {
+struct Shooter<'a> {
     faces: &'a FaceTable<'a>,
-    caster: Caster<'a, N>,
+    caster: Caster<'a>,
     plan: Iterations,
 }
 
-impl<'a, N: RayNumbers> Shooter<'a, N> {
-    fn new(faces: &'a FaceTable<'a>, numbers: N, plan: Iterations) -> Self {
+impl<'a> Shooter<'a> {
+    fn new(faces: &'a FaceTable<'a>, numbers: RayNumbers, plan: Iterations) -> Self {
         Shooter { faces, caster: Caster::new(faces, numbers), plan }
     }
 
@@ -311,7 +312,7 @@ mod tests {
     /// carry as much as those of the incremental phase.
     fn progressive(faces: &FaceTable, rng: WalkRng, per_ray: f64) -> Vec<f64> {
         let plan = Iterations::default();
-        let mut shooter = Shooter::new(faces, RandomNumbers::new(rng), plan);
+        let mut shooter = Shooter::new(faces, RayNumbers::random(rng), plan);
         let mut unshot = shooter.emitted();
         let mut incoming = vec![0.0; faces.list.len()];
         while let left @ 1.. = unshot[0].iter().filter(|power| **power > 0.0).count() {
@@ -340,7 +341,7 @@ mod tests {
         let plan = Iterations::default();
         let per_ray = f64::from(plan.regular + 1) / (rays as f64 * (1.0 - scene.max_reflectance().max()));
         let incremental = |rng| {
-            let mut shooter = Shooter::new(&faces, RandomNumbers::new(rng), plan);
+            let mut shooter = Shooter::new(&faces, RayNumbers::random(rng), plan);
             shooter.incremental(None, rays, &mut |_, _, _| {}, &|| true).unwrap().remove(0)
         };
         let moments = |of: &dyn Fn(WalkRng) -> Vec<f64>, first: u64| {

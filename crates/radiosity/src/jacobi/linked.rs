@@ -15,7 +15,7 @@ use super::halves::{Half, LinkRays, cast_halves, extrapolated};
 use super::lamps::emitted_power;
 use super::links::Links;
 use super::near::LandingCounts;
-use super::numbers::SobolNumbers;
+use super::numbers::RayNumbers;
 use super::outcome::ChainOutcome;
 use super::solve::{Straight, solve};
 use super::spread::{SlopeInputs, slopes};
@@ -39,7 +39,7 @@ pub(crate) fn chain(
     with_slopes: bool,
     pool: &dyn ThreadPool,
 ) -> Option<ChainOutcome> {
-    let mut caster = Caster::new(faces, SobolNumbers::new(rng));
+    let mut caster = Caster::new(faces, RayNumbers::sobol(rng));
     let mut direct = Direct::where_it_pays(faces, rays, pool)?;
     if let Some(direct) = &mut direct {
         direct.cast(caster.rng(), with_slopes, pool)?;
@@ -75,7 +75,7 @@ pub(crate) fn chain(
 
 /// How the light is spread over faces, given the radiosity that goes along the links.
 fn spread_of(
-    (links, caster): (&Links, &Caster<SobolNumbers>),
+    (links, caster): (&Links, &Caster),
     radiosity: &[Vec<f64>],
     (direct, lamps): (Option<&Direct>, Option<&DirectLight>),
     pool: &dyn ThreadPool,

@@ -44,6 +44,7 @@ pub use iterations::{Iteration, IterationPhase, stochastic_iteration};
 pub(crate) use outcome::ChainOutcome;
 use plan::Solve;
 pub use reciprocity::Reciprocity;
+pub(crate) use solid_angle::most_of_unit_lamp;
 
 /// One chain of `rays` rays, shared out as `aim` says where they are links. `None` once `pool`, which are asked now and then, no longer want it.
 pub(crate) fn chain(

@@ -19,9 +19,9 @@ pub(crate) struct ChainOutcome {
 impl ChainOutcome {
     /// What a chain has found: H of every face [W/m²], and the power that escaped and that ended on backs [W], in every
     /// channel.
-    pub(super) fn new<N>(
+    pub(super) fn new(
         faces: &FaceTable,
-        caster: &Caster<N>,
+        caster: &Caster,
         irradiance: &[Vec<f64>],
         lost_power: &[[f64; 2]],
     ) -> Self {

@@ -7,7 +7,7 @@
 use super::cast::{Caster, systematic};
 use super::faces::FaceTable;
 use super::links::{Link, LinkTable};
-use super::numbers::SobolNumbers;
+use super::numbers::RayNumbers;
 use crate::random::rng::WalkRng;
 
 /// The least number of effective rays in either direction for a face to be compared.
@@ -29,7 +29,7 @@ pub struct Reciprocity {
 
 /// Shoots `rays` rays from all faces, by area and a few from each.
 pub(crate) fn reciprocity(faces: &FaceTable, rng: WalkRng, rays: u64) -> Reciprocity {
-    let mut caster = Caster::new(faces, SobolNumbers::new(rng));
+    let mut caster = Caster::new(faces, RayNumbers::sobol(rng));
     let mut table = LinkTable::new(faces.areas.len());
     let (total, count) = (faces.areas.iter().sum::<f64>(), faces.areas.len() as f64);
     let shares: Vec<f64> = faces.areas.iter().map(|area| area / total + 1.0 / count).collect();

@@ -2,7 +2,7 @@
 
 use super::faces::FaceTable;
 use super::lamps::{EmittingPiece, EmittingPieces, kernel};
-use super::numbers::{RayNumbers, SobolNumbers};
+use super::numbers::RayNumbers;
 use super::place::LocalPoint;
 use crate::random::rng::unit_32;
 use crate::random::sobol::Points;
@@ -15,7 +15,7 @@ use crate::trace::tree::Scratch;
 pub(super) struct ShadowCaster<'a> {
     faces: &'a FaceTable<'a>,
     lamps: &'a EmittingPieces,
-    numbers: SobolNumbers,
+    numbers: RayNumbers,
     batch: Box<ShadowBatch>,
 }
 
@@ -62,7 +62,7 @@ impl Default for ShadowBatch {
 }
 
 impl<'a> ShadowCaster<'a> {
-    pub(super) fn new(faces: &'a FaceTable, lamps: &'a EmittingPieces, numbers: SobolNumbers) -> Self {
+    pub(super) fn new(faces: &'a FaceTable, lamps: &'a EmittingPieces, numbers: RayNumbers) -> Self {
         ShadowCaster { faces, lamps, numbers, batch: Box::default() }
     }
 

@@ -8,7 +8,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::cast::{Caster, Meeting};
 use super::near::LandingCounts;
-use super::numbers::SobolNumbers;
 use crate::thread_pool::{PARTS_PER_THREAD, ThreadPool};
 
 /// The fewest rays of a part.
@@ -26,7 +25,7 @@ struct RaySlice {
 
 /// Shoots `rays[i]` more rays from each face i, and counts where they land. `None` once `pool` no longer want it.
 pub(super) fn cast(
-    caster: &mut Caster<SobolNumbers>,
+    caster: &mut Caster,
     rays: &[u32],
     landed: &mut LandingCounts,
     pool: &dyn ThreadPool,
@@ -64,7 +63,7 @@ pub(super) fn cast(
 /// Shoots all rays of a caster once more; `land(i, j, meeting)` for each of face i that lands on a face j, `lose(i, meeting)` for each that
 /// lands on none. `None` once `pool` no longer want it.
 pub(super) fn shoot_again(
-    caster: &Caster<SobolNumbers>,
+    caster: &Caster,
     pool: &dyn ThreadPool,
     land: &(dyn Fn(u32, u32, &Meeting) + Sync),
     lose: &(dyn Fn(u32, &Meeting) + Sync),

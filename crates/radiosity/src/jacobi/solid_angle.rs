@@ -67,26 +67,59 @@ pub(super) struct PointInView {
 /// Nearer to the plane of a face than this part of its size a point sees it as a line.
 const LEVEL: f64 = 1e-6;
 
-impl FaceInView {
-    /// Nearer than this many of its radii a face differs so much in distance that uniform points are a poor choice.
-    const NEAR: f64 = 2.0;
+/// Nearer than this many of its radii a face differs so much in distance that uniform points are a poor choice.
+const NEAR: f64 = 2.0;
 
-    /// A face with these corners as it is seen from a point that is near it; `None` from afar, and from its own plane.
-    pub(super) fn near(eye: DVec3, corners: &[DVec3]) -> Option<Self> {
+/// How a point sees a face.
+pub(super) enum FaceView {
+    /// From afar, where uniform points serve as well: no point of the face is nearer than this.
+    Far(f64),
+    /// From its own plane: not at all.
+    Edge,
+    /// From nearby.
+    Near(FaceInView),
+}
+
+impl FaceView {
+    /// A face with these corners, three or four, as it is seen from a point.
+    pub(super) fn from(eye: DVec3, corners: &[DVec3]) -> Self {
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
         let radius = corners.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max);
-        let [a, b, c] = *corners.first_chunk()?;
-        let across = (b - a).cross(c - a);
-        let normal = across.normalize_or_zero();
-        if eye.distance(middle) > FaceInView::NEAR * radius || normal.dot(eye - a).abs() <= LEVEL * radius {
-            return None;
+        let distance = eye.distance(middle);
+        let Some(&[a, b, c]) = corners.first_chunk().filter(|_| distance <= NEAR * radius) else {
+            return FaceView::Far(distance - radius);
+        };
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        if normal.dot(eye - a).abs() <= LEVEL * radius {
+            return FaceView::Edge;
         }
-        let area = 0.5 * across.length() * (corners.len() - 2) as f64;
         let triangles = (2..corners.len())
             .map(|i| SphericalTriangle::new([a, corners[i - 1], corners[i]].map(|corner| corner - eye)));
-        Some(FaceInView { triangles: triangles.collect(), eye, corner: a, normal, area })
+        FaceView::Near(FaceInView {
+            triangles: triangles.collect(),
+            eye,
+            corner: a,
+            normal,
+            area: area(corners),
+        })
     }
+}
 
+/// The area of a triangle or a parallelogram.
+fn area(corners: &[DVec3]) -> f64 {
+    let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    0.5 * across.length() * (corners.len() - 2) as f64
+}
+
+/// The most that a sample of a face finds of a lamp of intensity 1 at a place [1/m²]: cos θ/d², or what all directions together bring.
+pub(crate) fn most_of_unit_lamp(lamp: DVec3, corners: &[DVec3]) -> f64 {
+    match FaceView::from(lamp, corners) {
+        FaceView::Far(distance) => distance.powi(-2),
+        FaceView::Edge | FaceView::Near(_) => 2.0 * PI / area(corners),
+    }
+}
+
+impl FaceInView {
     /// A point by two uniform numbers in (0, 1).
     pub(super) fn point(&self, [choice, along]: [f64; 2]) -> PointInView {
         let all: f64 = self.triangles.iter().map(SphericalTriangle::area).sum();
@@ -119,7 +152,7 @@ mod tests {
             [([0.0, 0.0, 1.0], [1.0, 2.0]), ([0.0, 0.0, 0.02], [0.7, 0.3]), ([0.3, 0.1, -0.05], [0.5, 0.5])]
         {
             let corners = [[0.0, 0.0], [a, 0.0], [a, b], [0.0, b]].map(|[x, y]| DVec3::new(x, y, 0.0));
-            let face = FaceInView::near(eye.into(), &corners).unwrap();
+            let FaceView::Near(face) = FaceView::from(eye.into(), &corners) else { panic!("it is near") };
             let all: f64 = face.triangles.iter().map(SphericalTriangle::area).sum();
             let [x, y, h] = eye;
             let quadrant = |a: f64, b: f64| {
@@ -152,8 +185,9 @@ mod tests {
     #[test]
     fn far_faces_and_those_seen_edge_on_have_uniform_points() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        assert!(FaceInView::near(DVec3::new(0.2, 0.2, 0.3), &corners).is_some());
-        assert!(FaceInView::near(DVec3::new(0.2, 0.2, 5.0), &corners).is_none());
-        assert!(FaceInView::near(DVec3::new(0.2, 0.2, 0.0), &corners).is_none());
+        let view = |z| FaceView::from(DVec3::new(0.2, 0.2, z), &corners);
+        assert!(matches!(view(0.3), FaceView::Near(_)));
+        assert!(matches!(view(5.0), FaceView::Far(distance) if distance > 4.0));
+        assert!(matches!(view(0.0), FaceView::Edge));
     }
 }

@@ -10,7 +10,6 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use super::cast::{Caster, Meeting};
 use super::direct::Direct;
 use super::faces::FaceTable;
-use super::numbers::SobolNumbers;
 use super::place::{LocalPoint, psi};
 use super::shared::shoot_again;
 use crate::thread_pool::ThreadPool;
@@ -32,7 +31,7 @@ pub(super) struct SlopeInputs<'a> {
 /// The means of H·ψ₁ and H·ψ₂ over every face, face-major and channel-minor. `None` once `pool`, which share the rays, no longer want it.
 pub(super) fn slopes(
     faces: &FaceTable,
-    caster: &Caster<SobolNumbers>,
+    caster: &Caster,
     solved: &SlopeInputs,
     pool: &dyn ThreadPool,
 ) -> Option<Vec<[f64; 2]>> {
@@ -69,7 +68,7 @@ struct SlopeSums<'a> {
 impl<'a> SlopeSums<'a> {
     fn new(
         faces: &'a FaceTable,
-        caster: &Caster<SobolNumbers>,
+        caster: &Caster,
         solved: &'a SlopeInputs,
         sums: &'a [[AtomicI64; 2]],
     ) -> Self {

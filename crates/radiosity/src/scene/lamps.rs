@@ -253,9 +253,9 @@ impl PointLamps {
         !matches!(self.list[lamp].emission, Emission::Distant { rim } if rim < 1.0)
     }
 
-    /// The most irradiance that all lamps together may bring to a point at these distances or more, channel by channel; `distance` is
-    /// asked for the distance of a place [m].
-    pub(crate) fn most_irradiance(&self, distance: impl Fn(DVec3) -> f64) -> [f64; 3] {
+    /// The most irradiance that all lamps together may bring, channel by channel; `per_intensity` is what a lamp of intensity 1 at a place
+    /// brings at most [1/m²].
+    pub(crate) fn most_irradiance(&self, per_intensity: impl Fn(DVec3) -> f64) -> [f64; 3] {
         let mut most = [0.0; 3];
         for PointLamp { position, emission, strength, .. } in &self.list {
             let peak = match *emission {
@@ -266,8 +266,8 @@ impl PointLamps {
                     continue;
                 }
             };
-            let distance = distance(*position);
-            let add = |s: f64| if s > 0.0 { s * peak / (distance * distance) } else { 0.0 };
+            let per_intensity = per_intensity(*position);
+            let add = |s: f64| if s > 0.0 { s * peak * per_intensity } else { 0.0 };
             most.iter_mut().zip(strength.channels()).for_each(|(most, s)| *most += add(s));
         }
         most

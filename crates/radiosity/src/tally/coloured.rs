@@ -189,7 +189,7 @@ impl ColouredBoard {
 mod tests {
     use super::*;
     use crate::simd::isa::{Isa, Kernel};
-    use crate::tally::Scoreboard;
+    use crate::tally::WeightScoreboard;
 
     #[test]
     fn squares_are_squares() {
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn the_sums_are_those_of_a_plain_board() {
         for isa in Isa::available() {
-            let (mut board, mut judge) = (ColouredBoard::new(2), Scoreboard::<u128, u64, 3>::new(2));
+            let (mut board, mut judge) = (ColouredBoard::new(2), WeightScoreboard::<3>::new(2));
             let mut bits = 1_u64;
             for visit in 0..1000 {
                 let units = [0; 3].map(|_: u64| {

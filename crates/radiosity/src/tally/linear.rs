@@ -1,7 +1,6 @@
 //! Where the walks of a thread score with slopes: how a score is spread over its patch.
 
 use super::counts::{Counts, Overflow};
-use super::scoreboard::Events;
 use super::sums::{Layout, Tally};
 use super::word::{Word, raise_sums};
 
@@ -44,35 +43,31 @@ impl<const C: usize> LinearScore<u64, C> {
 
 /// What one patch has collected.
 #[derive(Clone, Copy, Debug)]
-struct SlopeScores<W, E, const C: usize> {
-    events: E,
+struct SlopeScores<W, const E: usize, const C: usize> {
+    events: [u64; E],
     /// Σx and Σx² of each channel's score x.
     scores: [[W; 2]; C],
     /// Σ(x + d), in slope units, and Σd² of each slope d of x: no sum is negative.
     slopes: [[[W; 2]; 2]; C],
 }
 
-impl<W: Word, E: Events, const C: usize> SlopeScores<W, E, C> {
+impl<W: Word, const E: usize, const C: usize> SlopeScores<W, E, C> {
     fn empty() -> Self {
-        SlopeScores {
-            events: E::default(),
-            scores: [[W::default(); 2]; C],
-            slopes: [[[W::default(); 2]; 2]; C],
-        }
+        SlopeScores { events: [0; E], scores: [[W::default(); 2]; C], slopes: [[[W::default(); 2]; 2]; C] }
     }
 
     /// Whether no sum can have wrapped: |d| ≤ x, in slope units. Of hits Σx² ≤ (Σx)²; of other scores Σx² ≤ Σx·(largest x).
     fn fits(&self, slope_bits: u32, largest: u128) -> bool {
-        self.scores.iter().all(|&[sum, squares]| match E::COUNTED {
-            false => sum.is_small() && squares.into() >> (u64::BITS - 2 * slope_bits) == 0,
-            true => sum.into().checked_mul(largest.max(2)).is_some(),
+        self.scores.iter().all(|&[sum, squares]| match E {
+            0 => sum.is_small() && squares.into() >> (u64::BITS - 2 * slope_bits) == 0,
+            _ => sum.into().checked_mul(largest.max(2)).is_some(),
         })
     }
 }
 
 /// Where a thread's walks score with slopes: per patch the power sums of C channels' whole-walk scores and of their slopes.
 #[derive(Clone, Debug)]
-pub(crate) struct LinearBoard<W, E, const C: usize> {
+pub(crate) struct LinearBoard<W, const E: usize, const C: usize> {
     /// How the walks ended.
     pub(crate) counts: Counts,
     cells: Vec<SlopeScores<W, E, C>>,
@@ -80,8 +75,8 @@ pub(crate) struct LinearBoard<W, E, const C: usize> {
     largest: u128,
 }
 
-impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
-    const LAYOUT: Layout = Layout { scores: C, moments: 2, slopes: 2 * C, events: E::COUNTED };
+impl<W: Word, const E: usize, const C: usize> LinearBoard<W, E, C> {
+    const LAYOUT: Layout = Layout { scores: C, moments: 2, slopes: 2 * C, events: E > 0 };
 
     /// A board without scores, for `patches` patches.
     pub(crate) fn new(patches: usize) -> Self {
@@ -101,7 +96,7 @@ impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
         let slope_units = W::from_units(Self::LAYOUT.slope_units() as f64);
         for c in 0..C {
             let (x, y) = (before.units[c], now.units[c]);
-            if E::COUNTED {
+            if E > 0 {
                 self.largest = self.largest.max(x.plus(y).into());
             }
             let [sum, squares] = &mut cell.scores[c];
@@ -128,7 +123,7 @@ impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
     /// Counts an event on a patch.
     #[inline(always)]
     pub(crate) fn count(&mut self, patch: u32) {
-        self.cells[patch as usize].events.increment();
+        self.cells[patch as usize].events.iter_mut().for_each(|events| *events += 1);
     }
 
     /// Hands over all that was scored and empties the board.
@@ -156,8 +151,8 @@ impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
             for (sum, &part) in sums.iter_mut().zip(parts) {
                 *sum = sum.checked_add(part.into()).ok_or(Overflow)?;
             }
-            if E::COUNTED {
-                sums[columns - 1] += cell.events.total();
+            for events in cell.events {
+                sums[columns - 1] += u128::from(events);
             }
             *cell = SlopeScores::empty();
         }
@@ -166,12 +161,12 @@ impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
     }
 }
 
-impl<const C: usize> LinearBoard<u128, u64, C> {
+impl<const C: usize> LinearBoard<u128, 1, C> {
     /// Counts an event of a walk on a patch, where it has scored `before`, below 2⁶², and adds what it scores now.
     #[inline(always)]
     pub(crate) fn add_event(&mut self, patch: u32, before: &LinearScore<u64, C>, now: &LinearScore<u64, C>) {
         let cell = &mut self.cells[patch as usize];
-        cell.events += 1;
+        cell.events[0] += 1;
         let mut largest = 0;
         for c in 0..C {
             let (x, y) = (before.units[c], now.units[c]);
@@ -209,7 +204,7 @@ mod tests {
 
     #[test]
     fn slopes_of_a_whole_walk_are_squared() {
-        let mut board = LinearBoard::<u64, (), 1>::new(2);
+        let mut board = LinearBoard::<u64, 0, 1>::new(2);
         let mut before = LinearScore::none();
         for slopes in [[5, -7], [-11, 4095], [2, -4095]] {
             board.raise(0, &before, &score(1.0, slopes));
@@ -230,11 +225,11 @@ mod tests {
     fn fixed_point_slopes_have_the_units_of_their_scores() {
         let one = (1_u64 << 40) as f64;
         let scores = [[-(1 << 40), 1 << 39], [1 << 38, 1 << 39]].map(|slopes| score::<u64>(one, slopes));
-        let visits = |board: &mut LinearBoard<u128, u64, 1>| {
+        let visits = |board: &mut LinearBoard<u128, 1, 1>| {
             board.add_event(0, &LinearScore::none(), &scores[0]);
             board.add_event(0, &scores[0], &scores[1]);
         };
-        let at_once = |board: &mut LinearBoard<u128, u64, 1>| {
+        let at_once = |board: &mut LinearBoard<u128, 1, 1>| {
             board.add_more(0, std::iter::empty(), scores.into_iter());
             (0..2).for_each(|_| board.count(0));
         };
@@ -252,7 +247,7 @@ mod tests {
     /// 2²⁰ visits of one walk have squares of slopes of up to 2⁶⁴.
     #[test]
     fn squares_that_may_have_wrapped_are_an_error() {
-        let mut board = LinearBoard::<u64, (), 1>::new(1);
+        let mut board = LinearBoard::<u64, 0, 1>::new(1);
         board.raise(0, &LinearScore::none(), &score((1 << 19) as f64, [0, 0]));
         assert!(board.take().is_ok());
         board.raise(0, &LinearScore::none(), &score((1 << 20) as f64, [0, 0]));

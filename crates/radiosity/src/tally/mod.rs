@@ -16,7 +16,7 @@ mod word;
 pub(crate) use coloured::{ColouredBoard, VisitScores as ColouredVisits};
 pub use counts::{Counts, MergeError, Overflow};
 pub(crate) use linear::{LinearBoard, LinearScore};
-pub use scoreboard::{Events, Scoreboard};
+pub use scoreboard::{HitScoreboard, Scoreboard, WeightScoreboard};
 pub(crate) use sums::MOMENTS;
 pub use sums::{Layout, Tally};
 pub use word::Word;

@@ -4,57 +4,22 @@ use super::counts::{Counts, Overflow};
 use super::sums::{Layout, MOMENTS, Tally};
 use super::word::{Word, raise_sums};
 
-/// A count of events beside the scores, or none where scores are counts themselves.
-pub trait Events: Copy + Default {
-    /// Whether there is one.
-    const COUNTED: bool;
-    /// Counts one more event.
-    fn increment(&mut self);
-    /// Adds the events of another count.
-    fn join(&mut self, others: Self);
-    /// The number of events counted.
-    fn total(self) -> u128;
-}
-
-impl Events for () {
-    const COUNTED: bool = false;
-    fn increment(&mut self) {}
-    fn join(&mut self, (): Self) {}
-    fn total(self) -> u128 {
-        0
-    }
-}
-
-impl Events for u64 {
-    const COUNTED: bool = true;
-    #[inline(always)]
-    fn increment(&mut self) {
-        *self += 1;
-    }
-    fn join(&mut self, others: Self) {
-        *self += others;
-    }
-    fn total(self) -> u128 {
-        self.into()
-    }
-}
-
 /// What one patch has collected.
 #[derive(Clone, Copy, Debug)]
-struct PatchScores<W, E, const S: usize> {
-    events: E,
+struct PatchScores<W, const E: usize, const S: usize> {
+    events: [u64; E],
     sums: [[W; MOMENTS]; S],
 }
 
-impl<W: Word, E: Events, const S: usize> PatchScores<W, E, S> {
+impl<W: Word, const E: usize, const S: usize> PatchScores<W, E, S> {
     fn empty() -> Self {
-        PatchScores { events: E::default(), sums: [[W::default(); MOMENTS]; S] }
+        PatchScores { events: [0; E], sums: [[W::default(); MOMENTS]; S] }
     }
 
     /// Whether no sum can have wrapped. Σx cannot. Counts: Σx² ≤ (Σx)². Other scores: Σx² ≤ Σx·(largest score).
     fn fits(&self, largest: u128) -> bool {
         self.sums.iter().all(|sums| {
-            if !E::COUNTED {
+            if E == 0 {
                 return sums[0].is_small();
             }
             let sum: u128 = sums[0].into();
@@ -68,9 +33,10 @@ fn plus<W: Word, const S: usize>(a: [W; S], b: [W; S]) -> [W; S] {
     std::array::from_fn(|s| a[s].plus(b[s]))
 }
 
-/// Where a thread's walks score: per patch the power sums of S whole-walk scores.
+/// Where a thread's walks score: per patch the power sums of S whole-walk scores, and E counts of events: one beside scores in fixed
+/// point, none where scores are counts themselves.
 #[derive(Clone, Debug)]
-pub struct Scoreboard<W, E, const S: usize> {
+pub struct Scoreboard<W, const E: usize, const S: usize> {
     /// How the walks ended.
     pub counts: Counts,
     cells: Vec<PatchScores<W, E, S>>,
@@ -78,14 +44,20 @@ pub struct Scoreboard<W, E, const S: usize> {
     largest: u128,
 }
 
+/// Where walks score whole hits.
+pub type HitScoreboard<const S: usize> = Scoreboard<u64, 0, S>;
+
+/// Where walks score in fixed point.
+pub type WeightScoreboard<const S: usize> = Scoreboard<u128, 1, S>;
+
 /// Bytes that a core keeps at hand.
 pub(super) const NEAR_CACHE: usize = 32 * 1024;
 
 /// Paths up to this long are searched for earlier visits one by one, longer ones are sorted.
 const SHORT_PATH: usize = 64;
 
-impl<W: Word, E: Events, const S: usize> Scoreboard<W, E, S> {
-    const LAYOUT: Layout = Layout { scores: S, moments: MOMENTS, slopes: 0, events: E::COUNTED };
+impl<W: Word, const E: usize, const S: usize> Scoreboard<W, E, S> {
+    const LAYOUT: Layout = Layout { scores: S, moments: MOMENTS, slopes: 0, events: E > 0 };
 
     /// A board of `patches` patches without scores.
     pub fn new(patches: usize) -> Self {
@@ -148,7 +120,7 @@ impl<W: Word, E: Events, const S: usize> Scoreboard<W, E, S> {
         let cell = &mut self.cells[patch as usize];
         for ((before, sums), units) in before.into_iter().zip(&mut cell.sums).zip(units) {
             let after = before.plus(units);
-            if E::COUNTED {
+            if E > 0 {
                 self.largest = self.largest.max(after.into());
             }
             let grown = after.times(after).minus(before.times(before));
@@ -169,7 +141,7 @@ impl<W: Word, E: Events, const S: usize> Scoreboard<W, E, S> {
     /// Counts an event on a patch.
     #[inline(always)]
     pub fn count(&mut self, patch: u32) {
-        self.cells[patch as usize].events.increment();
+        self.cells[patch as usize].events.iter_mut().for_each(|events| *events += 1);
     }
 
     /// Adds what later cells hold to the first `patches`: cell i + k·`patches`, for every k, to cell i. Where a sum wraps,
@@ -178,7 +150,7 @@ impl<W: Word, E: Events, const S: usize> Scoreboard<W, E, S> {
         let (first, others) = self.cells.split_at_mut(patches);
         for class in others.chunks_exact(patches) {
             for (total, cell) in first.iter_mut().zip(class) {
-                total.events.join(cell.events);
+                total.events.iter_mut().zip(cell.events).for_each(|(total, events)| *total += events);
                 for (total, sums) in total.sums.iter_mut().zip(&cell.sums) {
                     total.iter_mut().zip(sums).for_each(|(total, sum)| *total = total.plus(*sum));
                 }
@@ -209,8 +181,8 @@ impl<W: Word, E: Events, const S: usize> Scoreboard<W, E, S> {
             for (sum, part) in sums.iter_mut().zip(cell.sums.as_flattened()) {
                 *sum = sum.checked_add((*part).into()).ok_or(Overflow)?;
             }
-            if E::COUNTED {
-                sums[columns - 1] += cell.events.total();
+            for events in cell.events {
+                sums[columns - 1] += u128::from(events);
             }
             *cell = PatchScores::empty();
         }
@@ -219,12 +191,12 @@ impl<W: Word, E: Events, const S: usize> Scoreboard<W, E, S> {
     }
 }
 
-impl<const S: usize> Scoreboard<u128, u64, S> {
+impl<const S: usize> WeightScoreboard<S> {
     /// Counts an event of a walk on a patch, where it has scored `before`, below 2⁶², and adds what it scores now.
     #[inline(always)]
     pub(crate) fn add_event(&mut self, patch: u32, before: &[u64; S], now: &[u64; S]) {
         let cell = &mut self.cells[patch as usize];
-        cell.events += 1;
+        cell.events[0] += 1;
         let mut largest = 0;
         for ((sums, &x), &y) in cell.sums.iter_mut().zip(before).zip(now) {
             largest = largest.max(x + y);
@@ -248,7 +220,7 @@ mod tests {
 
     #[test]
     fn the_whole_score_of_a_walk_is_raised_to_the_power() {
-        let mut board = Scoreboard::<u64, (), 1>::new(2);
+        let mut board = HitScoreboard::<1>::new(2);
         for path in [&[0, 1, 0, 0][..], &[0], &[1, 1]] {
             board.add_path(path, |_| [1]);
         }
@@ -260,7 +232,7 @@ mod tests {
 
     #[test]
     fn fixed_point_scores_and_their_events_are_kept_apart() {
-        let mut board = Scoreboard::<u128, u64, 1>::new(1);
+        let mut board = WeightScoreboard::<1>::new(1);
         board.add_path(&[0, 0], |i| [[1_u128 << 40, 3 << 38][i]]);
         board.count(0);
         board.count(0);
@@ -272,7 +244,7 @@ mod tests {
     #[test]
     fn long_paths_score_as_short_ones_do() {
         let path: Vec<u32> = (0..1000).map(|i| i * i % 7).collect();
-        let mut board = Scoreboard::<u64, (), 1>::new(7);
+        let mut board = HitScoreboard::<1>::new(7);
         board.add_path(&path, |i| [i as u64 % 3]);
         let tally = board.take().unwrap();
         for patch in 0..7 {
@@ -284,7 +256,7 @@ mod tests {
 
     #[test]
     fn a_board_forgets_what_it_handed_over() {
-        let mut board = Scoreboard::<u64, (), 1>::new(1);
+        let mut board = HitScoreboard::<1>::new(1);
         board.add(0, [1]);
         board.take().unwrap();
         board.add(0, [1]);
@@ -310,14 +282,14 @@ mod tests {
         let full = Tally::from_parts(Counts::default(), 1, PAIR, vec![u128::MAX, 0]).unwrap();
         let one = Tally::from_parts(Counts::default(), 1, PAIR, vec![1, 0]).unwrap();
         assert_eq!(full.clone().merge(&one), Err(MergeError::Overflow(Overflow)));
-        let mut board = Scoreboard::<u64, (), 1>::new(1);
+        let mut board = HitScoreboard::<1>::new(1);
         board.add(0, [1 << 32]);
         assert_eq!(board.take(), Err(Overflow));
     }
 
     #[test]
     fn a_board_does_not_hand_over_squares_that_may_have_wrapped() {
-        let mut fixed = Scoreboard::<u128, u64, 1>::new(1);
+        let mut fixed = WeightScoreboard::<1>::new(1);
         fixed.add(0, [1 << 40]);
         assert_eq!(fixed.take().unwrap().patch(0, 0), [1 << 40, 1 << 80]);
         fixed.add(0, [1 << 65]);

@@ -1,7 +1,9 @@
 //! The whole numbers in which scores are summed up.
 
 /// A whole number of units, 32, 64 or 128 bits wide.
-pub trait Word: Copy + Default + Into<u128> {
+pub trait Word: Copy + Default + From<u8> + Into<u128> {
+    /// Its width.
+    const BITS: u32;
     /// The word of a small number.
     fn from_units(units: f64) -> Self;
     /// The word of a signed number, in two's complement.
@@ -12,6 +14,8 @@ pub trait Word: Copy + Default + Into<u128> {
     fn minus(self, other: Self) -> Self;
     /// The product, modulo the width.
     fn times(self, other: Self) -> Self;
+    /// The number over 2^shift, rounded up.
+    fn over(self, shift: u32) -> Self;
     /// Whether its square fits.
     fn is_small(self) -> bool;
 }
@@ -38,6 +42,7 @@ pub(crate) fn rounded(x: f64) -> u64 {
 macro_rules! word {
     ($word:ty) => {
         impl Word for $word {
+            const BITS: u32 = <$word>::BITS;
             #[inline(always)]
             fn from_units(units: f64) -> Self {
                 units as $word
@@ -57,6 +62,10 @@ macro_rules! word {
             #[inline(always)]
             fn times(self, other: Self) -> Self {
                 self.wrapping_mul(other)
+            }
+            #[inline(always)]
+            fn over(self, shift: u32) -> Self {
+                (self >> shift) + Self::from(self & ((1 << shift) - 1) != 0)
             }
             #[inline(always)]
             fn is_small(self) -> bool {

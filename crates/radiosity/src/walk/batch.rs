@@ -332,7 +332,7 @@ impl Counts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tally::Scoreboard;
+    use crate::tally::HitScoreboard;
     use crate::walk::plain;
     use crate::{
         Birth, Shape, Sides, SurfaceSpec,
@@ -545,7 +545,7 @@ mod tests {
                         Estimator::Survival => survives,
                         _ => true,
                     };
-                    let mut board = Scoreboard::<u64, (), 1>::new(scene.faces().len());
+                    let mut board = HitScoreboard::<1>::new(scene.faces().len());
                     let mut counts = Counts::default();
                     for rng in Sequence::new(7).walks_from(5).take(4_000) {
                         let (mut scored, mut under_way) = (Vec::new(), true);

@@ -4,23 +4,19 @@ use super::score::Scorer;
 use crate::geometry::sky::SkyPatches;
 use crate::random::rng::WalkRng;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
-use crate::tally::Scoreboard;
+use crate::tally::HitScoreboard;
 use crate::trace::ray::Rays;
 
 /// Exchange: one unit for each walk that an active side takes, in the row of that face's group.
 pub(crate) struct Exchanged<'a> {
-    board: &'a mut Scoreboard<u64, (), 1>,
+    board: &'a mut HitScoreboard<1>,
     group_of_face: &'a [u32],
     /// The row of the first group.
     first_row: u32,
 }
 
 impl<'a> Exchanged<'a> {
-    pub(crate) fn new(
-        board: &'a mut Scoreboard<u64, (), 1>,
-        group_of_face: &'a [u32],
-        first_row: u32,
-    ) -> Self {
+    pub(crate) fn new(board: &'a mut HitScoreboard<1>, group_of_face: &'a [u32], first_row: u32) -> Self {
         Exchanged { board, group_of_face, first_row }
     }
 }

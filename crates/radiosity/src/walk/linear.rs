@@ -17,7 +17,7 @@ fn hits(number: u64, slopes: [i64; 2]) -> LinearScore<u64, 1> {
     LinearScore { units: [number], slopes: [slopes.map(u64::from_signed)] }
 }
 
-impl HitTally for LinearBoard<u64, (), 1> {
+impl HitTally for LinearBoard<u64, 0, 1> {
     type Sample = [i64; 2];
 
     #[inline(always)]
@@ -44,7 +44,7 @@ fn fixed<const C: usize>(scores: [u64; C], place: [i64; 2], rounding: [i64; C]) 
     }
 }
 
-impl<const C: usize> WeightTally<C> for LinearBoard<u128, u64, C> {
+impl<const C: usize> WeightTally<C> for LinearBoard<u128, 1, C> {
     type Sample = [i64; 2];
     type VisitScore = LinearScore<u64, C>;
 

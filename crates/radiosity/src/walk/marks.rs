@@ -12,15 +12,16 @@ mod board;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use board::{Amount, MarkBoard, Marked};
+pub(crate) use board::{MarkBoard, Marked};
 
-use self::board::{BLOCK, FEW_BLOCKS, MarkRow, amounts};
+use self::board::{BLOCK, FEW_BLOCKS, MarkRow, amount_of, amounts, is_weighted};
 use super::estimator::Event;
 use super::score::Scorer;
 use super::visits::{SEARCHED, Visit, Visits};
 use crate::random::rng::WalkRng;
 use crate::simd::batch::{Decisions, WIDTH};
 use crate::simd::isa::{Isa, Kernel, Simd};
+use crate::tally::Word;
 
 /// The number that a face has whose material's influence is not measured.
 pub(crate) const NO_MATERIAL: u32 = u32::MAX;
@@ -53,7 +54,7 @@ pub(crate) struct LikelihoodRatio<'a, T, const C: usize> {
     late: Vec<Vec<LateArrival<T, C>>>,
 }
 
-impl<'a, T: Amount, const C: usize> LikelihoodRatio<'a, T, C> {
+impl<'a, T: Word, const C: usize> LikelihoodRatio<'a, T, C> {
     pub(crate) fn new(
         isa: Isa,
         (inner, board): (&'a mut dyn Scorer<C>, &'a mut Marked<T, C>),
@@ -69,7 +70,7 @@ impl<'a, T: Amount, const C: usize> LikelihoodRatio<'a, T, C> {
     /// What a visit has scored.
     #[inline(always)]
     fn units(&self, visit: usize, lane: usize) -> [T; C] {
-        if T::WEIGHTED { self.units[visit][lane] } else { [T::of_weight(1.0, 1.0); C] }
+        if is_weighted::<T>() { self.units[visit][lane] } else { [amount_of(1.0, 1.0); C] }
     }
 
     /// What the first `visits` visits of a walk have scored on a face for the materials of a block.
@@ -98,10 +99,10 @@ impl<'a, T: Amount, const C: usize> LikelihoodRatio<'a, T, C> {
         }
         self.visits.first[visit].faces[lane] = face;
         self.visits.len[lane] = visit as u32 + 1;
-        if T::WEIGHTED {
+        if is_weighted::<T>() {
             self.units[visit][lane] = units;
         }
-        let unit = units.into_iter().map(Into::<u64>::into).max().unwrap_or(1);
+        let unit = units.into_iter().map(|unit| unit.into() as u64).max().unwrap_or(1);
         let begins = scores && earlier == 0 && self.board.make_room((visit as u64 + 1) * unit);
         let material = self.material_of_face[face as usize] as usize;
         let own = 1_u64 << (material % BLOCK * 8);
@@ -130,7 +131,7 @@ impl<'a, T: Amount, const C: usize> LikelihoodRatio<'a, T, C> {
                 Event::Arrival | Event::Survival => self.scored(lane, face, visit, block),
             };
             let sums = before.as_flattened().iter().zip(more.as_flattened());
-            let most = sums.map(|(before, more)| before.plus(*more).into()).max().unwrap_or(0);
+            let most = sums.map(|(before, more)| before.plus(*more).into() as u64).max().unwrap_or(0);
             if self.board.make_room(most) {
                 self.board.cells[face as usize * blocks + block].raise(&before, &more, shift);
                 continue;
@@ -149,7 +150,7 @@ impl<'a, T: Amount, const C: usize> LikelihoodRatio<'a, T, C> {
     fn remember_more(&mut self) {
         self.visits.first.push(Visit::NONE);
         self.history.extend(vec![[0; WIDTH]; self.board.blocks]);
-        if T::WEIGHTED {
+        if is_weighted::<T>() {
             self.units.push([[T::default(); C]; WIDTH]);
         }
     }
@@ -202,7 +203,7 @@ struct BatchArrivals<'a, 'b, T, const C: usize> {
     earlier: [u32; WIDTH],
 }
 
-impl<T: Amount, const C: usize> Kernel for BatchArrivals<'_, '_, T, C> {
+impl<T: Word, const C: usize> Kernel for BatchArrivals<'_, '_, T, C> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let BatchArrivals { marks, faces, decided, weights, earlier } = self;
@@ -210,14 +211,14 @@ impl<T: Amount, const C: usize> Kernel for BatchArrivals<'_, '_, T, C> {
         decided.arrived.each(
             #[inline(always)]
             |lane| {
-                let units = weights[lane].map(|weight| T::of_weight(weight, scale));
+                let units = weights[lane].map(|weight| amount_of(weight, scale));
                 marks.arrive(lane, faces[lane], units, (scoring.has(lane), earlier[lane]));
             },
         );
     }
 }
 
-impl<T: Amount, const C: usize> Scorer<C> for LikelihoodRatio<'_, T, C> {
+impl<T: Word, const C: usize> Scorer<C> for LikelihoodRatio<'_, T, C> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, birth: u32) {
         self.visits.len[lane] = 0;

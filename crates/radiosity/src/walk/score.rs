@@ -11,7 +11,7 @@ use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::{Isa, Simd};
-use crate::tally::{Scoreboard, Word, rounded};
+use crate::tally::{HitScoreboard, WeightScoreboard, Word, rounded};
 use crate::trace::ray::{Hits, Rays};
 
 /// Units of fixed-point scores in the largest single score.
@@ -82,7 +82,7 @@ pub(crate) trait WeightTally<const C: usize> {
     fn expect_faces(&self, faces: &[u32]);
 }
 
-impl HitTally for Scoreboard<u64, (), 1> {
+impl HitTally for HitScoreboard<1> {
     type Sample = ();
 
     #[inline(always)]
@@ -96,7 +96,7 @@ impl HitTally for Scoreboard<u64, (), 1> {
     }
 }
 
-impl<const C: usize> WeightTally<C> for Scoreboard<u128, u64, C> {
+impl<const C: usize> WeightTally<C> for WeightScoreboard<C> {
     type Sample = ();
     type VisitScore = [u64; C];
 
@@ -329,12 +329,12 @@ pub(crate) const RELATED: usize = 4;
 
 /// Collision, absorption and survival shooting of the same grey walks, in hits.
 pub(crate) struct ShootRelated<'a> {
-    board: &'a mut Scoreboard<u64, (), RELATED>,
+    board: &'a mut HitScoreboard<RELATED>,
     paths: Vec<Path<[u64; RELATED]>>,
 }
 
 impl<'a> ShootRelated<'a> {
-    pub(crate) fn new(board: &'a mut Scoreboard<u64, (), RELATED>) -> Self {
+    pub(crate) fn new(board: &'a mut HitScoreboard<RELATED>) -> Self {
         ShootRelated { board, paths: empty_paths() }
     }
 }
@@ -361,14 +361,14 @@ impl Scorer<1> for ShootRelated<'_> {
 
 /// Collision, absorption and survival gathering of the same grey walks.
 pub(crate) struct GatherRelated<'a> {
-    board: &'a mut Scoreboard<u128, u64, RELATED>,
+    board: &'a mut WeightScoreboard<RELATED>,
     /// What an arrival, a death, a survival on each face is worth, over the largest of all these values.
     values: &'a [[f64; 3]],
     gathered: [Gathered<3>; WIDTH],
 }
 
 impl<'a> GatherRelated<'a> {
-    pub(crate) fn new(board: &'a mut Scoreboard<u128, u64, RELATED>, values: &'a [[f64; 3]]) -> Self {
+    pub(crate) fn new(board: &'a mut WeightScoreboard<RELATED>, values: &'a [[f64; 3]]) -> Self {
         GatherRelated { board, values, gathered: [Gathered::default(); WIDTH] }
     }
 }

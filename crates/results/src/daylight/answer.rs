@@ -289,7 +289,10 @@ impl<'a> DaylightAnswer<'a> {
         let cut = self.question.weather.cut().map(|[[month, day], [last_month, last_day]]| {
             format!("the weather ends on {month}/{day}, and its header says {last_month}/{last_day}: it seems to be cut off, and figures are of what is left; give the whole file")
         });
-        [cut, smear, backs, missed].into_iter().flatten().collect()
+        let hidden = self.question.weather.hours_of_hidden_sun().map(|hours| {
+            format!("the sun shines far below the horizon in {hours} hours of the weather, and that light is left out: latitude, longitude and time zone of the file's first line do not fit its hours; correct them")
+        });
+        [cut, hidden, smear, backs, missed].into_iter().flatten().collect()
     }
 }
 

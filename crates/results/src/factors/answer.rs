@@ -108,8 +108,10 @@ impl FactorsAnswer {
         }
         let rows = self.subject.rows(|i| self.counted.counts.walks(i));
         folder.write(GROUPS, |file| report::write_groups(file, &rows))?;
-        if let Some(thermal) = &self.thermal {
-            folder.write(THERMAL, |file| report::write_thermal(file, names, thermal))?;
+        match &self.thermal {
+            Some(thermal) => folder.write(THERMAL, |file| report::write_thermal(file, names, thermal))?,
+            // That of an earlier run says nothing of these factors.
+            None => folder.remove(&[THERMAL])?,
         }
         let summary = self.summary();
         Ok(folder.write(SUMMARY, |file| report::write_json(file, &summary))?)

@@ -85,9 +85,14 @@ pub enum FactorsFault {
     },
     /// Nothing determines a temperature.
     #[error(
-        "the temperatures of some groups follow from nothing: they exchange heat with groups of given flux only; give one of them a temperature"
+        "the temperatures of some groups follow from nothing: as far as walks have met, they exchange heat with groups of given flux only; give one of them a temperature, or more walks, which may find a small window or a small group"
     )]
     Undetermined,
+    /// Files of view factors are asked of Gebhart's factors.
+    #[error(
+        "the files of View3D, uDALES, EnergyPlus and OpenFOAM hold view factors, and these are Gebhart's, which count reflections already: the other program would count them twice; leave out --reflections and --temperatures, or choose --export mtx, npz or parquet"
+    )]
+    NoViewFactors,
     /// A flux is impossible.
     #[error(
         "the given fluxes would take group \"{group}\" below 0 K: it would have to give off more than it gets; give it another flux, or a temperature"

@@ -8,7 +8,7 @@ use radiosity::{Scene, exchange::FactorKind};
 use report::{BACK, ESCAPE};
 
 use super::fault::FactorsFault;
-use super::sparse::{RowWalks, SparseAsked};
+use super::sparse::{RowWalks, SparseAsked, SparseFile};
 use super::subject::{GroupOfFaces, Subject};
 use crate::error::Error;
 
@@ -80,9 +80,8 @@ impl FactorsQuestion {
             return Err(FactorsFault::NoChannel.into());
         }
         job.scene = job.scene.for_exchange(asked.channel.unwrap_or(0), |_| None);
-        if asked.sparse.is_some() {
-            job.scene = job.scene.without_sky();
-        }
+        // What leaves the scene escapes.
+        job.scene = job.scene.without_sky();
         // Factors are counted by single walks; of the method only the space that they go on in is used.
         job.method = MethodTable { space: job.method.space, ..MethodTable::default() };
         (job.budget.first_path, job.budget.wall_seconds) = (0, None);
@@ -128,20 +127,24 @@ impl FactorsQuestion {
         })
     }
 
-    /// A name for each group: where each patch is one, that of its surface, and the number of the patch where the surface has several.
+    /// A name for each group: where each patch is one, the patch's.
     pub(super) fn names(&self) -> Vec<String> {
-        let FactorsQuestion { scene, groups, .. } = self;
-        if !is_by_patch(groups, scene) {
-            return groups.names.clone();
+        match is_by_patch(&self.groups, &self.scene) {
+            true => patch_names(&self.groups, &self.scene),
+            false => self.groups.names.clone(),
         }
-        let mut faces = std::collections::HashMap::new();
-        let surface = |surface| scene.surface_name(surface);
-        scene.faces().iter().for_each(|face| *faces.entry(surface(face.surface)).or_insert(0) += 1);
-        let name = |(face, number): (radiosity::surfaces::Face, &String)| match faces[surface(face.surface)] {
-            1 => surface(face.surface).to_owned(),
-            _ => format!("{} {number}", surface(face.surface)),
-        };
-        scene.faces().iter().zip(&groups.names).map(name).collect()
+    }
+
+    /// Whether these files can hold the factors.
+    ///
+    /// # Errors
+    /// Where they are for view factors, and reflections are counted.
+    pub fn check_exports(&self, files: &[SparseFile]) -> Result<(), FactorsFault> {
+        let of_both = [SparseFile::Mtx, SparseFile::Npz, SparseFile::Parquet];
+        match self.kind == FactorKind::FirstHit || files.iter().all(|file| of_both.contains(file)) {
+            true => Ok(()),
+            false => Err(FactorsFault::NoViewFactors),
+        }
     }
 
     /// What answers need of it.
@@ -176,12 +179,28 @@ fn repeated(scene: Scene, asked: &Asked<'_>) -> Result<Scene, FactorsFault> {
     }
 }
 
-/// The names by which temperatures are given: where every patch is a group of sparse factors, those of surfaces.
-fn enclosed_names(asked: &Asked<'_>, groups: &FaceGroups, scene: &Scene) -> Vec<String> {
-    match asked.sparse.is_some() && is_by_patch(groups, scene) {
-        true => scene.faces().iter().map(|face| scene.surface_name(face.surface).to_owned()).collect(),
-        false => groups.names.clone(),
+/// The names by which temperatures are given of each group. Where every patch is a group of sparse factors, a surface's name stands for all of its
+/// patches, and each goes by its own as well.
+fn enclosed_names(asked: &Asked<'_>, groups: &FaceGroups, scene: &Scene) -> Vec<Vec<String>> {
+    if asked.sparse.is_none() || !is_by_patch(groups, scene) {
+        return groups.names.iter().map(|name| vec![name.clone()]).collect();
     }
+    let called = |(face, own): (radiosity::surfaces::Face, String)| {
+        vec![scene.surface_name(face.surface).to_owned(), own]
+    };
+    scene.faces().iter().zip(patch_names(groups, scene)).map(called).collect()
+}
+
+/// The name of each patch: that of its surface, and the number of the patch where the surface has several.
+fn patch_names(groups: &FaceGroups, scene: &Scene) -> Vec<String> {
+    let mut faces = std::collections::HashMap::new();
+    let surface = |surface| scene.surface_name(surface);
+    scene.faces().iter().for_each(|face| *faces.entry(surface(face.surface)).or_insert(0) += 1);
+    let name = |(face, number): (radiosity::surfaces::Face, &String)| match faces[surface(face.surface)] {
+        1 => surface(face.surface).to_owned(),
+        _ => format!("{} {number}", surface(face.surface)),
+    };
+    scene.faces().iter().zip(&groups.names).map(name).collect()
 }
 
 /// Whether each face is a group of its own.

@@ -6,15 +6,15 @@
 mod binary;
 mod build;
 mod layout;
-mod oracle;
+mod probe;
 mod scratch;
 mod wavefront;
 
 pub(crate) use crate::simd::sixteen::LANES as WIDTH;
 pub(crate) use binary::{BinaryTree, Effort};
 pub(crate) use layout::Tree;
-pub(crate) use oracle::Known;
-pub use oracle::{StepKind, TreeStep};
+pub(crate) use probe::Known;
+pub use probe::{StepKind, TreeStep};
 pub(crate) use scratch::Scratch;
 
 #[cfg(test)]

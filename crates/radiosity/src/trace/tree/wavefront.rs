@@ -11,7 +11,7 @@
 use std::hint::select_unpredictable;
 
 use super::layout::{CHILDREN, Item, LEAF_LINES, Leaf, NODE_LINES, Node, Tree, node_at};
-use super::oracle::{Oracle, Unknown};
+use super::probe::Probe;
 use super::scratch::{
     ACTIVE, CANDIDATES, Flight, Gate, Queues, ROUNDING, Scratch, Step, quad, quad_mut, row,
 };
@@ -45,30 +45,30 @@ impl Tree {
     /// The least (t, rank) among the facets that each ray meets. Directions must be between 1/4 and
     /// 1 + 10⁻⁹ long.
     pub(crate) fn closest_hits(&self, facets: &Facets, rays: &Rays, scratch: &mut Scratch, hits: &mut Hits) {
-        self.trace(&Unknown, facets, rays, scratch, hits);
+        self.trace::<false>(None, facets, rays, scratch, hits);
     }
 
-    /// [`Tree::closest_hits`] with what an oracle knows.
-    pub(super) fn trace<O: Oracle>(
+    /// [`Tree::closest_hits`], or with a probe.
+    pub(super) fn trace<const PROBED: bool>(
         &self,
-        oracle: &O,
+        probe: Option<&Probe>,
         facets: &Facets,
         rays: &Rays,
         scratch: &mut Scratch,
         hits: &mut Hits,
     ) {
-        self.isa.run(Batch { call: Call { tree: self, facets, rays, oracle }, scratch, hits });
+        self.isa.run(Batch { call: Call::<PROBED> { tree: self, facets, rays, probe }, scratch, hits });
     }
 }
 
 /// A call with its arguments.
-struct Batch<'a, O> {
-    call: Call<'a, O>,
+struct Batch<'a, const PROBED: bool> {
+    call: Call<'a, PROBED>,
     scratch: &'a mut Scratch,
     hits: &'a mut Hits,
 }
 
-impl<O: Oracle> Kernel for Batch<'_, O> {
+impl<const PROBED: bool> Kernel for Batch<'_, PROBED> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         self.call.run::<S::Singles>(self.scratch, self.hits);
@@ -107,14 +107,28 @@ impl Gate {
     }
 }
 
-struct Call<'a, O> {
+struct Call<'a, const PROBED: bool> {
     tree: &'a Tree,
     facets: &'a Facets,
     rays: &'a Rays,
-    oracle: &'a O,
+    probe: Option<&'a Probe<'a>>,
 }
 
-impl<O: Oracle> Call<'_, O> {
+impl<const PROBED: bool> Call<'_, PROBED> {
+    /// The probe, if there is one: without it nothing of it is compiled.
+    #[inline(always)]
+    fn probe(&self) -> Option<&Probe<'_>> {
+        if PROBED { self.probe } else { None }
+    }
+
+    /// A ray takes a step.
+    #[inline(always)]
+    fn see(&self, step: Step) {
+        if let Some(probe) = self.probe() {
+            probe.see(step);
+        }
+    }
+
     /// The whole batch: `ACTIVE` rays at once, the next one as soon as one is done.
     #[inline(always)]
     fn run<L: Sixteen>(&self, scratch: &mut Scratch, hits: &mut Hits) {
@@ -162,12 +176,16 @@ impl<O: Oracle> Call<'_, O> {
         let ([x, y, z], [dx, dy, dz]) = (at(&forms.origin), at(&forms.direction));
         scratch.flights[slot] = Flight {
             start: [x, y, z, forms.uncertainty[ray]],
-            way: [dx, dy, dz, self.oracle.bound(ray)],
+            way: [dx, dy, dz, self.probe().map_or(f32::INFINITY, |probe| probe.bound(ray))],
             from: [f32::from_bits(self.rays.from[ray]); GROUP],
         };
         scratch.stacks.clear(slot);
         scratch.candidates[slot].len = 0;
-        let step = Step { slot: slot as u16, ray: ray as u16, item: self.oracle.first(ray) };
+        let step = Step {
+            slot: slot as u16,
+            ray: ray as u16,
+            item: self.probe().map_or(Item::ROOT, |probe| probe.first(ray)),
+        };
         scratch.queues.push(step);
     }
 
@@ -184,7 +202,7 @@ impl<O: Oracle> Call<'_, O> {
     /// Takes a ray's next item from its stack.
     #[inline(always)]
     fn pop<L: Sixteen>(&self, step: Step, scratch: &mut Scratch) {
-        self.oracle.see(Step { item: Item::new(Item::POP, 0), ..step });
+        self.see(Step { item: Item::new(Item::POP, 0), ..step });
         let slot = step.slot as usize % ACTIVE;
         let next = scratch.stacks.pop::<L>(slot, scratch.flights[slot].best());
         let (node, child) = next.unwrap_or((0, 0));
@@ -206,7 +224,7 @@ impl<O: Oracle> Call<'_, O> {
         let len = std::mem::take(&mut scratch.queues.lens[Item::NODE]);
         for i in 0..len {
             let step = scratch.queues.steps[Item::NODE][i % ACTIVE];
-            self.oracle.see(step);
+            self.see(step);
             scratch.nearest[i % ACTIVE] = self.enter_boxes::<L>(step, scratch);
         }
         for i in 0..len {
@@ -252,7 +270,7 @@ impl<O: Oracle> Call<'_, O> {
         }
         for i in 0..len - rest {
             let step = scratch.queues.steps[Item::LEAF][i % ACTIVE];
-            self.oracle.see(step);
+            self.see(step);
             self.note_candidates::<L>(step, i % ACTIVE, scratch);
             self.pop::<L>(step, scratch);
         }

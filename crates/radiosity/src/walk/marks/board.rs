@@ -11,46 +11,27 @@ pub(super) const BLOCK: usize = 8;
 /// Up to this many blocks all are added up; of more, those that the walk has met.
 pub(super) const FEW_BLOCKS: usize = 3;
 
-/// A whole number in which marks are summed up: u32 for hits, u64 for weights in fixed point.
-pub(crate) trait Amount: Word + From<u8> + Into<u64> {
-    /// The largest sum that a cell may hold.
-    const MOST: u64;
-    /// Whether scores have weights.
-    const WEIGHTED: bool;
-    /// The amount over 2^shift, which is rounded up.
-    fn coarse(self, shift: u32) -> Self;
-
-    /// A weight, `scale` being 1.
-    #[inline(always)]
-    fn of_weight(weight: f64, scale: f64) -> Self {
-        if Self::WEIGHTED { Self::from_units(weight * scale + 0.5) } else { Self::from(1) }
-    }
-
-    /// The square of the amount over 2^shift, which is rounded up, so that no variance comes out too small.
-    #[inline(always)]
-    fn square(self, shift: u32) -> Self {
-        let coarse = self.coarse(shift);
-        coarse.times(coarse)
-    }
+/// Whether marks summed up in such words have weights in fixed point: 64 bits do, 32 are for hits.
+pub(super) const fn is_weighted<W: Word>() -> bool {
+    W::BITS > u32::BITS
 }
 
-impl Amount for u32 {
-    const MOST: u64 = u32::MAX as u64;
-    const WEIGHTED: bool = false;
-    /// Hits are squared as they are.
-    #[inline(always)]
-    fn coarse(self, _: u32) -> Self {
-        self
-    }
+/// The largest sum that a cell may hold.
+const fn capacity<W: Word>() -> u64 {
+    if is_weighted::<W>() { u64::MAX >> 1 } else { u32::MAX as u64 }
 }
 
-impl Amount for u64 {
-    const MOST: u64 = u64::MAX >> 1;
-    const WEIGHTED: bool = true;
-    #[inline(always)]
-    fn coarse(self, shift: u32) -> Self {
-        (self >> shift) + u64::from(self & ((1 << shift) - 1) != 0)
-    }
+/// What a mark of a weight adds to its sum, `scale` being 1.
+#[inline(always)]
+pub(super) fn amount_of<W: Word>(weight: f64, scale: f64) -> W {
+    if is_weighted::<W>() { W::from_units(weight * scale + 0.5) } else { W::from(1) }
+}
+
+/// The square of an amount over 2^shift, which is rounded up, so that no variance comes out too small; of hits as they are.
+#[inline(always)]
+fn square<W: Word>(amount: W, shift: u32) -> W {
+    let coarse = if is_weighted::<W>() { amount.over(shift) } else { amount };
+    coarse.times(coarse)
 }
 
 /// What the materials of a block have scored on a face, channel by channel.
@@ -61,7 +42,7 @@ pub(super) struct MaterialScores<T, const C: usize> {
     squares: [[T; BLOCK]; C],
 }
 
-impl<T: Amount, const C: usize> MaterialScores<T, C> {
+impl<T: Word, const C: usize> MaterialScores<T, C> {
     pub(super) fn empty() -> Self {
         MaterialScores { sums: [[T::default(); BLOCK]; C], squares: [[T::default(); BLOCK]; C] }
     }
@@ -72,7 +53,7 @@ impl<T: Amount, const C: usize> MaterialScores<T, C> {
         for c in 0..C {
             for m in 0..BLOCK {
                 let (was, amount) = (before[c][m], amounts[c][m]);
-                let grown = was.plus(amount).square(shift).minus(was.square(shift));
+                let grown = square(was.plus(amount), shift).minus(square(was, shift));
                 self.sums[c][m] = self.sums[c][m].plus(amount);
                 self.squares[c][m] = self.squares[c][m].plus(grown);
             }
@@ -84,9 +65,9 @@ impl<T: Amount, const C: usize> MaterialScores<T, C> {
     pub(super) fn begin(&mut self, amounts: &[[T; BLOCK]; C], shift: u32) {
         let rows = self.sums.iter_mut().zip(&mut self.squares).zip(amounts);
         for ((sums, squares), amounts) in rows {
-            for ((sum, square), amount) in sums.iter_mut().zip(squares).zip(amounts) {
+            for ((sum, sum_of_squares), amount) in sums.iter_mut().zip(squares).zip(amounts) {
                 *sum = sum.plus(*amount);
-                *square = square.plus(amount.square(shift));
+                *sum_of_squares = sum_of_squares.plus(square(*amount, shift));
             }
         }
     }
@@ -94,7 +75,7 @@ impl<T: Amount, const C: usize> MaterialScores<T, C> {
 
 /// The units of a score in each channel, times the bytes of a word.
 #[inline(always)]
-pub(super) fn amounts<T: Amount, const C: usize>(units: &[T; C], counts: u64) -> [[T; BLOCK]; C] {
+pub(super) fn amounts<T: Word, const C: usize>(units: &[T; C], counts: u64) -> [[T; BLOCK]; C] {
     let counts = counts.to_le_bytes();
     std::array::from_fn(|c| std::array::from_fn(|m| units[c].times(counts[m].into())))
 }
@@ -139,11 +120,11 @@ pub(crate) struct Marked<T, const C: usize> {
     fits: bool,
 }
 
-impl<T: Amount, const C: usize> Marked<T, C> {
+impl<T: Word, const C: usize> Marked<T, C> {
     /// An empty board for rows of `columns` numbers.
     pub(crate) fn new([faces, materials]: [usize; 2], columns: usize) -> Self {
         let blocks = materials.div_ceil(BLOCK);
-        let scale = if T::WEIGHTED { FIXED_UNITS } else { 1.0 };
+        let scale = if is_weighted::<T>() { FIXED_UNITS } else { 1.0 };
         let shift = (scale.log2() as u32).saturating_sub(20);
         let cells = vec![MaterialScores::empty(); faces * blocks];
         let rows = Vec::new();
@@ -166,13 +147,13 @@ impl<T: Amount, const C: usize> Marked<T, C> {
         let rounded = (most >> self.shift) + 1;
         let grown = rounded.saturating_mul(rounded).max(most);
         self.largest = self.largest.saturating_add(grown);
-        self.largest <= T::MOST || self.make_room_by_emptying(grown)
+        self.largest <= capacity::<T>() || self.make_room_by_emptying(grown)
     }
 
     #[cold]
     fn make_room_by_emptying(&mut self, grown: u64) -> bool {
         self.empty_cells();
-        let has_room = grown <= T::MOST;
+        let has_room = grown <= capacity::<T>();
         self.largest = if has_room { grown } else { 0 };
         has_room
     }
@@ -209,10 +190,10 @@ impl<T: Amount, const C: usize> Marked<T, C> {
                 std::mem::replace(&mut self.cells[number], MaterialScores::empty());
             let (face, first) = (number / self.blocks, number % self.blocks * BLOCK);
             for (c, m) in (0..C).flat_map(|c| (0..BLOCK).map(move |m| (c, m))) {
-                let sum: u64 = sums[c][m].into();
+                let sum = sums[c][m].into();
                 if sum > 0 {
                     let row = MarkRow { face, material: first + m, channel: c };
-                    self.add_to_row(row, sum.into(), squares[c][m].into());
+                    self.add_to_row(row, sum, squares[c][m].into());
                 }
             }
         }

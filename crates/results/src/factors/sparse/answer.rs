@@ -155,8 +155,12 @@ impl SparseAnswer {
         }
         let rows = self.subject.rows(|i| self.sums.walks[i]);
         folder.write(GROUPS, |file| report::write_groups(file, &rows))?;
-        if let Some(thermal) = &self.thermal {
-            folder.write(THERMAL, |file| report::write_thermal(file, &self.names, thermal))?;
+        match &self.thermal {
+            Some(thermal) => {
+                folder.write(THERMAL, |file| report::write_thermal(file, &self.names, thermal))?
+            }
+            // That of an earlier run says nothing of these factors.
+            None => folder.remove(&[THERMAL])?,
         }
         let summary = self.summary();
         Ok(folder.write(SUMMARY, |file| report::write_json(file, &summary))?)

@@ -1,4 +1,5 @@
-//! What a wavefront may be told of rays before it traces them, to measure what such knowledge would win.
+//! A probe of a wavefront: what rays may be told before they are traced, to measure what such knowledge would win, and the steps that
+//! they take.
 
 use std::cell::RefCell;
 
@@ -9,49 +10,17 @@ use crate::simd::sixteen::{GROUP, LANES};
 use crate::trace::facet::Facets;
 use crate::trace::ray::{Hits, Rays};
 
-/// What is known of the rays of a batch before they are traced. Of the rays of walks nothing is, which costs nothing:
-/// [`Unknown`].
-pub(super) trait Oracle {
-    /// A parameter that the hit of a ray does not exceed.
-    #[inline(always)]
-    fn bound(&self, _ray: usize) -> f32 {
-        f32::INFINITY
-    }
-    /// The item under which the hit of a ray is.
-    #[inline(always)]
-    fn first(&self, _ray: usize) -> Item {
-        Item::ROOT
-    }
-    /// A ray takes a step.
-    #[inline(always)]
-    fn see(&self, _step: Step) {}
-}
-
-/// Nothing is known.
-pub(super) struct Unknown;
-
-impl Oracle for Unknown {}
-
-/// What is known of the rays of a batch.
+/// What is known of the rays of a batch before they are traced. Of the rays of walks nothing is.
 #[derive(Clone, Debug)]
 pub(crate) struct Known {
+    /// Parameters that hits do not exceed.
     bounds: [f32; WIDTH],
+    /// The items under which hits are.
     firsts: [Item; WIDTH],
 }
 
 impl Known {
     pub(crate) const NOTHING: Self = Known { bounds: [f32::INFINITY; WIDTH], firsts: [Item::ROOT; WIDTH] };
-}
-
-impl Oracle for Known {
-    #[inline(always)]
-    fn bound(&self, ray: usize) -> f32 {
-        self.bounds[ray]
-    }
-    #[inline(always)]
-    fn first(&self, ray: usize) -> Item {
-        self.firsts[ray]
-    }
 }
 
 /// The kind of a step of a ray through a tree.
@@ -76,26 +45,33 @@ pub struct TreeStep {
     pub place: usize,
 }
 
-/// What is known, and the steps that rays take.
-struct Observed<'a> {
+/// Looks into a wavefront.
+pub(super) struct Probe<'a> {
     known: &'a Known,
-    steps: RefCell<Vec<TreeStep>>,
+    /// The steps that rays take, where they are wanted.
+    steps: Option<RefCell<Vec<TreeStep>>>,
 }
 
-impl Oracle for Observed<'_> {
-    fn bound(&self, ray: usize) -> f32 {
+impl Probe<'_> {
+    /// A parameter that the hit of a ray does not exceed.
+    pub(super) fn bound(&self, ray: usize) -> f32 {
         self.known.bounds[ray]
     }
-    fn first(&self, ray: usize) -> Item {
+
+    /// The item under which the hit of a ray is.
+    pub(super) fn first(&self, ray: usize) -> Item {
         self.known.firsts[ray]
     }
-    fn see(&self, step: Step) {
+
+    /// A ray takes a step.
+    pub(super) fn see(&self, step: Step) {
+        let Some(steps) = &self.steps else { return };
         let kind = match step.item.kind() {
             Item::NODE => StepKind::Node,
             Item::LEAF => StepKind::Leaf,
             _ => StepKind::Stack,
         };
-        self.steps.borrow_mut().push(TreeStep { ray: step.ray.into(), kind, place: step.item.line() });
+        steps.borrow_mut().push(TreeStep { ray: step.ray.into(), kind, place: step.item.line() });
     }
 }
 
@@ -141,7 +117,7 @@ impl Tree {
         scratch: &mut Scratch,
         hits: &mut Hits,
     ) {
-        self.trace(known, facets, rays, scratch, hits);
+        self.trace::<true>(Some(&Probe { known, steps: None }), facets, rays, scratch, hits);
     }
 
     /// The steps that rays take with what is known beforehand.
@@ -153,8 +129,8 @@ impl Tree {
         scratch: &mut Scratch,
         hits: &mut Hits,
     ) -> Vec<TreeStep> {
-        let observed = Observed { known, steps: RefCell::default() };
-        self.trace(&observed, facets, rays, scratch, hits);
-        observed.steps.into_inner()
+        let probe = Probe { known, steps: Some(RefCell::default()) };
+        self.trace::<true>(Some(&probe), facets, rays, scratch, hits);
+        probe.steps.map_or(Vec::new(), RefCell::into_inner)
     }
 }
