@@ -418,9 +418,8 @@ fn what_leaves_the_scene_meets_the_environment() {
 #[test]
 fn a_mesh_has_no_groups_but_its_own() {
     let ground = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nusemtl floor\nf 1 2 3 4\nusemtl wall\nf 1 5 6 2\n";
-    let folder = scenes(&[("ground.obj", ground)]);
-    let (code, _, stderr) =
-        factors(&folder, "ground.obj --groups by-material --paths 4096 --quiet --out out");
+    let folder = scenes(&[("ground.obj", ground), ("job.toml", "scene = \"ground.obj\"\n")]);
+    let (code, _, stderr) = factors(&folder, "job.toml --groups by-material --paths 4096 --quiet --out out");
     assert_eq!(code, 0, "{stderr}");
     let groups = columns(&path(&folder, "out/groups.csv"));
     assert_eq!(groups["group"], ["floor", "wall"], "{groups:?}");

@@ -310,6 +310,20 @@ fn sensors_add_the_light_of_faces_and_of_lamps() {
     }
 }
 
+#[test]
+fn a_point_at_a_lamp_is_refused() {
+    let lamp = LampSpec::new(DVec3::new(0.3, 0.2, 0.8), Emission::Uniform, 1.0);
+    let scene = Scene::build(&with_lamps(cube(0.5), vec![lamp]), IndexChoice::Auto).unwrap();
+    let with_point = |x: f64| {
+        let points = vec![[DVec3::new(0.7, 0.2, 0.8), DVec3::Z], [DVec3::new(x, 0.2, 0.8), DVec3::Z]];
+        let desk = SensorSpec { name: "desk".into(), shape: SensorShape::Points { points, grid: [1, 2] } };
+        let experiment = Experiment::new(scene.clone(), Method::shooting(Estimator::Collision)).unwrap();
+        experiment.with_sensors(&[desk]).map(|_| ()).map_err(|unfit| unfit.to_string())
+    };
+    assert!(with_point(0.3).unwrap_err().contains("a lamp is at its point 0.3, 0.2, 0.8"));
+    assert_eq!(with_point(0.31), Ok(()));
+}
+
 /// Sensors change nothing of faces, by walks and by chains, even where a lamp is in the plane of one; and that one reads, from beyond the edge of
 /// its cell, what another reads that stands a millimetre from it. Readings 6 standard errors apart raise a false alarm in 10⁸.
 #[test]

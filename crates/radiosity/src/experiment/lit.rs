@@ -5,10 +5,13 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::Experiment;
-use crate::geometry::sensor::{SensorShape, Sensors};
+use crate::geometry::sensor::{SensorError, SensorShape, Sensors};
 use crate::jacobi;
 use crate::scene::Scene;
 use crate::trace::ray::Ray;
+
+/// A lamp that is no farther from a point than this many slacks of the scene, 2⁻³⁰ of its extent, is at the point.
+const AT_A_LAMP: f64 = (1_u32 << 16) as f64;
 
 /// What lamps bring to the points of sensors.
 #[derive(Clone, Debug, Default)]
@@ -125,6 +128,26 @@ fn distance_to_polygon(point: DVec3, corners: &[DVec3]) -> f64 {
     let is_above = edges().all(|(from, edge)| edge.cross(point - from).dot(normal) > 0.0);
     let to_edges = edges().map(to_edge).fold(f64::INFINITY, f64::min);
     if is_above { to_edges.min((point - corners[0]).dot(normal).abs()) } else { to_edges }
+}
+
+/// Refuses points of sensors at which a lamp without area is: light is infinite there.
+pub(super) fn check_points(scene: &Scene, sensors: &Sensors) -> Result<(), SensorError> {
+    let places: Vec<DVec3> = (0..scene.lamp_count())
+        .filter_map(|lamp| Some(scene.lamp_place(lamp)?[0] + scene.origin()))
+        .collect();
+    let points = (0..sensors.cell_count()).map(|cell| sensors.cell(cell)).filter(|cell| cell.area == 0.0);
+    for cell in points {
+        if places.iter().any(|place| place.distance(cell.middle) <= AT_A_LAMP * scene.parts.facets.slack()) {
+            let [x, y, z] = cell.middle.to_array();
+            return Err(SensorError {
+                name: sensors.specs()[cell.sensor].name.clone(),
+                problem: format!(
+                    "a lamp is at its point {x}, {y}, {z}, where light is infinite; move one of them"
+                ),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// The most that a sample of a cell of a quad of sensors may find of lamps without area, whose light it samples [W/m²].

@@ -146,6 +146,7 @@ impl Experiment {
             check_sensors(&self.method)?;
         }
         if let Some(sensors) = &self.sensors {
+            lit::check_points(&self.scene, sensors)?;
             self.largest_at_sensors = lit::largest_at_sensors(&self.scene, sensors, self.largest_radiosity);
         }
         self.check_groups()

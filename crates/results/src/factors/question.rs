@@ -75,6 +75,9 @@ impl FactorsQuestion {
         if job.scene.spec().surfaces.iter().any(|surface| surface.transmittance.is_lit()) {
             return Err(FactorsFault::Transmission.into());
         }
+        if !job.scene.spec().patch_of_cell.is_empty() {
+            return Err(FactorsFault::GroupedPatches.into());
+        }
         let channels = job.scene.spec().channels();
         if channels > 1 && kind == FactorKind::Absorbed && asked.channel.is_none() {
             return Err(FactorsFault::NoChannel.into());
@@ -209,9 +212,6 @@ fn is_by_patch(groups: &FaceGroups, scene: &Scene) -> bool {
 }
 
 fn groups_of(asked: &Asked<'_>, job: &Job, scene: &Scene) -> Result<FaceGroups, Error> {
-    if scene.faces().are_grouped() {
-        return Err(FactorsFault::GroupedPatches.into());
-    }
     let (most, most_faces) = match asked.sparse {
         Some(_) => (MOST_ROWS, MOST_ROWS),
         None => (MOST_GROUPS, MOST_FACES),

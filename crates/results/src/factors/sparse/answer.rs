@@ -323,8 +323,9 @@ impl SparseAnswer {
         let mut lines = vec![
             format!("{what} of {}: {} in {seconds:.1} s", counted(groups, "row"), counted(walks, "walk")),
             format!(
-                "{} that are not 0, {filled:.0} a row; a row errs by {:.2e}, root of the sum of squares",
+                "{} that {} not 0, {filled:.0} a row; a row errs by {:.2e}, root of the sum of squares",
                 counted(entries, "factor"),
+                if entries == 1 { "is" } else { "are" },
                 self.error()
             ),
         ];
