@@ -6,10 +6,10 @@
 
 use crate::matrix::SparseFactors;
 
-/// So many times less must walks of another group stand for, to be asked in place of a group's own.
+/// A row tells its own pairs, unless walks of the other group stand for this many times less.
 const FAR_LESS: f64 = 4.0;
 
-/// Of so many walks the number is about normal, so that its standard error tells enough.
+/// From this number of walks on a count is about normal, and its standard error tells enough.
 const MANY_WALKS: f64 = 30.0;
 
 /// Pairs of groups up to which the largest part of a walk is looked for in all; of more it is bounded.

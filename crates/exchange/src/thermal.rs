@@ -137,7 +137,7 @@ impl Balance<'_> {
             true => normal_quantile(0.5 + 0.5 * self.level),
             false => student_quantile(0.5 + 0.5 * self.level, PROBES as u64),
         };
-        // The ends of an interval are so many standard errors away; those of a count of 0, that many walks.
+        // An interval ends `quantile` standard errors away; that of a count of 0 ends −ln((1 − level)/2) walks away.
         let unmet = -(0.5 - 0.5 * self.level).ln() / quantile;
         let of_a_walk = pairs.most_of_a_walk(&emitted);
         let noise = |i: usize| self.noise(i, pairs.row(i), &emitted) + (unmet * of_a_walk[i]).powi(2);
