@@ -20,7 +20,7 @@ const DEPTH: u32 = 8;
 const ROUNDS: u32 = 6;
 
 /// The round that tells whether polygons of which no point sees the other are dark to each other: its points are a seventieth of a
-/// polygon apart from its edges, so that a slit along an edge is met through which more than 2·10⁻⁵ of the light goes.
+/// polygon away from its edges, so that between squares a side apart a slit along the edge is met if 2·10⁻⁵ of the light go through.
 const ROUND_IN_THE_DARK: u32 = 3;
 
 /// Two polygons in front of each other, with what stands between them.
