@@ -211,6 +211,6 @@ fn exit_code_of(error: &results::Error) -> u8 {
         | Error::OtherDaylight { .. }
         | Error::UnreadableDaylight { .. }
         | Error::NoRoom { .. } => 2,
-        Error::OtherTable { .. } | Error::Overflow | Error::System { .. } | Error::Rows { .. } => 3,
+        Error::OtherFile { .. } | Error::Overflow | Error::System { .. } | Error::Rows { .. } => 3,
     }
 }

@@ -43,10 +43,14 @@ fn a_run_that_replaces_another_and_dies_leaves_nothing_of_the_other() {
 fn what_is_not_made_from_the_tally_beside_it_does_not_pass_an_audit() {
     let folder = tempdir().unwrap();
     let [one, two] = ["one", "two"].map(|name| path(&folder, name));
-    draw_job(JOB, &one, &["--paths", "20000", "--seed", "1"]);
-    draw_job(JOB, &two, &["--paths", "20000", "--seed", "2"]);
+    let exports = ["exr", "vtu", "glb", "parquet"].map(|word| ["--export", word]).concat();
+    for (out, seed) in [(&one, "1"), (&two, "2")] {
+        draw_job(JOB, out, &[&["--paths", "20000", "--seed", seed], &exports[..]].concat());
+    }
     assert_eq!(run(&["audit", one.to_str().unwrap(), "--quiet"]).0, 0);
-    for file in DERIVED {
+    for file in
+        DERIVED.iter().copied().chain(["radiosity.exr", "patches.vtu", "scene.glb", "patches.parquet"])
+    {
         let own = fs::read(one.join(file)).unwrap();
         fs::copy(two.join(file), one.join(file)).unwrap();
         let (code, _, stderr) = run(&["audit", one.to_str().unwrap()]);

@@ -9,15 +9,14 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
-use job::OutputFile;
+use job::{Keyword, OutputFile};
 use protocol::digest::{self, Digest, Digester};
 use protocol::{Checkpoint, Contributor, Delivery, WalkRange};
-use radiosity::{Estimates, Experiment, Overflow, Sequence, sensitivity::Influences, sensors::Readings};
+use radiosity::{Experiment, Overflow, Sequence};
 use serde_json::Value;
 
-use crate::checkpoints::{PLANES, SENSITIVITIES, SENSORS, SOURCES};
 use crate::error::Error;
-use crate::outputs;
+use crate::outputs::TallyFiles;
 use crate::replica::Replica;
 use crate::settings::Settings;
 use crate::stored_run::{StoredRun, unusable};
@@ -105,50 +104,35 @@ pub fn audit(run: &Path, share: f64, seed: u64, now: &dyn Fn(&'static str)) -> R
     })
 }
 
-/// Whether table, summary and picture beside a tally, those of them that are there, are made from it.
-fn check_files(run: &Path, StoredRun { checkpoint, settings, experiment }: &StoredRun) -> Result<(), Error> {
-    let level = settings.level(experiment.scene());
-    let estimates = Estimates::new(experiment, &checkpoint.tally, level);
-    let in_memory = |source| Error::System { doing: "writing a file to memory", source };
-    let other = |file| Error::OtherTable { run: run.into(), file };
+/// Whether the files beside a tally are made from it. The page is not looked at.
+fn check_files(run: &Path, kept: &StoredRun) -> Result<(), Error> {
+    let other = |file| Error::OtherFile { run: run.into(), file };
+    let there = |file: &OutputFile| *file != OutputFile::Report && run.join(file.name()).is_file();
+    let exports: Vec<OutputFile> = OutputFile::ALL.iter().copied().filter(there).collect();
+    let (estimates, hash) =
+        (kept.estimates(), blake3::Hash::from_bytes(kept.checkpoint.tally.hash()).to_hex());
+    let files = TallyFiles::new(&kept.settings, &estimates, &exports);
     let check = |name, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
-        let Ok(table) = std::fs::read(run.join(name)) else { return Ok(()) };
+        let Ok(found) = std::fs::read(run.join(name)) else { return Ok(()) };
         let mut expected = Vec::new();
-        write(&mut expected).map_err(in_memory)?;
-        if table == expected { Ok(()) } else { Err(other(name)) }
+        write(&mut expected).map_err(|source| Error::System { doing: "writing a file to memory", source })?;
+        if found == expected { Ok(()) } else { Err(other(name)) }
     };
-    let digits = outputs::digits(experiment.scene(), run.join(OutputFile::Parquet.name()).exists());
-    check("patches.csv", &|table| report::write_patches(table, &estimates, digits))?;
-    let tally = &checkpoint.tally;
-    if let Some(readings) = Readings::new(experiment, tally, settings.sensor_level(experiment)) {
-        check(SENSORS, &|table| report::write_sensors(table, &readings))?;
-        check(PLANES, &|table| report::write_planes(table, &readings))?;
-    }
-    if let Some(influences) = Influences::new(experiment, tally, settings.sensitivity_level(experiment)) {
-        check(SENSITIVITIES, &|table| report::write_sensitivities(table, &influences))?;
-    }
-    if !settings.sources.is_empty() {
-        let level = settings.source_level(experiment);
-        check(SOURCES, &|table| report::write_sources(table, experiment, tally, level))?;
-    }
-    if let Ok(summary) = std::fs::read(run.join("summary.json")) {
-        let hash =
-            serde_json::from_slice::<Value>(&summary).ok().map(|summary| summary["tally_hash"].clone());
-        let expected = blake3::Hash::from_bytes(checkpoint.tally.hash()).to_hex();
-        if hash != Some(expected.as_str().into()) {
-            return Err(other("summary.json"));
+    for file in exports {
+        if file != OutputFile::Summary {
+            check(file.name(), &|written| files.write(file, written))?;
+        } else if told_hash(run).as_deref() != Some(hash.as_str()) {
+            return Err(other(file.name()));
         }
     }
-    if let Ok(picture) = std::fs::read(run.join("radiosity.png")) {
-        let mut expected = Vec::new();
-        let smooth = report::Smooth::new(&estimates);
-        let drawn = report::Photo::shoot(&estimates, &smooth, &settings.view, false).picture;
-        drawn.write_png(&mut expected).map_err(in_memory)?;
-        if picture != expected {
-            return Err(other("radiosity.png"));
-        }
-    }
-    Ok(())
+    files.beside().iter().try_for_each(|(name, write)| check(name, &|written| write(written)))
+}
+
+/// The hash of the tally that the summary tells of.
+fn told_hash(run: &Path) -> Option<String> {
+    let summary = std::fs::read(run.join(OutputFile::Summary.name())).ok()?;
+    let summary: Value = serde_json::from_slice(&summary).ok()?;
+    Some(summary["tally_hash"].as_str()?.into())
 }
 
 /// All leases of a result. A single lease stands for more where most of those beside it were folded: a relay of many workers

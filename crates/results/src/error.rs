@@ -116,12 +116,12 @@ pub enum Error {
         /// What the user can do.
         remedy: String,
     },
-    /// A table, summary or picture stands beside the tally of another run.
+    /// A file stands beside the tally of another run.
     #[error(
-        "{}/{file} is not made from the tally beside it (the run was not finished, the file was changed, or another version wrote it); go on with `radwalk run --resume`, or run the job again",
+        "{0}/{file} is not made from the tally beside it (the run was not finished, the file was changed, or another version wrote it); `radwalk report {0}` makes all files again from the tally, `radwalk run --resume` goes on with the run",
         run.display()
     )]
-    OtherTable {
+    OtherFile {
         /// The output folder of the run.
         run: PathBuf,
         /// What is in it.

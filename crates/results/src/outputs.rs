@@ -43,7 +43,7 @@ const DEFAULT: [OutputFile; 4] =
 const LONG_TABLE: usize = 20_000;
 
 /// The digits of `patches.csv`, beside a table for data frames or alone.
-pub(crate) fn digits(scene: &Scene, has_parquet: bool) -> Digits {
+fn digits(scene: &Scene, has_parquet: bool) -> Digits {
     if has_parquet && is_long(scene) { Digits::Rounded } else { Digits::All }
 }
 
@@ -175,49 +175,6 @@ impl RunOutput {
         Ok(drafts)
     }
 
-    /// The tables of sensors, sources and sensitivities, where a job asks for them.
-    fn beside(
-        &self,
-        settings: &Settings,
-        (estimates, readings): (&Estimates<'_>, Option<&Readings<'_>>),
-        summary: &Summary,
-    ) -> Result<Drafts, Error> {
-        let (experiment, tally) = (estimates.experiment(), estimates.tally());
-        let mut drafts = Drafts::new();
-        if let Some(readings) = readings {
-            let mut table = |name: &'static str, write: &dyn Fn(&mut dyn io::Write) -> io::Result<()>| {
-                drafts.push((name.into(), self.folder.draft(name, |writer| write(writer))?));
-                Ok::<(), Error>(())
-            };
-            if has_cells(readings) {
-                table(SENSORS, &|writer| report::write_sensors(writer, readings))?;
-            }
-            if has_planes(readings) {
-                table(PLANES, &|writer| report::write_planes(writer, readings))?;
-                if let Some(lines) = report::isolux_svg(readings, summary.units.irradiance) {
-                    table(ISOLUX, &|writer| writer.write_all(lines.as_bytes()))?;
-                }
-                if let Some(picture) = report::isolux_picture(readings) {
-                    table(ISOLUX_PICTURE, &|writer| picture.write_png(writer))?;
-                }
-            }
-        }
-        if !summary.sources.is_empty() {
-            let level = settings.source_level(experiment);
-            let draft = self
-                .folder
-                .draft(SOURCES, |writer| report::write_sources(writer, experiment, tally, level))?;
-            drafts.push((SOURCES.into(), draft));
-        }
-        if let Some(influences) = influences(settings, estimates) {
-            let draft = self
-                .folder
-                .draft(SENSITIVITIES, |writer| report::write_sensitivities(writer, &influences))?;
-            drafts.push((SENSITIVITIES.into(), draft));
-        }
-        Ok(drafts)
-    }
-
     /// What follows from the tally of a checkpoint, written but not in its place.
     fn drafts(
         &self,
@@ -230,43 +187,30 @@ impl RunOutput {
         let scene = experiment.scene();
         let estimates = Estimates::new(experiment, &checkpoint.tally, settings.level(scene));
         let files = self.files(settings, scene);
-        let digits = self.digits(settings, scene);
         now("checking the result");
         let mut summary = summarise(settings, &estimates, &checkpoint.book, self.git, true);
         now("drawing the picture");
-        let readings = readings(settings, &estimates);
-        let view = RenderState::of(&estimates, settings, &files);
+        let derived = TallyFiles::new(settings, &estimates, &files);
+        let TallyFiles { view, readings, .. } = &derived;
         summary.picture = view.as_ref().map(RenderState::shot);
         let named = view.as_ref().map_or_else(Vec::new, |view| view.named(&estimates, settings));
         summary.views = named.iter().map(|(shot, _)| shot.clone()).collect();
         self.folder.keep_hold()?;
         now("writing the results");
-        let mut drafts = self.beside(settings, (&estimates, readings.as_ref()), &summary)?;
-        drafts.extend(self.partition(settings, experiment)?);
+        let mut drafts = self.partition(settings, experiment)?;
+        for (name, write) in derived.beside() {
+            drafts.push((name.into(), self.folder.draft(name, |writer| write(writer))?));
+        }
         // Each file on a thread of its own: tables, pages and waiting for the disk overlap.
         let written = on_all_cores(files.len(), |number| {
             let file = files[number];
-            self.folder.draft(file.name(), |writer| match (file, &view) {
-                (OutputFile::Csv, _) => report::write_patches(writer, &estimates, digits),
+            self.folder.draft(file.name(), |writer| match (file, view) {
                 (OutputFile::Summary, _) => summary.write(writer),
-                (OutputFile::Vtu, _) => report::write_vtu(writer, &estimates),
-                (OutputFile::Parquet, _) => report::write_parquet(writer, &estimates),
-                (OutputFile::Picture, Some(RenderState::Drawn(_, photo))) => photo.picture.write_png(writer),
-                (OutputFile::Exr, Some(RenderState::Drawn(_, photo))) => photo
-                    .values
-                    .as_ref()
-                    .expect("the file asked for them")
-                    .write_exr(writer, summary.units.radiance),
-                (OutputFile::Glb, Some(view)) => {
-                    report::write_glb(writer, &estimates, readings.as_ref(), &view.shot())
-                }
                 (OutputFile::Report, Some(view)) => {
                     page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, view)
                         .write(writer)
                 }
-                (OutputFile::Picture | OutputFile::Exr | OutputFile::Glb | OutputFile::Report, _) => {
-                    unreachable!("what needs a view has one")
-                }
+                _ => derived.write(file, writer),
             })
         });
         for (file, draft) in files.iter().zip(written) {
@@ -274,6 +218,88 @@ impl RunOutput {
         }
         drafts.extend(self.views(&named, &summary)?);
         Ok((summary, drafts))
+    }
+}
+
+/// How a file is written.
+type FileWriter<'a> = Box<dyn Fn(&mut dyn io::Write) -> io::Result<()> + 'a>;
+
+/// The files that follow from a tally and its job alone: all but the summary and the page, which tell of the run, too.
+pub(crate) struct TallyFiles<'a> {
+    settings: &'a Settings,
+    estimates: &'a Estimates<'a>,
+    readings: Option<Readings<'a>>,
+    digits: Digits,
+    /// `None` where no file needs it.
+    view: Option<RenderState>,
+}
+
+impl<'a> TallyFiles<'a> {
+    /// What is needed to write `files`.
+    pub(crate) fn new(settings: &'a Settings, estimates: &'a Estimates<'a>, files: &[OutputFile]) -> Self {
+        TallyFiles {
+            settings,
+            estimates,
+            readings: readings(settings, estimates),
+            digits: digits(estimates.scene(), files.contains(&OutputFile::Parquet)),
+            view: RenderState::of(estimates, settings, files),
+        }
+    }
+
+    /// Writes one of the files that it was made for.
+    pub(crate) fn write(&self, file: OutputFile, writer: impl io::Write + Send) -> io::Result<()> {
+        let estimates = self.estimates;
+        match (file, &self.view) {
+            (OutputFile::Csv, _) => report::write_patches(writer, estimates, self.digits),
+            (OutputFile::Vtu, _) => report::write_vtu(writer, estimates),
+            (OutputFile::Parquet, _) => report::write_parquet(writer, estimates),
+            (OutputFile::Glb, Some(view)) => {
+                report::write_glb(writer, estimates, self.readings.as_ref(), &view.shot())
+            }
+            (OutputFile::Picture, Some(RenderState::Drawn(_, photo))) => photo.picture.write_png(writer),
+            (OutputFile::Exr, Some(RenderState::Drawn(_, photo))) => {
+                let values = photo.values.as_ref().expect("the file asked for them");
+                values.write_exr(writer, units(self.settings.light).radiance)
+            }
+            (OutputFile::Picture | OutputFile::Exr | OutputFile::Glb, _) => {
+                unreachable!("what needs a view has one")
+            }
+            (OutputFile::Summary | OutputFile::Report, _) => unreachable!("they tell of the run"),
+        }
+    }
+
+    /// The tables of sensors, sources and sensitivities, where the job asks for them, by name.
+    pub(crate) fn beside(&self) -> Vec<(&'static str, FileWriter<'_>)> {
+        let (experiment, tally) = (self.estimates.experiment(), self.estimates.tally());
+        let mut files: Vec<(&'static str, FileWriter<'_>)> = Vec::new();
+        if let Some(readings) = &self.readings {
+            if has_cells(readings) {
+                files.push((SENSORS, Box::new(|writer| report::write_sensors(writer, readings))));
+            }
+            if has_planes(readings) {
+                files.push((PLANES, Box::new(|writer| report::write_planes(writer, readings))));
+                if let Some(lines) = report::isolux_svg(readings, units(self.settings.light).irradiance) {
+                    files.push((ISOLUX, Box::new(move |writer| writer.write_all(lines.as_bytes()))));
+                }
+                if let Some(picture) = report::isolux_picture(readings) {
+                    files.push((ISOLUX_PICTURE, Box::new(move |writer| picture.write_png(writer))));
+                }
+            }
+        }
+        if experiment.groups().is_some_and(|groups| !groups.sources().is_empty()) {
+            let level = self.settings.source_level(experiment);
+            files.push((
+                SOURCES,
+                Box::new(move |writer| report::write_sources(writer, experiment, tally, level)),
+            ));
+        }
+        if let Some(influences) = influences(self.settings, self.estimates) {
+            files.push((
+                SENSITIVITIES,
+                Box::new(move |writer| report::write_sensitivities(writer, &influences)),
+            ));
+        }
+        files
     }
 }
 
