@@ -201,7 +201,7 @@ fn exit_code_of(error: &results::Error) -> u8 {
     use results::Error;
     match error {
         Error::Report(_) | Error::Checkpoint(_) | Error::StoredRun { .. } | Error::Merge { .. } => 2,
-        Error::Incomparable { .. } | Error::NoTable { .. } | Error::Mixture { .. } => 2,
+        Error::Incomparable { .. } | Error::NoRun { .. } | Error::NoTable { .. } | Error::Mixture { .. } => 2,
         Error::BeyondBudget { .. } | Error::OtherBatches { .. } => 2,
         Error::Job(_)
         | Error::Unfit(_)

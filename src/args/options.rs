@@ -472,13 +472,13 @@ pub(crate) struct SkyArgs {
     #[arg(long, value_name = "TYPE", required_unless_present = "weather", value_parser = clap::value_parser!(u8).range(1..=16))]
     pub cie: Option<u8>,
     /// The altitude of the sun over the horizon, for a standard sky [°]
-    #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true, value_parser = altitude)]
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true, value_parser = altitude, conflicts_with = "weather")]
     pub altitude: f64,
     /// The azimuth of the sun, from the north over the east [°]
-    #[arg(long, value_name = "DEG", default_value_t = 180.0, allow_negative_numbers = true, value_parser = azimuth)]
+    #[arg(long, value_name = "DEG", default_value_t = 180.0, allow_negative_numbers = true, value_parser = azimuth, conflicts_with = "weather")]
     pub azimuth: f64,
     /// What a standard sky gives a horizontal plane, without the sun [lx]
-    #[arg(long, value_name = "LX", default_value_t = 10000.0, value_parser = illuminance)]
+    #[arg(long, value_name = "LX", default_value_t = 10000.0, value_parser = illuminance, conflicts_with = "weather")]
     pub horizontal: f64,
     /// A year of weather (EPW), in place of a standard sky
     #[arg(long, value_name = "FILE", conflicts_with = "cie")]

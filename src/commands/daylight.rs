@@ -30,6 +30,9 @@ pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
     };
     let question = DaylightQuestion::of(job, &wished)?;
     question.job.scene.notes().iter().for_each(|note| info!("note: {note}"));
+    if !question.ignored.is_empty() {
+        info!("note: what follows has no part in daylight: {}", question.ignored.join(", "));
+    }
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
     let folder = OutputFolder::claim(&path, &DAYLIGHT_FILES, args.out.force || args.rounds.resume)?;
     if args.out.force {

@@ -275,10 +275,15 @@ fn what_cannot_be_is_refused_in_words() {
         "1e5",
         "--tolerance",
         "0.5",
+        "--set",
+        "target.relative_error=0.5",
     ]);
     assert!(code < 2 && stderr.contains("its header says 12/20"), "{code} {stderr}");
+    assert!(stderr.contains("has no part in daylight: targets"), "{stderr}");
     let (code, _, stderr) = run(&["sky", "--cie", "17"]);
     assert!(code == 2 && stderr.contains("17"), "{stderr}");
+    let (code, _, stderr) = run(&["sky", "--weather", WEATHER, "--altitude", "30", "--out", "x"]);
+    assert!(code == 2 && stderr.contains("cannot be used with"), "{stderr}");
 }
 
 /// The commands of the guide run as they stand, and the first prints what the page says but for the time it takes.

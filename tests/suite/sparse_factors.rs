@@ -367,3 +367,32 @@ fn what_cannot_be_counted_is_refused() {
     let (code, _, stderr) = run(&["factors", corner.to_str().unwrap(), "--export", "udales"]);
     assert!(code == 2 && stderr.contains("give --sparse"), "{stderr}");
 }
+
+/// Who brings factors to a command for runs is told what they are.
+#[test]
+fn factors_are_no_run() {
+    let folder = folder(1);
+    let [rows, dense] = ["rows", "dense"].map(|name| path(&folder, name).to_str().unwrap().to_owned());
+    assert_eq!(count(&folder, "rows", "--rays 50").0, 0);
+    let (code, stderr) = count(&folder, "rows", "--rays 100 --resume");
+    assert!(code == 2 && stderr.contains("or, by rows, walks"), "{stderr}");
+    let corner = path(&folder, "corner.toml");
+    assert_eq!(
+        run(&["factors", corner.to_str().unwrap(), "--out", &dense, "--paths", "7000", "--quiet"]).0,
+        0
+    );
+    for words in [
+        &["report", &rows][..],
+        &["audit", &rows],
+        &["diff", &rows, &rows],
+        &["merge", &rows, &rows, "--out", "x"],
+    ] {
+        let (code, _, stderr) = run(words);
+        assert!(
+            code == 2 && stderr.contains("holds no run, but exchange factors by rows"),
+            "{words:?}: {stderr}"
+        );
+    }
+    let (code, _, stderr) = run(&["report", &dense]);
+    assert!(code == 2 && stderr.contains("`radwalk merge` adds up several seeds"), "{stderr}");
+}

@@ -14,9 +14,15 @@ const MOST_ANGLES: usize = 4096;
 /// Most intensities.
 pub(crate) const MOST_VALUES: usize = 1 << 20;
 
-/// Whether the data begin after this line.
+/// Whether the data begin after this line: TILT=, where some files have spaces about the sign.
 pub(crate) fn is_tilt(line: &str) -> bool {
-    line.trim_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case("TILT="))
+    tilt(line).is_some()
+}
+
+/// What follows TILT=.
+fn tilt(line: &str) -> Option<&str> {
+    let (word, value) = line.split_once('=')?;
+    word.trim().eq_ignore_ascii_case("TILT").then_some(value.trim())
 }
 
 /// Whether a first line says that the file is LM-63.
@@ -179,7 +185,7 @@ pub(crate) fn read(lines: &[&str]) -> Result<Luminaire, Malformed> {
 }
 
 fn read_tilt(line: &str, at_line: usize, numbers: &mut IesNumbers) -> Result<Option<Tilt>, Malformed> {
-    let word = line.trim().get(5..).unwrap_or_default().trim();
+    let word = tilt(line).unwrap_or_default();
     match word.to_ascii_uppercase().as_str() {
         "NONE" => Ok(None),
         "INCLUDE" => {

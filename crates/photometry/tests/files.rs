@@ -102,6 +102,10 @@ fn factors_units_and_lamps_count() {
     let lamp = read(&text("A luminaire of old\nits lamp", "1 1000 1 2 1 1 2 0 0 0\n1 1 0"));
     assert_eq!((lamp.name.as_str(), lamp.format.as_str()), ("A luminaire of old", "IES LM-63-1986, type C"));
 
+    let spaced =
+        text("IESNA:LM-63-2002", "1 -1 1 2 1 1 2 0 0 0\n1 1 0").replace("TILT=NONE", " tilt = None ");
+    assert_eq!(read(&spaced).distribution.intensity(direction(0.0, 0.0)), 100.0);
+
     let latin = b"IESNA:LM-63-2002\r\n[LUMINAIRE] Stra\xDFe\r\nTILT=NONE\r\n1 -1 1 2 1 1 2 0 0 0 1 1 5\r\n0 90 0 7 3\r\n\x1A";
     assert_eq!(Luminaire::read(latin).unwrap().name, "Straße");
 

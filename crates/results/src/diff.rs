@@ -15,7 +15,7 @@ use stats::{normal_quantile, student_quantile};
 
 use crate::checkpoints::CURRENT;
 use crate::error::Error;
-use crate::stored_run::unusable;
+use crate::stored_run::{no_other_result, unusable};
 pub use jobs::JobDifference;
 use jobs::{JobFacts, differences};
 
@@ -144,6 +144,9 @@ fn read(path: &Path) -> Result<ComparedResult, Error> {
         if let Some(first) = tables.first() {
             return read_exact(&tables, &first.with_extension("json"));
         }
+    }
+    if !table.exists() {
+        no_other_result(folder)?;
     }
     let rows = read_table(&table, None)?;
     let tally = Checkpoint::read(&folder.join(CURRENT))?;

@@ -159,6 +159,14 @@ pub enum Error {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// A folder holds a result, and not that of a run.
+    #[error("{} holds no run, but {holds}", folder.display())]
+    NoRun {
+        /// The folder.
+        folder: PathBuf,
+        /// What it holds, and who reads it.
+        holds: &'static str,
+    },
     /// A table cannot be read.
     #[error(
         "{} cannot be read ({reason}); give the output folder of `radwalk run` or `merge`, and where the table was left out there, make it from the tally: radwalk report OUT --export csv",

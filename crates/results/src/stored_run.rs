@@ -7,7 +7,9 @@ use protocol::{Checkpoint, CheckpointError};
 use radiosity::{Estimates, Experiment, sensitivity::Influences, sensors::Readings};
 
 use crate::checkpoints::{CURRENT, PREVIOUS};
+use crate::daylight::DAYLIGHT_COUNTS;
 use crate::error::Error;
+use crate::factors::{COUNTS, ROWS};
 use crate::replica::{self, check_shape};
 use crate::settings::Settings;
 
@@ -29,6 +31,9 @@ impl StoredRun {
     /// Where there is none, and where it cannot be used.
     pub fn open(run: &Path) -> Result<Self, Error> {
         let path = run.join(CURRENT);
+        if !path.exists() {
+            no_other_result(run)?;
+        }
         let checkpoint = Checkpoint::read(&path)?;
         let (settings, experiment) =
             replica::unpack(&checkpoint.book.job).map_err(|reason| unusable(run, &checkpoint, reason))?;
@@ -61,6 +66,31 @@ pub fn stored_partition(run: &Path) -> Option<Partition> {
     let read = |name: &str| Checkpoint::read(&run.join(name)).ok();
     let kept = read(CURRENT).or_else(|| read(PREVIOUS))?;
     replica::partition(&kept.book.job).ok().flatten()
+}
+
+/// What tells of results that are no run, and who reads them.
+const OTHERS: [(&str, &str); 4] = [
+    (
+        ROWS,
+        "exchange factors by rows; `radwalk factors --sparse` joins parts by --join, and goes on by --resume",
+    ),
+    (
+        COUNTS,
+        "exchange factors; `radwalk merge` adds up several seeds, `radwalk factors` goes on by --resume",
+    ),
+    (DAYLIGHT_COUNTS, "daylight; `radwalk daylight` goes on by --resume"),
+    ("exact.json", "a deterministic solution; `radwalk diff` compares it with a run"),
+];
+
+/// Whether a folder holds no result of another kind.
+///
+/// # Errors
+/// Where it does: what it is.
+pub(crate) fn no_other_result(folder: &Path) -> Result<(), Error> {
+    match OTHERS.iter().find(|(file, _)| folder.join(file).is_file()) {
+        Some(&(_, holds)) => Err(Error::NoRun { folder: folder.into(), holds }),
+        None => Ok(()),
+    }
 }
 
 /// The job that a tally keeps cannot be used, for a reason.

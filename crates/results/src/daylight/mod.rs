@@ -11,3 +11,4 @@ mod stored;
 pub use answer::{DaylightAnswer, DaylightFile, FILES as DAYLIGHT_FILES};
 pub use count::{DaylightCounted, count, count_here};
 pub use question::{DaylightQuestion, Wished};
+pub(crate) use stored::COUNTS as DAYLIGHT_COUNTS;

@@ -37,6 +37,8 @@ pub struct DaylightQuestion {
     pub scene: Scene,
     /// The weather.
     pub weather: Weather,
+    /// What the job has, and what has no part in daylight.
+    pub ignored: Vec<&'static str>,
     pub(super) coefficients: Coefficients,
     pub(super) dome: Dome,
     pub(super) year: Year,
@@ -58,6 +60,7 @@ impl DaylightQuestion {
         if channels > 1 && wished.channel.is_none() {
             return Err(Error::DaylightChannel);
         }
+        let ignored = ignored(&job);
         job.scene = job.scene.for_daylight(wished.channel.unwrap_or(0));
         let sky = wished.patches.clone();
         // Coefficients are counted by single walks, from places that sensors are asked for by themselves.
@@ -77,6 +80,7 @@ impl DaylightQuestion {
             mean: year.mean(&dome),
             tolerance: wished.tolerance,
             ground: wished.ground,
+            ignored,
             job,
             scene,
             weather,
@@ -113,4 +117,15 @@ impl DaylightQuestion {
     pub(super) fn most_walks(&self) -> u64 {
         1 << (self.job.budget.paths / self.cells() as u64).ilog2()
     }
+}
+
+/// What a job asks for in vain.
+fn ignored(job: &Job) -> Vec<&'static str> {
+    let has_target = job.target.is_some() && !job.is_default_target;
+    let parts = [
+        ("[[lamp]]", !job.scene.spec().lamps.list.is_empty()),
+        ("demands of sensors", !job.scene.demands().is_empty()),
+        ("targets", has_target || job.sensor_target.is_some() || job.total_target.is_some()),
+    ];
+    parts.into_iter().filter(|(_, is_there)| *is_there).map(|(part, _)| part).collect()
 }

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::rounds::Cost;
 
 /// The file of counts, which is written after every round.
-pub(super) const COUNTS: &str = "daylight.counts.json";
+pub(crate) const COUNTS: &str = "daylight.counts.json";
 
 /// The contents of the file [`COUNTS`].
 #[derive(Clone, Serialize, Deserialize)]

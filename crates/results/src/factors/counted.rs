@@ -5,7 +5,7 @@ use exchange::ExchangeCounts;
 use crate::rounds::Cost;
 
 /// The file of counts, which is written after every look.
-pub(super) const COUNTS: &str = "factors.counts.json";
+pub(crate) const COUNTS: &str = "factors.counts.json";
 
 /// What was counted, and what it cost.
 pub struct Counted {

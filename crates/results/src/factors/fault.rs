@@ -103,7 +103,7 @@ pub enum FactorsFault {
     },
     /// The counts are those of another question.
     #[error(
-        "the counts in {} are those of other surfaces, groups, seed or kind of factors; use another --out, or --force in place of --resume", path.display()
+        "the counts in {} are those of other surfaces, groups, seed, kind of factors or, by rows, walks; use another --out, or --force in place of --resume", path.display()
     )]
     OtherCounts {
         /// The file of the counts.

@@ -14,9 +14,11 @@ mod subject;
 
 pub use answer::{FILES, FactorsAnswer, MatrixFile, matrices_in};
 pub use count::count;
+pub(crate) use counted::COUNTS;
 pub use counted::Counted;
 pub use fault::FactorsFault;
 pub use question::{Asked, FactorsQuestion};
+pub(crate) use sparse::ROWS;
 pub use sparse::{
     RowWalks, RowWatcher, SparseAnswer, SparseAsked, SparseCounted, SparseFile, count_rows, sparse_files,
 };

@@ -7,6 +7,7 @@ mod matrix;
 
 pub use answer::{SparseAnswer, SparseFile, sparse_files};
 pub use count::{RowWatcher, SparseCounted, count_rows};
+pub(crate) use journal::ROWS;
 
 /// The walks of rows; with a tolerance, the most.
 #[derive(Clone, Copy, Debug, PartialEq)]
