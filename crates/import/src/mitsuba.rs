@@ -111,13 +111,7 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
     fn shape(&mut self, node: Node<'x, 'x>, line: usize) -> Result<(), Error> {
         let path = self.path;
         let at = |fault: UnplacedError| fault.at(path, FileSpot::Line(line));
-        let kind = node.attribute("type").unwrap_or_default();
-        let mut place = DAffine3::IDENTITY;
-        for child in
-            node.children().filter(|child| matches!(child.attribute("name"), Some("to_world" | "toWorld")))
-        {
-            place = self.transform(child) * place;
-        }
+        let place = self.place(node);
         if !place.is_finite() {
             return Err(at(UnplacedError::new(
                 "its transform is not finite",
@@ -125,44 +119,15 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
                 "correct it",
             )));
         }
+        let kind = node.attribute("type").unwrap_or_default();
         let shape = match kind {
-            "obj" | "ply" => {
-                let Some(name) = self.value(node, "filename") else {
-                    return Err(at(UnplacedError::new(
-                        "the shape names no file",
-                        "its faces are there",
-                        "add filename",
-                    )));
-                };
-                let (file, content) = self.files.beside(path, name).map_err(|error| {
-                    at(UnplacedError::new(
-                        format!("{name:?} cannot be read"),
-                        error.to_string(),
-                        "put it beside the scene",
-                    ))
-                })?;
-                let mut nothing = |_: &Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
-                match kind {
-                    "obj" => obj::read(&file, &content, &mut Files::new(&mut nothing))?,
-                    _ => ply::read(&file, &content)?,
-                }
-            }
+            "obj" | "ply" => self.file_of(node, line)?,
             "rectangle" => {
                 made(&[[-1., -1., 0.], [1., -1., 0.], [1., 1., 0.], [-1., 1., 0.]], &[[0, 1, 2], [0, 2, 3]])
             }
             "cube" => cube(),
             "disk" => disk(),
-            "sphere" => {
-                let radius = self.value(node, "radius").and_then(|radius| radius.parse().ok()).unwrap_or(1.0);
-                let centre = node.children().find(|child| child.attribute("name") == Some("center"));
-                let centre = centre.map_or(DVec3::ZERO, |point| self.vector(point, 0.0));
-                place *= DAffine3::from_scale_rotation_translation(
-                    DVec3::splat(radius),
-                    Default::default(),
-                    centre,
-                );
-                sphere()
-            }
+            "sphere" => sphere(),
             _ => {
                 self.tally.count(match kind {
                     "serialized" => {
@@ -188,6 +153,49 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
             self.mesh.triangles.push(Triangle { corners, part, face, material, line: line as u32 });
         }
         room(&self.mesh).map_err(at)
+    }
+
+    /// Where a shape stands. A sphere has a radius and a centre of its own.
+    fn place(&self, node: Node<'x, 'x>) -> DAffine3 {
+        let named = |names: &'static [&str]| {
+            node.children().filter(|child| child.attribute("name").is_some_and(|name| names.contains(&name)))
+        };
+        let mut place = DAffine3::IDENTITY;
+        for child in named(&["to_world", "toWorld"]) {
+            place = self.transform(child) * place;
+        }
+        if node.attribute("type") == Some("sphere") {
+            let radius = self.value(node, "radius").and_then(|radius| radius.parse().ok()).unwrap_or(1.0);
+            let centre = named(&["center"]).next().map_or(DVec3::ZERO, |point| self.vector(point, 0.0));
+            place *=
+                DAffine3::from_scale_rotation_translation(DVec3::splat(radius), Default::default(), centre);
+        }
+        place
+    }
+
+    /// The mesh of the file that a shape names.
+    fn file_of(&mut self, node: Node<'x, 'x>, line: usize) -> Result<Mesh, Error> {
+        let path = self.path;
+        let at = |fault: UnplacedError| fault.at(path, FileSpot::Line(line));
+        let Some(name) = self.value(node, "filename") else {
+            return Err(at(UnplacedError::new(
+                "the shape names no file",
+                "its faces are there",
+                "add filename",
+            )));
+        };
+        let (file, content) = self.files.beside(path, name).map_err(|error| {
+            at(UnplacedError::new(
+                format!("{name:?} cannot be read"),
+                error.to_string(),
+                "put it beside the scene",
+            ))
+        })?;
+        let mut nothing = |_: &Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
+        match node.attribute("type") {
+            Some("obj") => obj::read(&file, &content, &mut Files::new(&mut nothing)),
+            _ => ply::read(&file, &content),
+        }
     }
 
     /// The number of a shape's material. Radiance L of an area emitter is an exitance of π·L.
@@ -233,11 +241,6 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
     /// Takes the diffuse part of a material.
     fn follow(&mut self, bsdf: Node<'x, 'x>, material: &mut Material, depth: u32) {
         let kind = bsdf.attribute("type").unwrap_or_default();
-        let colour = |names: &[&str]| {
-            let named =
-                |child: &Node<'x, 'x>| child.attribute("name").is_some_and(|name| names.contains(&name));
-            bsdf.children().find(named)
-        };
         match kind {
             "twosided" | "bumpmap" | "normalmap" | "mask" => {
                 if kind == "twosided" {
@@ -270,28 +273,28 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
             }
             _ => material.loses(LostProperty::Mirror),
         }
-        let Some(given) = colour(&["reflectance", "diffuse_reflectance", "diffuseReflectance", "base_color"])
-        else {
+        let names = ["reflectance", "diffuse_reflectance", "diffuseReflectance", "base_color"];
+        let named = |child: &Node<'x, 'x>| child.attribute("name").is_some_and(|name| names.contains(&name));
+        if let Some(given) = bsdf.children().find(named) {
+            self.colour(given, material);
+        }
+    }
+
+    /// Takes the reflectance of a material: a colour, or the mean of an image.
+    fn colour(&mut self, given: Node<'x, 'x>, material: &mut Material) {
+        let Some(image) = self.target(given).filter(|node| node.has_tag_name("texture")) else {
+            material.reflectance = Spectrum::rgb(self.spectrum(given).map(|channel| channel.max(0.0)));
             return;
         };
-        match self.target(given).filter(|node| node.has_tag_name("texture")) {
-            None => {
-                material.reflectance = Spectrum::rgb(self.spectrum(given).map(|channel| channel.max(0.0)))
-            }
-            Some(image) => {
-                let name = self.value(image, "filename").unwrap_or("a texture").to_owned();
-                let content = self.files.beside(self.path, &name).ok();
-                let image = content.and_then(|(_, content)| texture::decode(&content));
-                let of = |image| {
-                    texture::mean(&image, &[], Placing::FROM_ABOVE, (texture::points(1), false)).colour
-                };
-                material.reflectance = 1.0.into();
-                let mean = image.map(of);
-                material.show(name, mean);
-                if mean.is_none() {
-                    material.reflectance = crate::mesh::DEFAULT_REFLECTANCE.into();
-                }
-            }
+        let name = self.value(image, "filename").unwrap_or("a texture").to_owned();
+        let content = self.files.beside(self.path, &name).ok();
+        let image = content.and_then(|(_, content)| texture::decode(&content));
+        let of = |image| texture::mean(&image, &[], Placing::FROM_ABOVE, (texture::points(1), false)).colour;
+        material.reflectance = 1.0.into();
+        let mean = image.map(of);
+        material.show(name, mean);
+        if mean.is_none() {
+            material.reflectance = crate::mesh::DEFAULT_REFLECTANCE.into();
         }
     }
 

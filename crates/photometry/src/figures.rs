@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use crate::arithmetic::angle;
-use crate::{Luminaire, LuminousOpening};
+use crate::{LampSet, Luminaire, LuminousOpening};
 
 /// Samples of a plane in a degree.
 const FINE: i32 = 20;
@@ -59,70 +59,59 @@ impl Luminaire {
 
     /// What is in the file, line by line.
     pub fn lines(&self) -> Vec<String> {
-        let mut lines = Vec::new();
-        let mut say = |key: &str, text: String| {
-            if !text.is_empty() {
-                lines.push(format!("{key:<13} {text}"));
-            }
-        };
-        let flux = self.distribution.flux();
-        say("format", self.format.clone());
-        say("luminaire", self.name.clone());
-        say("manufacturer", self.manufacturer.clone());
-        say("catalogue", self.catalogue.clone());
-        for (index, set) in self.lamps.iter().enumerate() {
-            let flux = set.flux.map_or("flux not stated (absolute photometry)".into(), |flux| {
-                format!("{} lm in all", plain(flux))
-            });
-            let kind = if set.kind.is_empty() { String::new() } else { format!(" × {}", set.kind) };
-            let other = if index > 0 { " (another choice of lamps, not used)" } else { "" };
-            say("lamps", format!("{}{kind}, {flux}{other}", set.number));
-        }
-        say("input", self.watts.map(|watts| format!("{} W", plain(watts))).unwrap_or_default());
-        let of_lamps =
-            self.output_ratio().map(|ratio| format!(", {:.1} % of the lamps' flux", 100.0 * ratio));
-        let stated = self.stated_ratio.map(|ratio| format!(" (the file says {} %)", plain(100.0 * ratio)));
-        // In absolute photometry the stated ratio is of the luminaire's own flux.
-        let stated = stated.filter(|_| of_lamps.is_some());
-        let ratios = format!("{}{}", of_lamps.unwrap_or_default(), stated.unwrap_or_default());
-        say("flux", format!("{} lm by the integral of the table{ratios}", plain(flux)));
-        say(
-            "efficacy",
-            self.efficacy().map(|efficacy| format!("{} lm/W", plain(efficacy))).unwrap_or_default(),
-        );
+        let optional = |text: Option<String>| text.unwrap_or_default();
+        let mut facts = vec![
+            ("format", self.format.clone()),
+            ("luminaire", self.name.clone()),
+            ("manufacturer", self.manufacturer.clone()),
+            ("catalogue", self.catalogue.clone()),
+        ];
+        let lamps = self.lamps.iter().enumerate();
+        facts.extend(lamps.map(|(index, set)| ("lamps", set.words(index > 0))));
+        facts.extend([
+            ("input", optional(self.watts.map(|watts| format!("{} W", plain(watts))))),
+            ("flux", self.flux_in_words()),
+            ("efficacy", optional(self.efficacy().map(|efficacy| format!("{} lm/W", plain(efficacy))))),
+        ]);
         let [c, gamma, candela] = self.brightest();
-        say("brightest", format!("{} cd at C {}°, γ {}°", plain(candela), plain(c), plain(gamma)));
+        facts.push(("brightest", format!("{} cd at C {}°, γ {}°", plain(candela), plain(c), plain(gamma))));
         for (c, planes) in [(0.0, "C0–C180"), (90.0, "C90–C270")] {
             let BeamAngles { beam, field } = self.beam(c);
-            let words =
-                |angle: Option<f64>| angle.map_or("all around".into(), |angle| format!("{angle:.1}°"));
-            say(
-                "beam angle",
-                format!(
-                    "{planes}: {} at half of the plane's largest intensity, {} at a tenth",
-                    words(beam),
-                    words(field)
-                ),
-            );
+            let [beam, field] =
+                [beam, field].map(|angle| angle.map_or("all around".into(), |angle| format!("{angle:.1}°")));
+            let text =
+                format!("{planes}: {beam} at half of the plane's largest intensity, {field} at a tenth");
+            facts.push(("beam angle", text));
         }
-        say("symmetry", self.symmetry.words().into());
         let [planes, angles] = self.measured;
         let dark = match self.distribution.heights() {
             Some([0.0, 180.0]) | None => String::new(),
             Some([least, most]) => format!("; dark outside γ {}–{}°", plain(least), plain(most)),
         };
-        say("table", format!("planes × angles: {planes} × {angles}{dark}"));
-        say("opening", self.shape.words());
-        if let Some(tilt) = &self.tilt {
+        let tilt = self.tilt.as_ref().map(|tilt| {
             let [first, last] = [tilt.angles[0], tilt.angles[tilt.angles.len() - 1]].map(plain);
-            say(
-                "tilt",
-                format!(
-                    "factors for luminaires tilted by {first}–{last}° are in the file, and are not applied"
-                ),
-            );
-        }
-        lines
+            format!("factors for luminaires tilted by {first}–{last}° are in the file, and are not applied")
+        });
+        facts.extend([
+            ("symmetry", self.symmetry.words().into()),
+            ("table", format!("planes × angles: {planes} × {angles}{dark}")),
+            ("opening", self.shape.words()),
+            ("tilt", optional(tilt)),
+        ]);
+        let line = |(key, text): (&str, String)| format!("{key:<13} {text}");
+        facts.into_iter().filter(|(_, text)| !text.is_empty()).map(line).collect()
+    }
+
+    /// The flux, and how it compares with that of the lamps.
+    fn flux_in_words(&self) -> String {
+        let flux = plain(self.distribution.flux());
+        // In absolute photometry the stated ratio is of the luminaire's own flux.
+        let ratios = self.output_ratio().map_or_else(String::new, |ratio| {
+            let stated =
+                self.stated_ratio.map(|ratio| format!(" (the file says {} %)", plain(100.0 * ratio)));
+            format!(", {:.1} % of the lamps' flux{}", 100.0 * ratio, stated.unwrap_or_default())
+        });
+        format!("{flux} lm by the integral of the table{ratios}")
     }
 
     /// What is in the file, as JSON; what it does not say is null.
@@ -158,6 +147,18 @@ impl Luminaire {
             "opening": { "shape": shape, "size": size },
             "tilt": self.tilt.is_some(),
         })
+    }
+}
+
+impl LampSet {
+    /// The lamps in words.
+    fn words(&self, is_another_choice: bool) -> String {
+        let flux = self.flux.map_or("flux not stated (absolute photometry)".into(), |flux| {
+            format!("{} lm in all", plain(flux))
+        });
+        let kind = if self.kind.is_empty() { String::new() } else { format!(" × {}", self.kind) };
+        let other = if is_another_choice { " (another choice of lamps, not used)" } else { "" };
+        format!("{}{kind}, {flux}{other}", self.number)
     }
 }
 

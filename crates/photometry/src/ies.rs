@@ -82,106 +82,152 @@ pub(crate) fn read(lines: &[&str]) -> Result<Luminaire, Malformed> {
     });
     let mut numbers = IesNumbers { words: Box::new(words), line: start + 1 };
     let tilt = read_tilt(lines[start], start + 1, &mut numbers)?;
-
-    let count = numbers.next("the number of lamps")?;
-    let count = whole(count.abs(), numbers.line, "the number of lamps", [0, 1_000_000])?;
-    let lumens = numbers.next("the lumens of a lamp")?;
-    let multiplier = numbers.next("the multiplier of the intensities")?;
-    let vertical = numbers.whole("the number of vertical angles", [2, MOST_ANGLES])?;
-    let horizontal = numbers.whole("the number of horizontal angles", [1, MOST_ANGLES])?;
-    if vertical * horizontal > MOST_VALUES {
-        let problem = format!(
-            "{vertical} × {horizontal} intensities (no more than {MOST_VALUES} are read); thin the table out"
-        );
-        return Err(at(numbers.line, problem));
-    }
-    let kind = numbers.whole("the type of photometry", [1, 3])?;
-    let metres = [FOOT, 1.0][numbers.whole("the unit of lengths", [1, 2])? - 1];
-    let size: [f64; 3] = [
-        metres * numbers.next("the width of the opening")?,
-        metres * numbers.next("the length of the opening")?,
-        metres * numbers.next("the height of the opening")?,
-    ];
-    let shape = shape(size, edition, numbers.line)?;
-    let ballast = numbers.next("the ballast factor")?;
-    let ballast_lamp = numbers.next("the ballast-lamp factor")?;
-    // From 2002 on the second number says no factor: it is reserved, and in 2019 the way that the file was made.
-    let factor = multiplier * ballast * if edition < 2002 { ballast_lamp } else { 1.0 };
-    if !(factor > 0.0 && factor.is_finite()) {
-        let problem = format!(
-            "multiplier × ballast factors is {factor} (no light would be left); write positive factors"
-        );
-        return Err(at(numbers.line, problem));
-    }
-    let watts = Some(numbers.next("the input power")?).filter(|watts| *watts > 0.0);
-
-    let gamma = numbers.list(vertical, "a vertical angle")?;
-    let range = if kind == 1 { [0.0, 180.0] } else { [-90.0, 90.0] };
-    ascending(&gamma, numbers.line, "the vertical angle", range)?;
-    let c = numbers.list(horizontal, "a horizontal angle")?;
-    let range = if kind == 1 { [0.0, 360.0] } else { [-90.0, 90.0] };
-    ascending(&c, numbers.line, "the horizontal angle", range)?;
-    let angles_end = numbers.line;
-    let mut planes: Vec<CPlane> = Vec::with_capacity(horizontal);
-    for c in c {
-        let mut row = numbers.list(vertical, "an intensity")?;
-        if let Some(negative) = row.iter().find(|candela| **candela < 0.0) {
-            let problem =
-                format!("the intensity {negative} in the plane of {c}° is negative (light is not); write 0");
-            return Err(at(numbers.line, problem));
-        }
-        row.iter_mut().for_each(|candela| *candela *= factor);
-        planes.push((c, row));
-    }
-    let end = numbers.line;
-    if let Some((line, word)) = numbers.words.next()
-        && word.parse::<f64>().is_ok()
-    {
-        let problem = format!(
-            "{} follows the last of {horizontal} × {vertical} intensities (the counts of angles do not fit the table); correct the counts",
-            quoted(word)
-        );
-        return Err(at(line, problem));
-    }
-
-    let (symmetry, poles) = match kind {
-        1 => (symmetry(&planes, angles_end)?, Poles::Vertical),
-        kind => {
-            if horizontal < 2 {
-                let problem = "one horizontal angle in photometry of type A or B (they have no axis of symmetry); use type C";
-                return Err(at(angles_end, problem));
-            }
-            let lateral = if planes[0].0 == 0.0 { Symmetry::Lateral } else { Symmetry::None };
-            (lateral, if kind == 2 { Poles::Horizontal } else { Poles::Vertical })
-        }
-    };
-    let gamma: Vec<f64> = if kind == 1 { gamma } else { gamma.iter().map(|angle| angle + 90.0).collect() };
-    let planes = if kind == 1 { complete(planes, symmetry) } else { clockwise(planes, symmetry) };
-    let (c, rows): (Vec<f64>, Vec<Vec<f64>>) = planes.into_iter().unzip();
-    let Some(distribution) = Distribution::new(poles, c, gamma, rows.concat()) else {
-        return Err(at(end, "all intensities are 0 (the lamp would be dark); check the table"));
-    };
+    let head = IesHead::read(&mut numbers, edition)?;
+    let (distribution, symmetry) = IesTable::read(&mut numbers, &head)?.distribution(head.kind)?;
 
     let labels = Labels::read(&lines[usize::from(edition > 1986)..start], edition);
     let standard = if edition == 2019 { "IES LM-63-2019" } else { &format!("IES LM-63-{edition}") };
     Ok(Luminaire {
-        format: format!("{standard}, type {}", ["C", "B", "A"][kind - 1]),
+        format: format!("{standard}, type {}", ["C", "B", "A"][head.kind - 1]),
         name: labels.first(&["LUMINAIRE", "OTHER"]),
         manufacturer: labels.first(&["MANUFAC"]),
         catalogue: labels.first(&["LUMCAT"]),
         lamps: vec![LampSet {
-            number: count as u32,
+            number: head.lamps as u32,
             kind: labels.first(&["LAMP", "LAMPCAT"]),
-            flux: Some(lumens * count.max(1) as f64).filter(|_| lumens > 0.0),
+            flux: Some(head.lumens * head.lamps.max(1) as f64).filter(|_| head.lumens > 0.0),
         }],
-        watts,
+        watts: head.watts,
         stated_ratio: None,
-        shape,
+        shape: head.shape,
         tilt,
         symmetry,
-        measured: [horizontal, vertical],
+        measured: [head.horizontal, head.vertical],
         distribution,
     })
+}
+
+/// The numbers before the angles.
+struct IesHead {
+    /// How many lamps there are, and the lumens of each.
+    lamps: usize,
+    lumens: f64,
+    /// By what all intensities are multiplied.
+    factor: f64,
+    /// The numbers of angles.
+    vertical: usize,
+    horizontal: usize,
+    /// The type of photometry: 1 is C, 2 is B, 3 is A.
+    kind: usize,
+    shape: LuminousOpening,
+    watts: Option<f64>,
+}
+
+impl IesHead {
+    fn read(numbers: &mut IesNumbers, edition: u32) -> Result<Self, Malformed> {
+        let lamps = numbers.next("the number of lamps")?;
+        let lamps = whole(lamps.abs(), numbers.line, "the number of lamps", [0, 1_000_000])?;
+        let lumens = numbers.next("the lumens of a lamp")?;
+        let multiplier = numbers.next("the multiplier of the intensities")?;
+        let vertical = numbers.whole("the number of vertical angles", [2, MOST_ANGLES])?;
+        let horizontal = numbers.whole("the number of horizontal angles", [1, MOST_ANGLES])?;
+        if vertical * horizontal > MOST_VALUES {
+            let problem = format!(
+                "{vertical} × {horizontal} intensities (no more than {MOST_VALUES} are read); thin the table out"
+            );
+            return Err(at(numbers.line, problem));
+        }
+        let kind = numbers.whole("the type of photometry", [1, 3])?;
+        let metres = [FOOT, 1.0][numbers.whole("the unit of lengths", [1, 2])? - 1];
+        let size: [f64; 3] = [
+            metres * numbers.next("the width of the opening")?,
+            metres * numbers.next("the length of the opening")?,
+            metres * numbers.next("the height of the opening")?,
+        ];
+        let shape = shape(size, edition, numbers.line)?;
+        let ballast = numbers.next("the ballast factor")?;
+        let ballast_lamp = numbers.next("the ballast-lamp factor")?;
+        // From 2002 on the second number says no factor: it is reserved, and in 2019 the way that the file was made.
+        let factor = multiplier * ballast * if edition < 2002 { ballast_lamp } else { 1.0 };
+        if !(factor > 0.0 && factor.is_finite()) {
+            let problem = format!(
+                "multiplier × ballast factors is {factor} (no light would be left); write positive factors"
+            );
+            return Err(at(numbers.line, problem));
+        }
+        let watts = Some(numbers.next("the input power")?).filter(|watts| *watts > 0.0);
+        Ok(IesHead { lamps, lumens, factor, vertical, horizontal, kind, shape, watts })
+    }
+}
+
+/// The angles and the intensities [cd], as they stand in the file.
+struct IesTable {
+    vertical: Vec<f64>,
+    planes: Vec<CPlane>,
+    /// The line of the last angle.
+    angles_end: usize,
+    /// The line of the last intensity.
+    end: usize,
+}
+
+impl IesTable {
+    fn read(numbers: &mut IesNumbers, head: &IesHead) -> Result<Self, Malformed> {
+        let [vertical_range, horizontal_range] =
+            if head.kind == 1 { [[0.0, 180.0], [0.0, 360.0]] } else { [[-90.0, 90.0]; 2] };
+        let vertical = numbers.list(head.vertical, "a vertical angle")?;
+        ascending(&vertical, numbers.line, "the vertical angle", vertical_range)?;
+        let horizontal = numbers.list(head.horizontal, "a horizontal angle")?;
+        ascending(&horizontal, numbers.line, "the horizontal angle", horizontal_range)?;
+        let angles_end = numbers.line;
+        let mut planes: Vec<CPlane> = Vec::with_capacity(head.horizontal);
+        for angle in horizontal {
+            let mut row = numbers.list(head.vertical, "an intensity")?;
+            if let Some(negative) = row.iter().find(|candela| **candela < 0.0) {
+                let problem = format!(
+                    "the intensity {negative} in the plane of {angle}° is negative (light is not); write 0"
+                );
+                return Err(at(numbers.line, problem));
+            }
+            row.iter_mut().for_each(|candela| *candela *= head.factor);
+            planes.push((angle, row));
+        }
+        let end = numbers.line;
+        if let Some((line, word)) = numbers.words.next()
+            && word.parse::<f64>().is_ok()
+        {
+            let problem = format!(
+                "{} follows the last of {} × {} intensities (the counts of angles do not fit the table); correct the counts",
+                quoted(word),
+                head.horizontal,
+                head.vertical
+            );
+            return Err(at(line, problem));
+        }
+        Ok(IesTable { vertical, planes, angles_end, end })
+    }
+
+    /// The intensities by direction, and the symmetry that completed the table, of a type of photometry.
+    fn distribution(self, kind: usize) -> Result<(Distribution, Symmetry), Malformed> {
+        let IesTable { vertical, planes, angles_end, end } = self;
+        let (symmetry, poles) = match kind {
+            1 => (symmetry(&planes, angles_end)?, Poles::Vertical),
+            kind => {
+                if planes.len() < 2 {
+                    let problem = "one horizontal angle in photometry of type A or B (they have no axis of symmetry); use type C";
+                    return Err(at(angles_end, problem));
+                }
+                let lateral = if planes[0].0 == 0.0 { Symmetry::Lateral } else { Symmetry::None };
+                (lateral, if kind == 2 { Poles::Horizontal } else { Poles::Vertical })
+            }
+        };
+        let from_nadir = if kind == 1 { 0.0 } else { 90.0 };
+        let gamma = vertical.iter().map(|angle| angle + from_nadir).collect();
+        let planes = if kind == 1 { complete(planes, symmetry) } else { clockwise(planes, symmetry) };
+        let (c, rows): (Vec<f64>, Vec<Vec<f64>>) = planes.into_iter().unzip();
+        let distribution = Distribution::new(poles, c, gamma, rows.concat())
+            .ok_or_else(|| at(end, "all intensities are 0 (the lamp would be dark); check the table"))?;
+        Ok((distribution, symmetry))
+    }
 }
 
 fn read_tilt(line: &str, at_line: usize, numbers: &mut IesNumbers) -> Result<Option<Tilt>, Malformed> {

@@ -151,69 +151,70 @@ fn last_day(line: &str) -> Option<[u32; 2]> {
     Some([month.trim().parse().ok()?, day.trim().parse().ok()?])
 }
 
-fn hour(line: usize, row: &str, site: &Site) -> Result<WeatherHour, MalformedWeather> {
-    let fields: Vec<&str> = row.split(',').map(str::trim).collect();
-    if fields.len() < FIELDS {
-        return Err(at(
-            line,
-            format!(
+/// The fields of an hour.
+struct HourFields<'a> {
+    line: usize,
+    fields: Vec<&'a str>,
+}
+
+impl<'a> HourFields<'a> {
+    fn split(line: usize, row: &'a str) -> Result<Self, MalformedWeather> {
+        let fields: Vec<&str> = row.split(',').map(str::trim).collect();
+        if fields.len() < FIELDS {
+            let problem = format!(
                 "the line has {} fields of 35 (sun and sky stand in 15 and 16); correct it",
                 fields.len()
-            ),
-        ));
-    }
-    let number = |place: usize, what: &str| {
-        let value = f64::from_str(fields[place]).ok().filter(|value| value.is_finite());
-        value.ok_or_else(|| {
-            at(
-                line,
-                format!(
-                    "{:?} stands for the {what} (field {}), which is a number; correct it",
-                    fields[place],
-                    place + 1
-                ),
-            )
-        })
-    };
-    let whole = |place: usize, what: &str, range: [i32; 2]| {
-        let value = number(place, what)?;
-        let fits = value.fract() == 0.0 && (f64::from(range[0])..=f64::from(range[1])).contains(&value);
-        let refused = || {
-            at(
-                line,
-                format!(
-                    "the {what} is {value} (field {}), where {} to {} are possible; correct it",
-                    place + 1,
-                    range[0],
-                    range[1]
-                ),
-            )
-        };
-        fits.then_some(value as i32).ok_or_else(refused)
-    };
-    let radiation = |place: usize, what: &str| {
-        let value = number(place, what)?;
-        match value {
-            MISSING.. => Err(at(
-                line,
-                format!(
-                    "the {what} is missing ({value} in field {}); fill the gap, or choose another file",
-                    place + 1
-                ),
-            )),
-            0.0.. => Ok(value),
-            _ => Err(at(
-                line,
-                format!("the {what} is {value} (field {}), and light is not negative; correct it", place + 1),
-            )),
+            );
+            return Err(at(line, problem));
         }
-    };
-    let [year, month, day] =
-        [whole(0, "year", [-2000, 6000])?, whole(1, "month", [1, 12])?, whole(2, "day", [1, 31])?];
-    let end = whole(3, "hour", [1, 24])?;
-    let dew_point = number(7, "dew point")?;
-    let (direct, diffuse) =
-        (radiation(14, "direct normal radiation")?, radiation(15, "diffuse horizontal radiation")?);
+        Ok(HourFields { line, fields })
+    }
+
+    fn number(&self, place: usize, what: &str) -> Result<f64, MalformedWeather> {
+        let value = f64::from_str(self.fields[place]).ok().filter(|value| value.is_finite());
+        value.ok_or_else(|| {
+            let problem = format!(
+                "{:?} stands for the {what} (field {}), which is a number; correct it",
+                self.fields[place],
+                place + 1
+            );
+            at(self.line, problem)
+        })
+    }
+
+    fn whole(&self, place: usize, what: &str, [least, most]: [i32; 2]) -> Result<i32, MalformedWeather> {
+        let value = self.number(place, what)?;
+        if value.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&value) {
+            return Ok(value as i32);
+        }
+        let problem = format!(
+            "the {what} is {value} (field {}), where {least} to {most} are possible; correct it",
+            place + 1
+        );
+        Err(at(self.line, problem))
+    }
+
+    fn radiation(&self, place: usize, what: &str) -> Result<f64, MalformedWeather> {
+        let (value, field) = (self.number(place, what)?, place + 1);
+        let problem = match value {
+            MISSING.. => format!(
+                "the {what} is missing ({value} in field {field}); fill the gap, or choose another file"
+            ),
+            0.0.. => return Ok(value),
+            _ => format!("the {what} is {value} (field {field}), and light is not negative; correct it"),
+        };
+        Err(at(self.line, problem))
+    }
+}
+
+fn hour(line: usize, row: &str, site: &Site) -> Result<WeatherHour, MalformedWeather> {
+    let fields = HourFields::split(line, row)?;
+    let year = fields.whole(0, "year", [-2000, 6000])?;
+    let [month, day] = [fields.whole(1, "month", [1, 12])?, fields.whole(2, "day", [1, 31])?];
+    let end = fields.whole(3, "hour", [1, 24])?;
+    let dew_point = fields.number(7, "dew point")?;
+    let direct = fields.radiation(14, "direct normal radiation")?;
+    let diffuse = fields.radiation(15, "diffuse horizontal radiation")?;
     let sun = SunPosition::at(site, [year, month, day], f64::from(end) - 0.5)
         .ok_or_else(|| at(line, format!("there is no day {day} in month {month} of {year}; correct it")))?;
     let conditions = Conditions {

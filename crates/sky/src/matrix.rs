@@ -79,59 +79,26 @@ impl Matrix {
     /// # Errors
     /// A header without sizes, another format, a number that is none or is not finite, more numbers or fewer than the header says.
     pub fn read(bytes: &[u8]) -> Result<Self, MatrixError> {
-        let refused = |problem: String| MatrixError(problem);
-        let (header, body) = split(bytes).ok_or_else(|| {
-            refused(
-                "the header does not end (an empty line ends it); give a matrix of gendaymtx or rfluxmtx"
-                    .into(),
-            )
-        })?;
-        let value = |key: &str| {
-            header
-                .iter()
-                .rev()
-                .find_map(|line| line.trim().strip_prefix(key)?.strip_prefix('=').map(str::trim))
-        };
-        let size = |key: &str| {
-            let value = value(key)
-                .and_then(|value| value.parse::<usize>().ok())
-                .filter(|&size| (1..MOST).contains(&size));
-            value.ok_or_else(|| {
-                refused(format!("the header has no {key} (a matrix says its size); write {key}=…"))
-            })
-        };
-        let (rows, columns) = (size("NROWS")?, size("NCOLS")?);
-        let components = if value("NCOMP").is_some() { size("NCOMP")? } else { 3 };
-        if components != 3 && components != 1 {
-            return Err(refused(format!("NCOMP={components} (numbers have three components, or one)")));
-        }
-        let count = rows
-            .checked_mul(columns)
-            .and_then(|count| count.checked_mul(components))
-            .filter(|&count| count < MOST);
-        let count = count
-            .ok_or_else(|| refused(format!("NROWS={rows}, NCOLS={columns} (more than 2^28 numbers)")))?;
-        let big = value("BigEndian") == Some("1");
-        let parts = match value("FORMAT") {
+        let (header, body) = MatrixHeader::split(bytes)?;
+        let count = header.numbers()?;
+        let big = header.value("BigEndian") == Some("1");
+        let parts = match header.value("FORMAT") {
             Some("ascii") | None => ascii(body, count)?,
             Some("float") => binary(body, count, |b: [u8; 4]| {
                 f64::from(if big { f32::from_be_bytes(b) } else { f32::from_le_bytes(b) })
             })?,
             Some("double") => {
-                binary(
-                    body,
-                    count,
-                    |b: [u8; 8]| if big { f64::from_be_bytes(b) } else { f64::from_le_bytes(b) },
-                )?
+                let number = |b: [u8; 8]| if big { f64::from_be_bytes(b) } else { f64::from_le_bytes(b) };
+                binary(body, count, number)?
             }
             Some(other) => {
-                return Err(refused(format!(
+                return Err(MatrixError(format!(
                     "FORMAT={other} (ascii, float and double are read); convert it by `rmtxop -fa`"
                 )));
             }
         };
         if let Some(at) = parts.iter().position(|number| !number.is_finite()) {
-            return Err(refused(format!("number {} is not finite", at + 1)));
+            return Err(MatrixError(format!("number {} is not finite", at + 1)));
         }
         let bright = |parts: &[f64]| match parts {
             [one] => *one,
@@ -139,7 +106,55 @@ impl Matrix {
             [r, g, b] if r == g && g == b => *r,
             _ => parts.iter().zip(BRIGHTNESS).map(|(part, weight)| part * weight).sum(),
         };
+        let [rows, columns, components] = header.sizes()?;
         Ok(Matrix { rows, columns, numbers: parts.chunks(components).map(bright).collect() })
+    }
+}
+
+/// The lines of a header.
+struct MatrixHeader<'a>(Vec<&'a str>);
+
+impl<'a> MatrixHeader<'a> {
+    /// The header, and what follows it.
+    fn split(bytes: &'a [u8]) -> Result<(Self, &'a [u8]), MatrixError> {
+        let parts = split(bytes).ok_or_else(|| {
+            let problem =
+                "the header does not end (an empty line ends it); give a matrix of gendaymtx or rfluxmtx";
+            MatrixError(problem.into())
+        });
+        parts.map(|(header, body)| (MatrixHeader(header), body))
+    }
+
+    /// What a key stands for; the last one counts.
+    fn value(&self, key: &str) -> Option<&'a str> {
+        let after = |line: &&'a str| line.trim().strip_prefix(key)?.strip_prefix('=').map(str::trim);
+        self.0.iter().rev().find_map(after)
+    }
+
+    fn size(&self, key: &str) -> Result<usize, MatrixError> {
+        let size = self.value(key).and_then(|value| value.parse::<usize>().ok());
+        size.filter(|size| (1..MOST).contains(size)).ok_or_else(|| {
+            MatrixError(format!("the header has no {key} (a matrix says its size); write {key}=…"))
+        })
+    }
+
+    /// Rows, columns and components.
+    fn sizes(&self) -> Result<[usize; 3], MatrixError> {
+        let (rows, columns) = (self.size("NROWS")?, self.size("NCOLS")?);
+        let components = if self.value("NCOMP").is_some() { self.size("NCOMP")? } else { 3 };
+        if components != 3 && components != 1 {
+            return Err(MatrixError(format!("NCOMP={components} (numbers have three components, or one)")));
+        }
+        Ok([rows, columns, components])
+    }
+
+    /// How many numbers follow.
+    fn numbers(&self) -> Result<usize, MatrixError> {
+        let [rows, columns, components] = self.sizes()?;
+        let count = rows.checked_mul(columns).and_then(|count| count.checked_mul(components));
+        count
+            .filter(|&count| count < MOST)
+            .ok_or_else(|| MatrixError(format!("NROWS={rows}, NCOLS={columns} (more than 2^28 numbers)")))
     }
 }
 
