@@ -628,6 +628,23 @@ fn stl_may_leave_ends_out_and_no_corners() {
     }
 }
 
+/// Rows that the file does not hold are 0 by the format: no faces come of them, and no time is spent on them.
+#[test]
+fn rows_that_are_not_in_a_gltf_make_no_faces() {
+    let buffers = format!(r#","buffers":[{{"byteLength":36,"uri":"{TRIANGLE}"}}]"#);
+    let nothing = r#",{"attributes":{"POSITION":1}},{"attributes":{"POSITION":0},"indices":1}"#;
+    let text = triangle_gltf("", r#","bufferView":0"#, &buffers)
+        .replace(r#""POSITION":0}}]"#, &format!(r#""POSITION":0}}}}{nothing}]"#))
+        .replace(
+            r#""bufferView":0}]"#,
+            r#""bufferView":0},{"componentType":5126,"count":4000000,"type":"VEC3"}]"#,
+        );
+    let imported = scene("a.gltf", text.as_bytes(), &Options::default()).unwrap();
+    assert_eq!(imported.spec.surfaces.len(), 1);
+    let note = "primitives whose vertices or indices are not in the file, left out: 2";
+    assert!(imported.notes.iter().any(|found| found.contains(note)), "{:?}", imported.notes);
+}
+
 #[test]
 fn compressed_gltf_is_refused_unless_it_is_there_in_full() {
     let draco = r#","extensions":{"KHR_draco_mesh_compression":{"bufferView":0}}"#;
@@ -785,7 +802,7 @@ const GREEDY: &[(&str, &str, &[&str])] = &[
     ("a.mgf", "xf -a 16777216 -t 1 0 0 -a 4 -rx 1\nxf\n", &["a.mgf:1: ", "67108864 times", "steps"]),
     (
         "a.gltf",
-        r#"{"accessors":[{"componentType":5126,"count":90000000,"type":"VEC3"}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]}"#,
+        r#"{"accessors":[{"componentType":5126,"count":90000000,"type":"VEC3","sparse":{"count":0,"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":0}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]}"#,
         &[
             "a.gltf: ",
             "meshes[0].primitives[0]",
@@ -796,7 +813,7 @@ const GREEDY: &[(&str, &str, &[&str])] = &[
     ),
     (
         "a.gltf",
-        r#"{"accessors":[{"componentType":5126,"count":6000000,"type":"VEC3"}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}, "mode": 5}]}],"nodes":[{"mesh":0}]}"#,
+        r#"{"accessors":[{"componentType":5126,"count":6000000,"type":"VEC3","sparse":{"count":0,"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":0}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}, "mode": 5}]}],"bufferViews":[{"buffer":0,"byteLength":4}],"buffers":[{"byteLength":4,"uri":"data:;base64,AAAAAA=="}],"nodes":[{"mesh":0}]}"#,
         &["a.gltf: ", "5999998 triangles", "4194304 and one for each byte"],
     ),
 ];

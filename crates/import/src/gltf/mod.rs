@@ -262,11 +262,17 @@ impl NodeWalk<'_> {
             self.tally.count("primitives without positions, left out");
             return Ok(());
         };
-        let PrimitiveGeometry { vertices: Range { start: first, end }, triangles } =
-            match primitive.extensions.draco.as_ref().filter(|_| !self.has_plain_positions(primitive)) {
-                Some(draco) => self.unpack(draco, primitive, path, place)?,
-                None => self.plain(position, mode, primitive, path, place)?,
-            };
+        let draco = primitive.extensions.draco.as_ref().filter(|_| self.has_rows(position) != Some(true));
+        // By the format they are all 0, which no triangle survives: a file of 300 bytes can have millions of them.
+        let mut read = [Some(position), primitive.indices].into_iter().flatten();
+        if draco.is_none() && read.any(|accessor| self.has_rows(accessor) == Some(false)) {
+            self.tally.count("primitives whose vertices or indices are not in the file, left out");
+            return Ok(());
+        }
+        let PrimitiveGeometry { vertices: Range { start: first, end }, triangles } = match draco {
+            Some(draco) => self.unpack(draco, primitive, path, place)?,
+            None => self.plain(position, mode, primitive, path, place)?,
+        };
         let material = self.material(primitive, path)?;
         let mirrored = place.matrix3.determinant() < 0.0;
         let (before, vertices) = (self.mesh.triangles.len(), (end - first) as usize);
@@ -423,11 +429,10 @@ impl NodeWalk<'_> {
         Err((path.into(), UnplacedError::new(problem, why, remedy)))
     }
 
-    /// Whether a compressed primitive is also in the file without compression.
-    fn has_plain_positions(&self, primitive: &Primitive) -> bool {
-        let accessors = &self.data.document.accessors;
-        let accessor = position(primitive).and_then(|number| accessors.get(number));
-        accessor.is_some_and(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some())
+    /// Whether the file holds rows of an accessor; `None` where there is no such accessor.
+    fn has_rows(&self, accessor: usize) -> Option<bool> {
+        let accessor = self.data.document.accessors.get(accessor)?;
+        Some(accessor.buffer_view.is_some() || accessor.sparse.is_some())
     }
 
     /// The vertices in the order of the triangles' corners.
