@@ -104,7 +104,7 @@ pub fn audit(run: &Path, share: f64, seed: u64, now: &dyn Fn(&'static str)) -> R
     })
 }
 
-/// Whether the files beside a tally are made from it. The page is not looked at.
+/// Whether the files beside a tally are made from it. The page, pictures of named views and the partition are not looked at.
 fn check_files(run: &Path, kept: &StoredRun) -> Result<(), Error> {
     let other = |file| Error::OtherFile { run: run.into(), file };
     let there = |file: &OutputFile| *file != OutputFile::Report && run.join(file.name()).is_file();
