@@ -95,6 +95,12 @@ impl Ledger {
         self
     }
 
+    /// Numbers leases on from those of an earlier ledger, of which results may still be on their way.
+    pub(crate) fn leased_after(mut self, earlier: &Ledger) -> Self {
+        self.next_lease = earlier.next_lease;
+        self
+    }
+
     /// Decides by these lots which leases keep an entry of their own in a long run.
     pub fn drawn_by(mut self, lots: u64) -> Self {
         let next = self.next;

@@ -139,7 +139,7 @@ impl Relay {
         if threads == 0 {
             let held = self.held.drain(..);
             self.outbox.extend(held.map(|held| ToCoordinator::Return { lease: held.lease }));
-            self.pool.ledger = books(self.pool.terms(), self.lots);
+            self.pool.ledger = books(self.pool.terms(), self.lots).leased_after(&self.pool.ledger);
         }
     }
 }

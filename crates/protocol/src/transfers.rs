@@ -126,8 +126,8 @@ impl Transfers {
     /// The whole packed sums of a lease, of which `rest` follows the pieces; `None` if they were not asked for or are
     /// not as long as offered.
     pub(crate) fn finish(&mut self, peer: PeerId, lease: LeaseId, rest: &[u8]) -> Option<Vec<u8>> {
-        let asked = self.under_way.get(&lease).is_some_and(|transfer| transfer.offer.peer == peer);
-        let Transfer { offer, mut staged, .. } = self.under_way.remove(&lease).filter(|_| asked)?;
+        self.under_way.get(&lease).filter(|transfer| transfer.offer.peer == peer)?;
+        let Transfer { offer, mut staged, .. } = self.under_way.remove(&lease)?;
         staged.extend_from_slice(rest);
         (staged.len() == offer.bytes).then_some(staged)
     }

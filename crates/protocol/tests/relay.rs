@@ -402,6 +402,29 @@ fn a_relay_that_loses_its_workers_gives_its_leases_back() {
     assert_eq!(world.coordinator.prefix().counts.walks, 10_000);
 }
 
+/// A worker of a relay that is a relay itself may send the result of a lease after the relay has given all leases back and taken new
+/// ones: the number of a lease that is over stands for no other walks.
+#[test]
+fn a_relay_never_uses_the_number_of_a_lease_twice() {
+    let mut world = World::new(plan(10_000, 100));
+    let relay = world.add_relay();
+    let mut seen = HashSet::new();
+    for _ in 0..3 {
+        let worker = world.join(relay);
+        world.pass(TICK);
+        world.settle();
+        let todo = world.workers.remove(&(relay, worker)).unwrap();
+        assert!(!todo.is_empty() && todo.iter().all(|(lease, _)| seen.insert(*lease)), "{todo:?}, before: {seen:?}");
+        let now = world.now;
+        let actions = world.lead(relay).unwrap().on_lost(worker, "gone", now);
+        world.act(relay, actions);
+        world.settle();
+    }
+    world.join(0);
+    world.work_off();
+    world.ends(Ending::BudgetSpent);
+}
+
 #[test]
 fn a_worker_that_lives_and_never_delivers_does_not_hold_its_relay() {
     let mut world = World::new(plan(10_000, 100));

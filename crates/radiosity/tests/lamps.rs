@@ -282,6 +282,28 @@ fn chains_and_gathers_find_the_light_of_lamps() {
     }
 }
 
+/// Walls that reflect next to nothing receive what black ones do, and as exactly: links are solved to the noise of B, in which their
+/// own b has no part. What they reflect changes H by less than a part in a thousand.
+#[test]
+fn chains_know_what_comes_to_nearly_black_faces() {
+    use radiosity::{Chains, methods::Solve};
+    let at = |reflectance: f64| {
+        let mut spec = SceneSpec::furnace(1, reflectance);
+        spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 0.0.into());
+        spec.surfaces[..2].iter_mut().for_each(|surface| surface.reflectance = 0.9.into());
+        let lamp = LampSpec::new(DVec3::new(0.3, 0.3, 0.75), Emission::Uniform, 1000.0);
+        let chains = Chains { rays: 2000, solve: Solve::Links, linear: false, final_gather: Vec::new() };
+        irradiances(&with_lamps(spec, vec![lamp]), chains, 8)
+    };
+    let black = at(0.0);
+    for reflectance in [1e-30, 1e-12, 1e-8, 1e-5] {
+        for (black, [found, error]) in black.iter().zip(at(reflectance)) {
+            assert!((found / black[0] - 1.0).abs() < 1e-3, "{reflectance}: {found} ± {error}, black {black:?}");
+            assert!(error < 1.1 * black[1], "{reflectance}: {found} ± {error}, black {black:?}");
+        }
+    }
+}
+
 /// Shadow rays of sensors go to faces that emit as if there were no lamps: the light of both is the sum of each. A false alarm in 10,000.
 #[test]
 fn sensors_add_the_light_of_faces_and_of_lamps() {

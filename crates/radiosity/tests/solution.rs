@@ -197,6 +197,44 @@ fn what_is_cut_off_is_less_than_its_bound_and_not_by_much() {
     assert!(estimate.ci_low < estimate.radiosity && truth < estimate.ci_high, "{estimate:?}");
 }
 
+/// What was cut off would have come to black faces, too: their irradiance is too small by up to its bound, though b = 0 has none. All
+/// walks end at their first arrival, and half of the light of a cube is missing, thousands of standard errors of it.
+#[test]
+fn what_black_faces_lack_is_in_their_intervals() {
+    let mut spec = SceneSpec::furnace(1, 0.9);
+    spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 0.0.into());
+    spec.surfaces[0].reflectance = 0.0.into();
+    spec.surfaces[1].emittance = 1.0.into();
+    for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
+        let floor = |end| {
+            let method = Walks { direction: direction.clone(), ..Walks::shooting(Estimator::Infinite(end)) };
+            let experiment = experiment(&spec, IndexChoice::Auto, method);
+            Solution::new(&experiment, &walk(&experiment, 9, 0..100_000), 0.95).estimates[0].unwrap()
+        };
+        let whole = floor(InfiniteEnd::default());
+        let cut = floor(InfiniteEnd::Length { length: 1 });
+        let [low, high] = cut.irradiance_interval.unwrap();
+        let truth = whole.irradiance.unwrap();
+        assert!(cut.irradiance.unwrap() < 0.7 * truth, "{cut:?}");
+        assert!(low < truth && truth < high, "{direction:?}: {low} … {high}, {whole:?}");
+        assert!(cut.irradiance_bias > 0.0 && cut.bias_bound == 0.0 && whole.irradiance_bias == 0.0);
+    }
+}
+
+/// Walks of any length have a bound.
+#[test]
+fn a_bound_by_length_falls_with_every_length() {
+    for length in [1, 1 << 30, u32::MAX] {
+        let method = Walks {
+            direction: Direction::Gathering(Birth::Area),
+            ..Walks::shooting(Estimator::Infinite(InfiniteEnd::Length { length }))
+        };
+        let experiment = experiment(&two_plates(), IndexChoice::Auto, method);
+        let bias = experiment.meaning(0, 0, &experiment.tally()).unwrap().irradiance_bias;
+        assert_eq!(bias > 0.0 && bias.is_finite(), length == 1, "{length}: {bias}");
+    }
+}
+
 /// Weights of a colour that all emitters share are 1 but for rounding, and no bound on scores falls below 1 for that.
 #[test]
 fn lamps_of_one_colour_bound_scores_by_one_at_least() {

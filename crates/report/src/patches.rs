@@ -330,7 +330,7 @@ pub fn flags(face: &Face, known: Option<&[Estimate]>) -> String {
 }
 
 /// `emitter`: E > 0. `unsampled`: no walk has told anything of some channel. `rare`: too few scores for the standard error to mean much.
-/// `bias`: walks were cut off; `bias_bound` says how much too small b may be.
+/// `bias`: walks were cut off; `bias_bound` says how much too small b may be; H may be, too, where nothing is reflected.
 fn set_flags(flags: &mut String, face: &Face, known: Option<&[Estimate]>) {
     flags.clear();
     let any = |holds: fn(&Estimate) -> bool| known.into_iter().flatten().any(holds);
@@ -338,7 +338,7 @@ fn set_flags(flags: &mut String, face: &Face, known: Option<&[Estimate]>) {
         ("emitter", face.emittance.is_lit()),
         ("unsampled", known.is_none() || any(Estimate::is_unsampled)),
         ("rare", any(|e| e.effective_scores > 0.0 && e.is_rare())),
-        ("bias", any(|estimate| estimate.bias_bound > 0.0)),
+        ("bias", any(|estimate| estimate.irradiance_bias > 0.0)),
     ] {
         if holds {
             let separator = if flags.is_empty() { "" } else { "|" };
@@ -392,6 +392,7 @@ mod tests {
             hits: u128::MAX,
             effective_scores: 1e30,
             bias_bound: 0.0,
+            irradiance_bias: 0.0,
         };
         let text = table_with(|_, estimate| *estimate = odd);
         let lines: Vec<&str> = text.lines().collect();

@@ -5,12 +5,14 @@ use crate::normal::normal_quantile;
 /// The degrees of freedom from which the quantile is expanded about the normal one.
 const MANY: u64 = 200;
 
-/// The number that t with `freedom` degrees of freedom stays below with probability `p`, good to 10⁻⁹.
+/// The number that t with `freedom` degrees of freedom stays below with probability `p`, good to 10⁻⁹. 1 is taken for the number before it: the
+/// levels of very many intervals at once round to it.
 ///
 /// # Panics
-/// If `p` is not between 0 and 1, or `freedom` is 0.
+/// If `p` is 0 or not between 0 and 1, or `freedom` is 0.
 pub fn student_quantile(p: f64, freedom: u64) -> f64 {
-    assert!(p > 0.0 && p < 1.0, "probability {p} is not between 0 and 1");
+    assert!(p > 0.0 && p <= 1.0, "probability {p} is not between 0 and 1");
+    let p = p.min(1.0_f64.next_down());
     assert!(freedom > 0, "t has at least one degree of freedom");
     if p < 0.5 {
         return -student_quantile(1.0 - p, freedom);
@@ -82,6 +84,10 @@ mod tests {
             assert_eq!(student_quantile(1.0 - p, freedom), -student_quantile(1.0 - (1.0 - p), freedom));
         }
         assert!(student_quantile(0.5, 4).abs() < 1e-9);
+        for freedom in [1, 7, MANY] {
+            let furthest = student_quantile(1.0, freedom);
+            assert!(furthest.is_finite() && furthest > student_quantile(1.0 - 1e-12, freedom), "{furthest}");
+        }
     }
 
     #[test]

@@ -25,8 +25,8 @@ pub struct Meaning {
     pub irradiance_per_event: Option<f64>,
     /// A bound on E[x²]/E[x], x in events.
     pub ratio_bound: f64,
-    /// A bound on how much too small b may be [W/m²]: walks that were cut off.
-    pub bias_bound: f64,
+    /// A bound on how much too small H may be [W/m²]: walks that were cut off. b may be by R times as much.
+    pub irradiance_bias: f64,
 }
 
 impl Experiment {
@@ -45,7 +45,7 @@ impl Experiment {
         match (&self.method, &self.gathering) {
             (Method::Walks(walks), Some(gathering)) => {
                 let estimator = walks.score.estimator();
-                self.meaning_of_gathering(gathering, estimator, (i, face), channel)
+                self.meaning_of_gathering(gathering, estimator, i, channel)
             }
             (Method::Walks(walks), None) => {
                 Some(self.meaning_of_shooting(walks.score.estimator(), (i, face), channel, tally))
@@ -56,7 +56,7 @@ impl Experiment {
                 let batch = self.meaning_of_batches(face, channel, false);
                 Some(Meaning {
                     irradiance_per_event: walks.irradiance_per_event.and(batch.irradiance_per_event),
-                    bias_bound: walks.bias_bound,
+                    irradiance_bias: walks.irradiance_bias,
                     ..batch
                 })
             }
@@ -82,7 +82,7 @@ impl Experiment {
             unit: 1.0 / jacobi::UNITS,
             irradiance_per_event: Some(largest),
             ratio_bound: if links && !gathered { 1.0 } else { most.max(1.0) },
-            bias_bound: 0.0,
+            irradiance_bias: 0.0,
         }
     }
 
@@ -123,7 +123,7 @@ impl Experiment {
             irradiance_per_event: scale.map(|scale| scale * per_hit),
             // A colour of light that all emitters share has weights of 1, but for rounding.
             ratio_bound: (weight * ratio_bound).max(1.0),
-            bias_bound: face.reflectance[channel] * per_hit * cut_off * weakened,
+            irradiance_bias: per_hit * cut_off * weakened,
         }
     }
 
@@ -153,7 +153,7 @@ impl Experiment {
         &self,
         gathering: &Gathering,
         estimator: Estimator,
-        (i, face): (usize, &Face),
+        i: usize,
         channel: usize,
     ) -> Option<Meaning> {
         let probability = gathering.probability[i];
@@ -163,15 +163,16 @@ impl Experiment {
         // What is left of a walk that is cut off is worth at most its weight times B̄.
         let cut_off = match estimator.infinite_end() {
             Some(InfiniteEnd::Cutoff { threshold }) => threshold,
-            Some(InfiniteEnd::Length { length }) => self.scene.max_reflectance()[channel].powi(length as i32),
+            Some(InfiniteEnd::Length { length }) => {
+                self.scene.max_reflectance()[channel].powf(f64::from(length))
+            }
             Some(InfiniteEnd::Roulette { .. }) | None => 0.0,
         };
-        let reflectance = face.reflectance[channel];
         Some(Meaning {
             unit: 1.0 / FIXED_UNITS,
             irradiance_per_event: Some(gathering.largest_value[channel] / probability),
             ratio_bound: gathering.ratio_bound[channel],
-            bias_bound: reflectance * cut_off * gathering.b_bar[channel],
+            irradiance_bias: cut_off * gathering.b_bar[channel],
         })
     }
 }

@@ -38,7 +38,7 @@ impl Shares {
     pub(super) fn scaled(&self, meaning: Meaning) -> Meaning {
         Meaning {
             irradiance_per_event: meaning.irradiance_per_event.map(|per_event| per_event * self.scale),
-            bias_bound: meaning.bias_bound * self.scale,
+            irradiance_bias: meaning.irradiance_bias * self.scale,
             ..meaning
         }
     }

@@ -49,6 +49,8 @@ pub struct Estimate {
     pub effective_scores: f64,
     /// How much too small b may be because walks were cut off [W/m²]; 0 for unbiased methods.
     pub bias_bound: f64,
+    /// The same of H [W/m²], also where nothing is reflected.
+    pub irradiance_bias: f64,
 }
 
 impl Estimate {
@@ -409,7 +411,8 @@ fn estimate(
     meaning: &Meaning,
     (interval, effective_scores): (Interval, f64),
 ) -> Estimate {
-    let Meaning { unit, irradiance_per_event, bias_bound, .. } = *meaning;
+    let Meaning { unit, irradiance_per_event, irradiance_bias, .. } = *meaning;
+    let bias_bound = face.reflectance[channel] * irradiance_bias;
     // Where the estimator gives no irradiance the face has R = 0, so that b = 0 is still right.
     let reflected_per_event = face.reflectance[channel] * irradiance_per_event.unwrap_or(0.0);
     let mean = unit * sample.mean().unwrap_or(0.0);
@@ -429,21 +432,13 @@ fn estimate(
         irradiance: irradiance_per_event.filter(|_| scored).map(|per_event| per_event * mean),
         irradiance_error: irradiance_per_event.zip(error).map(|(per_event, error)| per_event * error),
         irradiance_interval: irradiance_per_event.map(|per_event| {
-            [
-                per_event * interval.low,
-                per_event * interval.high + bias_of_irradiance(face, channel, bias_bound),
-            ]
+            [per_event * interval.low, per_event * interval.high + irradiance_bias]
         }),
         hits,
         effective_scores,
         bias_bound,
+        irradiance_bias,
     }
-}
-
-/// How much too small H may be where b may be by `bias_bound` \[W/m²\].
-fn bias_of_irradiance(face: &Face, channel: usize, bias_bound: f64) -> f64 {
-    let reflectance = face.reflectance[channel];
-    if reflectance > 0.0 { bias_bound / reflectance } else { 0.0 }
 }
 
 /// The number of equal scores with the same information: (Σx)²/Σx².
@@ -464,6 +459,7 @@ fn estimate_of_chains(
     let ChainEstimate { mean, error, low, high } =
         student.estimate(moments, meaning.unit * per_event, per_event, by);
     let irradiance = meaning.irradiance_per_event;
+    let bias_bound = reflectance * meaning.irradiance_bias;
     // Rays may land and bring no light, and shadow rays bring light where no ray has landed.
     let scored = moments.sum > 0;
     // A channel without light is known to have none.
@@ -473,14 +469,14 @@ fn estimate_of_chains(
         radiosity: emitted + reflectance * mean,
         std_error: if reflectance == 0.0 { Some(0.0) } else { error.map(|error| reflectance * error) },
         ci_low: emitted + reflectance * low,
-        ci_high: emitted + reflectance * high + meaning.bias_bound,
+        ci_high: emitted + reflectance * high + bias_bound,
         irradiance: irradiance.filter(|_| scored || dark).map(|_| mean),
         irradiance_error: irradiance.and(error),
-        irradiance_interval: irradiance
-            .map(|_| [low, high + bias_of_irradiance(face, channel, meaning.bias_bound)]),
+        irradiance_interval: irradiance.map(|_| [low, high + meaning.irradiance_bias]),
         hits: landed,
         effective_scores: if scored { landed.max(1) as f64 } else { 0.0 },
-        bias_bound: meaning.bias_bound,
+        bias_bound,
+        irradiance_bias: meaning.irradiance_bias,
     }
 }
 

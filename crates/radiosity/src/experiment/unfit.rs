@@ -109,6 +109,11 @@ pub enum Unfit {
         "sensors gather the light of every patch that they see, and gathering walks that are born on chosen patches tell of no others; remove `birth`, or the sensors"
     )]
     SensorsOfFewPatches,
+    /// What sensors gather lacks the light that was cut off.
+    #[error(
+        "walks are cut off, and sensors and planes gather what the rest of them found (intervals would have no room for what is missing); write end = \"roulette\", or remove each [[sensor]], [[plane]] and [[points]]"
+    )]
+    CutOffSensors,
     /// A gathering walk meets the light of several sources.
     #[error(
         "a gathering walk meets emitters of several sources and scores all of them at once, so that its score belongs to none of them; write walk = \"shooting\", whose walks are born on one emitter, or remove [[source]] and [sensitivity]"
@@ -219,12 +224,13 @@ fn check_lamps(method: &Method) -> Result<(), Unfit> {
     }
 }
 
-/// Whether the walks estimate every face that sensors may see.
+/// Whether the walks estimate every face that sensors may see, and all of its light.
 pub(super) fn check_sensors(method: &Method) -> Result<(), Unfit> {
     match method {
         Method::Walks(Walks { direction: Direction::Gathering(Birth::Patches(_)), .. }) => {
             Err(Unfit::SensorsOfFewPatches)
         }
+        method if method.is_biased() => Err(Unfit::CutOffSensors),
         _ => Ok(()),
     }
 }

@@ -15,6 +15,9 @@ use crate::thread_pool::{PARTS_PER_THREAD, ThreadPool};
 /// Sums over fewer ends of links are faster than threads are lent.
 const FEW_LINKS: usize = 1 << 16;
 
+/// b/R tells as little as b of a black face where R is less: links are solved to the noise of b, of which b there is hardly a part.
+const NEARLY_BLACK: f64 = 1e-3;
+
 /// Rays from one face that met another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Link<W = u32> {
@@ -183,7 +186,7 @@ impl<'a> Links<'a> {
 
     /// H of every face [W/m²] in one channel, given what goes along the links there: B, or b where H_d has the light that faces emit. Where a
     /// face reflects and does not emit along links, H = b/R, which conserves energy. An emitter's E would drown what comes in, and b
-    /// of a black face says nothing: there H is what comes along its links, over all of them, and H_d.
+    /// of a black or nearly black face says nothing: there H is what comes along its links, over all of them, and H_d.
     pub(crate) fn irradiance(
         &self,
         channel: usize,
@@ -195,7 +198,7 @@ impl<'a> Links<'a> {
         let faces = self.faces.list.iter().zip(radiosity).zip(self.incoming(radiosity, pool));
         let of_face = |(i, ((face, b), incoming)): (usize, ((&Face, &f64), f64))| {
             let reflectance = face.reflectance[channel];
-            match reflectance > 0.0 && (direct.has_emitted || face.emittance[channel] == 0.0) {
+            match reflectance >= NEARLY_BLACK && (direct.has_emitted || face.emittance[channel] == 0.0) {
                 true => b / reflectance,
                 false => straight.map_or(incoming, |straight| straight[i] + incoming),
             }
