@@ -74,11 +74,12 @@ pub(crate) fn keep_joining(
     }
 }
 
-/// Whether a coordinator that begins later would change this.
+/// Whether a coordinator that begins later would change this. One that resumes at the same port has another key than the file
+/// that was read before.
 fn may_come(fault: &Fault) -> bool {
     match fault {
         Fault::AccessFile { source, .. } => source.kind() == ErrorKind::NotFound,
-        Fault::Worker(error) => matches!(error, WorkerError::Unreachable { .. }),
+        Fault::Worker(error) => matches!(error, WorkerError::Unreachable { .. } | WorkerError::Impostor(_)),
         _ => false,
     }
 }

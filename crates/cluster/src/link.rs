@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::convert::Infallible;
-use std::io::{self, Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream, ToSocketAddrs};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -75,18 +75,19 @@ struct PendingResult {
 pub(crate) fn connect(access: &Access) -> Result<(Ear, ResultSender), WorkerError> {
     let began = Instant::now();
     loop {
-        let failure = match try_connect(&access.address) {
+        let source = match try_connect(&access.address) {
             Ok(stream) => match shake_hands(&stream, access) {
                 Ok(session) => return Ok(halves(stream, session)?),
-                // The coordinator may have had too many strangers.
-                Err(failure @ (CodecError::Closed | CodecError::Io(_))) => WorkerError::Lost(failure),
+                // The coordinator may have had too many strangers; or it is gone, and a tunnel or balancer answers in its place.
+                Err(CodecError::Io(source)) => source,
+                Err(CodecError::Closed) => io::Error::new(ErrorKind::ConnectionAborted, "the connection closes at once"),
                 Err(CodecError::Foreign(foreign)) => return Err(WorkerError::Impostor(foreign)),
                 Err(failure) => return Err(failure.into()),
             },
-            Err(source) => WorkerError::Unreachable { address: access.address.clone(), source },
+            Err(source) => source,
         };
         if began.elapsed() > CONNECT_PATIENCE {
-            return Err(failure);
+            return Err(WorkerError::Unreachable { address: access.address.clone(), source });
         }
         thread::sleep(RETRY);
     }

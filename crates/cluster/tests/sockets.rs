@@ -258,6 +258,16 @@ fn a_worker_goes_on_when_either_of_its_results_is_taken_or_dropped() {
     });
 }
 
+/// A tunnel or a balancer whose coordinator is gone takes connections and closes them: nobody was found, who could be lost.
+#[test]
+fn what_closes_every_connection_is_no_coordinator() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let access = access_of(&listener);
+    thread::spawn(move || listener.incoming().for_each(drop));
+    let ended = work(&access, &identity(1), |_| Ok(Toy), || 0.0);
+    assert!(matches!(ended, Err(WorkerError::Unreachable { .. })), "{ended:?}");
+}
+
 #[test]
 fn an_impostor_is_found_out() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
