@@ -125,7 +125,10 @@ fn read_emission(table: &mut KeyTable<'_>, files: LampFiles<'_>) -> Result<(Emis
         (None, None, Some(illuminance)) => {
             useless(cone, "intensity")?;
             let rim = diameter.map_or(Ok(1.0), |value| read_rim(&value))?;
-            (Emission::Distant { rim }, read_strength(illuminance)?)
+            let strength = read_strength(illuminance)?;
+            // Light from the rim of a wide disc falls on the plane across its aim at an angle.
+            let mean_cosine = 0.5 * (1.0 + rim);
+            (Emission::Distant { rim }, Spectrum::rgb(strength.channels().map(|e| e / mean_cosine)))
         }
         (None, None, None) => {
             return Err(Error::MissingKey {

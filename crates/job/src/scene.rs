@@ -423,7 +423,7 @@ impl SceneFile {
             return;
         }
         self.sky = Some(self.spec.surfaces.len());
-        for side in sky_box(&self.spec.surfaces, &self.sensors, emittance) {
+        for side in sky_box(&self.spec, &self.sensors, emittance) {
             self.finishes.push(SKY);
             self.spec.surfaces.push(side);
         }

@@ -6,7 +6,8 @@
 
 use glam::DVec3;
 use radiosity::{
-    Shape, Sides, Spectrum, SurfaceSpec,
+    SceneSpec, Shape, Sides, Spectrum, SurfaceSpec,
+    lamps::{Emission, LampSpec},
     sensors::{SensorShape, SensorSpec},
     surfaces::SKY,
 };
@@ -46,9 +47,9 @@ pub(crate) fn read_emittance(value: Value<'_>) -> Result<Spectrum, Error> {
     })
 }
 
-/// The box around surfaces and sensors.
+/// The box around surfaces, sensors, and lamps that have a place.
 pub(crate) fn sky_box(
-    surfaces: &[SurfaceSpec],
+    spec: &SceneSpec,
     sensors: &[SensorSpec],
     emittance: Spectrum,
 ) -> Vec<SurfaceSpec> {
@@ -61,8 +62,10 @@ pub(crate) fn sky_box(
         | SensorShape::Cylinders { points, .. }
         | SensorShape::Eyes { points, .. } => points.iter().map(|[point, _]| *point).collect(),
     };
-    let corners = surfaces.iter().flat_map(|surface| surface.shape.corners());
-    let all: Vec<DVec3> = corners.chain(sensors.iter().flat_map(of_sensor)).collect();
+    let is_near = |lamp: &&LampSpec| !matches!(lamp.emission, Emission::Distant { .. });
+    let lamps = spec.lamps.list.iter().filter(is_near).map(|lamp| lamp.position);
+    let corners = spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
+    let all: Vec<DVec3> = corners.chain(sensors.iter().flat_map(of_sensor)).chain(lamps).collect();
     let least = all.iter().copied().fold(DVec3::INFINITY, DVec3::min);
     let most = all.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
     let away = DVec3::splat(DISTANCE * (most - least).length());

@@ -68,6 +68,22 @@ fn what_opens_to_a_sky_is_lit_by_it() {
     assert!(strict.build_scene().unwrap_err().to_string().contains("no emitter"));
 }
 
+/// A lamp hangs within the sky wherever it is; light from far away comes through it, as bright on the plane across its aim as is written.
+#[test]
+fn lamps_are_below_the_sky() {
+    let folder = Folder::new("below");
+    let sun = "[[lamp]]\nilluminance = 900.0\ndiameter = 120\naim = [0, 0, -1]\n";
+    let scene = "[material.a]\nreflectance = 0.5\n[[surface]]\nmaterial = \"a\"\nquad = [[0,0,0],[1,0,0],[0,1,0]]\n\
+                 [[lamp]]\nposition = [0.5, 0.5, 5]\nintensity = 10.0\n[sky]\nemittance = 1.0\n";
+    folder.write("scene.toml", format!("{scene}{sun}"));
+    let scene = job::load_scene(&folder.path().join("scene.toml")).unwrap();
+    let sky = scene.spec().surfaces.iter().filter(|surface| surface.name.as_deref() == Some("sky"));
+    let top = sky.flat_map(|side| side.shape.corners()).map(|corner| corner.z).fold(0.0, f64::max);
+    assert!(top > 5.0, "{top}");
+    let strength = scene.spec().lamps.list[1].strength[0];
+    assert!((strength - 900.0 / 0.75).abs() < 1e-9, "{strength}");
+}
+
 #[test]
 fn names_of_lamps_shine_and_parts_can_be_named() {
     let folder = Folder::new("named");

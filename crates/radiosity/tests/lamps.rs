@@ -215,6 +215,62 @@ fn light_from_far_away_falls_by_the_cosine() {
     }
 }
 
+/// The sky is a box around the scene, and a distant lamp is farther away: a plate, and what it shades, get the light of both, by walks, by
+/// chains and at points. z of Student's t: a false alarm in 1,000.
+#[test]
+fn light_from_far_away_comes_through_the_sky() {
+    use radiosity::{Chains, methods::Solve};
+    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    let sky = |emittance: f64| {
+        let (low, high) = (at(-0.1, -0.1, -0.1), at(2.1, 2.1, 1.1));
+        let sides = (0..3).flat_map(|axis| {
+            let [u, v] = [1, 2].map(|next| DVec3::AXES[(axis + next) % 3] * (high - low)[(axis + next) % 3]);
+            [[low, low + u, low + v], [high, high - v, high - u]]
+        });
+        let side = move |[corner, u, v]: [DVec3; 3]| SurfaceSpec {
+            name: Some(radiosity::surfaces::SKY.into()),
+            emittance: emittance.into(),
+            ..SurfaceSpec::new(Shape::parallelogram(corner, u, v, [1, 1]), 0.0)
+        };
+        sides.map(side).collect::<Vec<_>>()
+    };
+    let spec = |emittance: f64, lamps: f64| {
+        let ground = Shape::parallelogram(at(0.0, 0.0, 0.0), at(2.0, 0.0, 0.0), at(0.0, 2.0, 0.0), [2, 2]);
+        let roof = Shape::parallelogram(at(0.0, 0.0, 1.0), at(1.0, 0.0, 1.0), at(0.0, 1.0, 1.0), [1, 1]);
+        let roof = SurfaceSpec { sides: radiosity::Sides::Both, ..SurfaceSpec::new(roof, 0.5) };
+        let mut surfaces = vec![SurfaceSpec::new(ground, 0.5), roof];
+        surfaces.extend(if emittance > 0.0 { sky(emittance) } else { Vec::new() });
+        let sun = |rim: f64, aim| LampSpec::new(DVec3::ZERO, Emission::Distant { rim }, lamps).aimed(aim, 0.0);
+        let list = vec![sun(1.0, at(0.2, 0.3, -1.0)), sun(0.99, at(-0.5, 0.2, -0.6))];
+        with_lamps(SceneSpec::new(surfaces), if lamps > 0.0 { list } else { Vec::new() })
+    };
+    let all = [(40.0, 30.0), (40.0, 0.0), (0.0, 30.0)].map(|(sky, lamps)| spec(sky, lamps));
+    let chains = Chains { rays: 20_000, solve: Solve::Links, linear: false, final_gather: Vec::new() };
+    let by_walks = all.each_ref().map(|spec| irradiances(spec, Method::shooting(Estimator::Collision), 400_000));
+    let by_chains = all.each_ref().map(|spec| irradiances(spec, chains.clone(), 32));
+    let at_points = all.each_ref().map(|spec| {
+        let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
+        let sensor = points(&mut Sequence::new(5).walk(0), 12);
+        let experiment = Experiment::new(scene, Method::shooting(Estimator::Collision)).unwrap();
+        let experiment = experiment.with_sensors(&[sensor]).unwrap();
+        let mut board = experiment.board();
+        experiment.walk(&Sequence::new(2), 0..65_536, &mut board);
+        let tally = board.take().unwrap();
+        let readings = Readings::new(&experiment, &tally, 0.95).unwrap();
+        let known = |cell: usize| readings.cell(cell)[0];
+        (0..12).map(|cell| [known(cell).irradiance.unwrap(), known(cell).std_error.unwrap_or(0.0)]).collect()
+    });
+    for [both, sky, lamps] in [by_walks, by_chains, at_points] {
+        // The fronts of the ground and of the roof, or points.
+        let count = if lamps.len() == 12 { 12 } else { 5 };
+        for ((both, sky), lamps) in both.iter().zip(&sky).zip(&lamps).take(count) {
+            let error = both[1].hypot(sky[1]).hypot(lamps[1]) + 1e-9;
+            assert!((both[0] - sky[0] - lamps[0]).abs() < 5.0 * error, "{both:?} {sky:?} {lamps:?}");
+        }
+        assert!([lamps, sky].iter().all(|known| known.iter().any(|[h, _]| *h > 10.0)));
+    }
+}
+
 /// Rooms with lamps of all kinds: closed; open, with a plate that shades; and in colour, with a wall that emits.
 fn rooms() -> [SceneSpec; 3] {
     let mut rng = Sequence::new(11).walk(0);

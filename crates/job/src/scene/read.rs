@@ -180,12 +180,12 @@ impl<'a, 'o> SceneReader<'a, 'o> {
                 surface.transmittance = material.map_or(Spectrum::BLACK, |material| material.transmittance);
             }
         }
-        if let Some(emittance) = self.sky {
-            self.scene.add_sky(emittance);
-        }
         // Those of meshes stand behind those of the scene.
         let of_meshes = std::mem::replace(&mut self.scene.spec.lamps, self.lamps);
         self.scene.spec.lamps.append(of_meshes);
+        if let Some(emittance) = self.sky {
+            self.scene.add_sky(emittance);
+        }
         self.scene.spec.panes = self.panes;
         Ok(self.scene)
     }

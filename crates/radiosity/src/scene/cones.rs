@@ -20,8 +20,15 @@ const WORD: f64 = 4_294_967_296.0;
 pub(crate) struct LightCones {
     /// Of each lamp: its position, or three times the radius of the disc of a distant one; its axes in the scene; and its [`cone`].
     lamps: Table<OF_LAMP>,
-    /// Whether some lamp is distant.
-    has_discs: bool,
+    /// Where light of distant lamps sets out; `None` without one.
+    discs: Option<Discs>,
+}
+
+/// Where light of distant lamps sets out.
+#[derive(Clone, Copy, Debug)]
+struct Discs {
+    /// The box that it sets out from, least and greatest coordinates [m]; `None`: from the discs themselves.
+    room: Option<[[f64; 3]; 2]>,
 }
 
 /// The cone of a lamp, in cosines to the aim: the width of its full part, the flux of both parts over 2π and the intensity, the least cosine, and
@@ -41,8 +48,11 @@ fn cone(emission: Emission) -> [f64; 4] {
 
 impl LightCones {
     /// The cones of lamps, and of each twelve numbers more: its position, or three times the radius of its disc [m], and its axes in the scene.
-    /// `None` without a cone.
-    pub(super) fn new(lamps: impl Iterator<Item = (Emission, [f64; OF_LAMP - 4])>) -> Option<Self> {
+    /// `None` without a cone. Light of distant lamps sets out where it enters the `room`, if there is one.
+    pub(super) fn new(
+        lamps: impl Iterator<Item = (Emission, [f64; OF_LAMP - 4])>,
+        room: Option<[[f64; 3]; 2]>,
+    ) -> Option<Self> {
         let (mut rows, mut has_cones, mut has_discs) = (Vec::new(), false, false);
         for (emission, numbers) in lamps {
             has_cones |= !matches!(emission, Emission::Table(_));
@@ -52,7 +62,7 @@ impl LightCones {
             row[12..].copy_from_slice(&cone(emission));
             rows.push(row);
         }
-        has_cones.then(|| LightCones { lamps: Table::new(rows), has_discs })
+        has_cones.then(|| LightCones { lamps: Table::new(rows), discs: has_discs.then_some(Discs { room }) })
     }
 
     /// What the cones take of memory [bytes].
@@ -81,12 +91,12 @@ impl LightCones {
 
     /// Origin [m] and direction of a birth at a lamp with a cone.
     pub(super) fn bear_one(&self, lamp: usize, [place, point, direction]: [u64; 3]) -> [f64; 6] {
-        ray(*self.lamps.row(lamp as u32), self.has_discs, [&[place], &[point], &[direction]])
+        ray(*self.lamps.row(lamp as u32), self.discs, [&[place], &[point], &[direction]])
     }
 
     /// The direction alone of such a birth at a distant lamp.
     pub(super) fn direction_of_distant(&self, lamp: usize, bits: u64) -> [f64; 3] {
-        let [.., x, y, z] = ray(*self.lamps.row(lamp as u32), false, [&[0], &[0], &[bits]]);
+        let [.., x, y, z] = ray(*self.lamps.row(lamp as u32), None, [&[0], &[0], &[bits]]);
         [x, y, z]
     }
 }
@@ -104,7 +114,7 @@ fn bear_all<R: Real>(
     for first in (begin / R::N * R::N..WIDTH).step_by(R::N) {
         let lamp = if is_alone { alone } else { R::rows(&cones.lamps, &lamps[first..]) };
         let bits = [&places[first..], &points[first..], &directions[first..]];
-        let ray = ray(lamp, cones.has_discs, bits);
+        let ray = ray(lamp, cones.discs, bits);
         let [.., full, _, _, _] = lamp;
         let has_cone = R::splat(0.0).le(full);
         for axis in 0..6 {
@@ -116,7 +126,7 @@ fn bear_all<R: Real>(
 
 /// Origin and direction of births at N lamps with cones, of which some may be distant.
 #[inline(always)]
-fn ray<R: Real>(lamp: [R; OF_LAMP], has_discs: bool, [places, points, directions]: [&[u64]; 3]) -> [R; 6] {
+fn ray<R: Real>(lamp: [R; OF_LAMP], discs: Option<Discs>, [places, points, directions]: [&[u64]; 3]) -> [R; 6] {
     let (zero, one) = (R::splat(0.0), R::splat(1.0));
     let [.., full, flux, outer, width] = lamp;
     let [x, y, _] = cosine_directions::<R>(directions);
@@ -126,9 +136,13 @@ fn ray<R: Real>(lamp: [R; OF_LAMP], has_discs: bool, [places, points, directions
     let cosine = cosine([full, flux, outer, width], u, [places, points]);
     let scale = ((one - cosine * cosine).max(zero) / square).sqrt();
     let mut ray = from_lamps(lamp, [x * scale, y * scale, R::splat(-1.0) * cosine]);
-    if has_discs {
+    if let Some(Discs { room }) = discs {
         let [rx, ry, rz, dx, dy, dz] = ray;
-        let origin = on_discs([rx, ry, rz], [dx, dy, dz], points);
+        let way = [dx, dy, dz];
+        let mut origin = on_discs([rx, ry, rz], way, points);
+        if let Some(room) = room {
+            origin = entered(room, (origin, way), R::splat(4.0) * rx);
+        }
         let is_distant = one.le(outer);
         for axis in 0..3 {
             ray[axis] = R::select(is_distant, origin[axis], ray[axis]);
@@ -162,6 +176,24 @@ fn on_discs<R: Real>(radius: [R; 3], [x, y, z]: [R; 3], points: &[u64]) -> [R; 3
     let (way, mut origin) = ([x, y, z], radius);
     for axis in 0..3 {
         origin[axis] = radius[axis] * (across[axis] * s + along[axis] * t - two * way[axis]);
+    }
+    origin
+}
+
+/// Where rays enter a box. One that misses it begins this `far` on, behind all that it could have met.
+#[inline(always)]
+fn entered<R: Real>([least, most]: [[f64; 3]; 2], (mut origin, way): ([R; 3], [R; 3]), far: R) -> [R; 3] {
+    let (mut enters, mut leaves) = (R::splat(f64::NEG_INFINITY), R::splat(f64::INFINITY));
+    for axis in 0..3 {
+        let [a, b] = [least, most].map(|side| (R::splat(side[axis]) - origin[axis]) / way[axis]);
+        let is_first = a.lt(b);
+        enters = enters.max(R::select(is_first, a, b));
+        let last = R::select(is_first, b, a);
+        leaves = R::select(last.lt(leaves), last, leaves);
+    }
+    let begin = R::select(enters.lt(leaves), enters, far);
+    for axis in 0..3 {
+        origin[axis] = origin[axis] + begin * way[axis];
     }
     origin
 }
@@ -210,8 +242,9 @@ mod tests {
             (Emission::Distant { rim: 1.0 }, level),
         ];
         let mut rng = Sequence::new(8).walk(0);
-        for list in [&kinds[..1], &kinds[1..4], &kinds] {
-            let cones = LightCones::new(list.iter().copied()).unwrap();
+        let room = [[-1.0, -2.0, -1.5], [0.5, 2.0, 1.0]];
+        for (list, room) in [(&kinds[..1], None), (&kinds[1..4], None), (&kinds, None), (&kinds, Some(room))] {
+            let cones = LightCones::new(list.iter().copied(), room).unwrap();
             for begin in [0, 77, WIDTH - 1] {
                 let lamp: [u32; WIDTH] = std::array::from_fn(|i| (i % list.len()) as u32);
                 let bits: [[u64; WIDTH]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| rng.bits()));

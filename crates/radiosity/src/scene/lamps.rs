@@ -17,6 +17,10 @@ use crate::simd::batch::WIDTH;
 use crate::simd::isa::Isa;
 use crate::trace::ray::Ray;
 
+/// How far within the box that stands for the sky the light of distant lamps sets out, in halves of its diagonal: farther out than all that the
+/// sky is around, which is 0.018 of its diagonal away.
+const WITHIN_SKY: f64 = 0.01;
+
 /// How many slacks a lamp hangs in front of the plane that it is written in, on the side that it is aimed at.
 const LIFT: f64 = 4.0;
 
@@ -29,6 +33,8 @@ pub(crate) struct PointLamps {
     /// The cones of lamps without a table, as births need them; `None` where all have one.
     cones: Option<Box<LightCones>>,
     list: Vec<PointLamp>,
+    /// Whether the last six surfaces stand for the sky, which is nearer than distant lamps and hides none.
+    has_sky: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -99,10 +105,15 @@ pub(crate) struct SeenOpening {
 }
 
 impl PointLamps {
-    /// The lamps of a scene whose box has these corners, and whose facets are larger than their surfaces by `slack` [m].
-    pub(super) fn new(spec: &LampsSpec, [min, max]: [DVec3; 2], slack: f64) -> Result<Self, SceneError> {
+    /// The lamps of a scene whose box has these corners and stands for the sky or not, and whose facets are larger than their surfaces by
+    /// `slack` [m].
+    pub(super) fn new(
+        spec: &LampsSpec,
+        ([min, max], has_sky): ([DVec3; 2], bool),
+        slack: f64,
+    ) -> Result<Self, SceneError> {
         let (origin, reach) = (0.5 * (min + max), 0.5 * (max - min).length() * (1.0 + 1e-9));
-        let mut lamps = PointLamps { tables: spec.tables.clone(), ..PointLamps::default() };
+        let mut lamps = PointLamps { tables: spec.tables.clone(), has_sky, ..PointLamps::default() };
         for lamp in &spec.list {
             if let Some(fault) = lamp.fault(spec.tables.len()) {
                 return Err(SceneError::Whole(format!(
@@ -131,7 +142,10 @@ impl PointLamps {
             let of_lamps = lamps.list.iter().map(|lamp| lamp.for_tables(&spec.tables));
             lamps.births = LightTables::new(&spec.tables, of_lamps).map(Box::new);
         }
-        lamps.cones = LightCones::new(lamps.list.iter().map(|lamp| lamp.for_cones(reach))).map(Box::new);
+        let half = 0.5 * (max - min) - DVec3::splat(WITHIN_SKY * reach);
+        let room = has_sky.then(|| [-half, half].map(|corner| corner.to_array()));
+        let of_lamps = lamps.list.iter().map(|lamp| lamp.for_cones(reach));
+        lamps.cones = LightCones::new(of_lamps, room).map(Box::new);
         Ok(lamps)
     }
 
@@ -351,8 +365,11 @@ impl Scene {
         }
         let ray = Ray { origin, direction: towards, from };
         let hit = self.closest_hit(&ray);
+        let is_sky = |surface: u32| self.parts.lamps.has_sky && surface as usize + 6 >= self.surfaces().len();
         // A lamp in the plane of a surface hangs just in front of it.
-        let is_free = hit.is_none_or(|hit| hit.t >= distance * (1.0 - NEAR));
+        let is_free = hit.is_none_or(|hit| {
+            hit.t >= distance * (1.0 - NEAR) || distance.is_infinite() && is_sky(hit.surface)
+        });
         let part = weight * self.passed_panes(&ray, distance);
         is_free.then(|| irradiance.map(|e| e * part))
     }

@@ -275,7 +275,7 @@ impl Scene {
             Surface::new(&spec.surfaces[number], front, first(Side::Back), origin)
         });
         let channels = spec.channels();
-        let lamps = PointLamps::new(&spec.lamps, [min, max], slack(min, max))?;
+        let lamps = PointLamps::new(&spec.lamps, ([min, max], has_sky(spec)), slack(min, max))?;
         let panes = Panes::new(&spec.panes, origin)?;
         let (emitters, power) = emission(&surfaces, &faces, &lamps, channels)?;
         let traced::Traced { frames, stacks, facets, index } = trace(&mut surfaces);
@@ -552,6 +552,15 @@ fn emission(
 fn extent(spec: &SceneSpec) -> [DVec3; 2] {
     let corners = || spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
     [corners().fold(DVec3::INFINITY, DVec3::min), corners().fold(DVec3::NEG_INFINITY, DVec3::max)]
+}
+
+/// Whether the last six surfaces stand for the sky ([`Scene::surfaces_before_sky`]).
+fn has_sky(spec: &SceneSpec) -> bool {
+    let is_side = |surface: &crate::SurfaceSpec| {
+        let is_black = !surface.reflectance.is_lit();
+        is_black && surface.emittance.is_lit() && surface.name.as_deref() == Some(SKY)
+    };
+    spec.surfaces.len() > 6 && spec.surfaces.iter().rev().take(6).all(is_side)
 }
 
 /// By how much a facet is larger than its surface, on every edge [m]: 2⁻⁴⁶ of the largest coordinate or
