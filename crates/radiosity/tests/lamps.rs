@@ -240,13 +240,15 @@ fn light_from_far_away_comes_through_the_sky() {
         let roof = SurfaceSpec { sides: radiosity::Sides::Both, ..SurfaceSpec::new(roof, 0.5) };
         let mut surfaces = vec![SurfaceSpec::new(ground, 0.5), roof];
         surfaces.extend(if emittance > 0.0 { sky(emittance) } else { Vec::new() });
-        let sun = |rim: f64, aim| LampSpec::new(DVec3::ZERO, Emission::Distant { rim }, lamps).aimed(aim, 0.0);
+        let sun =
+            |rim: f64, aim| LampSpec::new(DVec3::ZERO, Emission::Distant { rim }, lamps).aimed(aim, 0.0);
         let list = vec![sun(1.0, at(0.2, 0.3, -1.0)), sun(0.99, at(-0.5, 0.2, -0.6))];
         with_lamps(SceneSpec::new(surfaces), if lamps > 0.0 { list } else { Vec::new() })
     };
     let all = [(40.0, 30.0), (40.0, 0.0), (0.0, 30.0)].map(|(sky, lamps)| spec(sky, lamps));
     let chains = Chains { rays: 20_000, solve: Solve::Links, linear: false, final_gather: Vec::new() };
-    let by_walks = all.each_ref().map(|spec| irradiances(spec, Method::shooting(Estimator::Collision), 400_000));
+    let by_walks =
+        all.each_ref().map(|spec| irradiances(spec, Method::shooting(Estimator::Collision), 400_000));
     let by_chains = all.each_ref().map(|spec| irradiances(spec, chains.clone(), 32));
     let at_points = all.each_ref().map(|spec| {
         let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
@@ -354,7 +356,10 @@ fn chains_know_what_comes_to_nearly_black_faces() {
     let black = at(0.0);
     for reflectance in [1e-30, 1e-12, 1e-8, 1e-5] {
         for (black, [found, error]) in black.iter().zip(at(reflectance)) {
-            assert!((found / black[0] - 1.0).abs() < 1e-3, "{reflectance}: {found} ± {error}, black {black:?}");
+            assert!(
+                (found / black[0] - 1.0).abs() < 1e-3,
+                "{reflectance}: {found} ± {error}, black {black:?}"
+            );
             assert!(error < 1.1 * black[1], "{reflectance}: {found} ± {error}, black {black:?}");
         }
     }

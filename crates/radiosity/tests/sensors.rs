@@ -160,7 +160,8 @@ fn walks_that_do_not_tell_of_every_patch_or_of_all_light_are_refused() {
     let refused = experiment(&cube54(), few).with_sensors(&[desk(0.5, [1, 1])]);
     assert_eq!(refused.unwrap_err(), Unfit::SensorsOfFewPatches);
     let cut_off = EstimatorKind::Infinite.ending(InfiniteEnd::Cutoff { threshold: 0.5 });
-    let refused = experiment(&cube54(), Method::shooting(Score::Of(cut_off))).with_sensors(&[desk(0.5, [1, 1])]);
+    let refused =
+        experiment(&cube54(), Method::shooting(Score::Of(cut_off))).with_sensors(&[desk(0.5, [1, 1])]);
     assert_eq!(refused.unwrap_err(), Unfit::CutOffSensors);
     let batches = Batches { walks: 100, sampler: Sampler::Random, score: BatchScore::FinalGather(vec![1]) };
     let without = experiment(&cube54(), batches).with_sensors(&[]).unwrap();

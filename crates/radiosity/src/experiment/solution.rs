@@ -431,9 +431,8 @@ fn estimate(
         ci_high: radiosity(interval.high) + bias_bound,
         irradiance: irradiance_per_event.filter(|_| scored).map(|per_event| per_event * mean),
         irradiance_error: irradiance_per_event.zip(error).map(|(per_event, error)| per_event * error),
-        irradiance_interval: irradiance_per_event.map(|per_event| {
-            [per_event * interval.low, per_event * interval.high + irradiance_bias]
-        }),
+        irradiance_interval: irradiance_per_event
+            .map(|per_event| [per_event * interval.low, per_event * interval.high + irradiance_bias]),
         hits,
         effective_scores,
         bias_bound,

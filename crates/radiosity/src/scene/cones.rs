@@ -126,7 +126,11 @@ fn bear_all<R: Real>(
 
 /// Origin and direction of births at N lamps with cones, of which some may be distant.
 #[inline(always)]
-fn ray<R: Real>(lamp: [R; OF_LAMP], discs: Option<Discs>, [places, points, directions]: [&[u64]; 3]) -> [R; 6] {
+fn ray<R: Real>(
+    lamp: [R; OF_LAMP],
+    discs: Option<Discs>,
+    [places, points, directions]: [&[u64]; 3],
+) -> [R; 6] {
     let (zero, one) = (R::splat(0.0), R::splat(1.0));
     let [.., full, flux, outer, width] = lamp;
     let [x, y, _] = cosine_directions::<R>(directions);
@@ -243,7 +247,8 @@ mod tests {
         ];
         let mut rng = Sequence::new(8).walk(0);
         let room = [[-1.0, -2.0, -1.5], [0.5, 2.0, 1.0]];
-        for (list, room) in [(&kinds[..1], None), (&kinds[1..4], None), (&kinds, None), (&kinds, Some(room))] {
+        for (list, room) in [(&kinds[..1], None), (&kinds[1..4], None), (&kinds, None), (&kinds, Some(room))]
+        {
             let cones = LightCones::new(list.iter().copied(), room).unwrap();
             for begin in [0, 77, WIDTH - 1] {
                 let lamp: [u32; WIDTH] = std::array::from_fn(|i| (i % list.len()) as u32);

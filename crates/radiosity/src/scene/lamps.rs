@@ -149,6 +149,15 @@ impl PointLamps {
         Ok(lamps)
     }
 
+    /// The largest coordinate of a birth [m]: those of distant lamps set out from discs three times as far out as the scene reaches, or in its box.
+    pub(super) fn farthest_birth(&self) -> f64 {
+        let farthest = |lamp: &PointLamp| match lamp.emission {
+            Emission::Distant { .. } => 3.0 * (lamp.flux / PI).sqrt(),
+            _ => lamp.position.abs().max_element(),
+        };
+        self.list.iter().map(farthest).fold(0.0, f64::max)
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.list.len()
     }

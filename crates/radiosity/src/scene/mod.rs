@@ -210,8 +210,9 @@ impl Scene {
         executor: &ParallelFor,
     ) -> Result<Self, SceneError> {
         let [min, max] = extent(spec);
-        let trace =
-            |surfaces: &mut [Surface]| traced::Traced::new(surfaces, slack(min, max), (index, isa), executor);
+        let trace = |surfaces: &mut [Surface], births: f64| {
+            traced::Traced::new(surfaces, (slack(min, max), births), (index, isa), executor)
+        };
         Scene::assemble(spec, isa, executor, trace)
     }
 
@@ -237,7 +238,7 @@ impl Scene {
         };
         let isa = *isa;
         drop(self);
-        Scene::assemble(spec, isa, &in_turn, |surfaces| {
+        Scene::assemble(spec, isa, &in_turn, |surfaces, _| {
             traced::lie_in(surfaces, &traced.stacks);
             traced
         })
@@ -260,7 +261,7 @@ impl Scene {
         spec: &SceneSpec,
         isa: Isa,
         executor: &ParallelFor,
-        trace: impl FnOnce(&mut [Surface]) -> traced::Traced,
+        trace: impl FnOnce(&mut [Surface], f64) -> traced::Traced,
     ) -> Result<Self, SceneError> {
         check::check(spec)?;
         let pieces = Pieces::new(spec);
@@ -278,7 +279,7 @@ impl Scene {
         let lamps = PointLamps::new(&spec.lamps, ([min, max], has_sky(spec)), slack(min, max))?;
         let panes = Panes::new(&spec.panes, origin)?;
         let (emitters, power) = emission(&surfaces, &faces, &lamps, channels)?;
-        let traced::Traced { frames, stacks, facets, index } = trace(&mut surfaces);
+        let traced::Traced { frames, stacks, facets, index } = trace(&mut surfaces, lamps.farthest_birth());
         let places = Places::new(&surfaces, &faces);
         let sheets = Sheets::new(&spec.surfaces, &stacks)?;
         let hash = hash(spec, !stacks.is_empty());

@@ -26,10 +26,10 @@ pub(super) struct Traced {
 }
 
 impl Traced {
-    /// What rays need of surfaces, which take on the planes of their stacks.
+    /// What rays need of surfaces, which take on the planes of their stacks. Many rays begin as far out as `births` [m].
     pub(super) fn new(
         surfaces: &mut [Surface],
-        slack: f64,
+        (slack, births): (f64, f64),
         (index, isa): (IndexChoice, Isa),
         executor: &ParallelFor,
     ) -> Self {
@@ -45,7 +45,7 @@ impl Traced {
         let facets = Facets::new(surfaces, &stacks, slack, executor);
         let index = match &binary {
             Some(binary) => Index::Tree(Tree::new(binary, &facets, isa)),
-            None => Index::Flat(Flat::new(isa, surfaces, &facets)),
+            None => Index::Flat(Flat::new(isa, surfaces, &facets, births)),
         };
         let frames = Frames::new(surfaces.iter().map(Surface::frame)).into();
         Traced { frames, stacks: stacks.into(), facets: facets.into(), index: index.into() }

@@ -26,6 +26,8 @@ pub(crate) struct Flat {
     isa: Isa,
     /// Alike ones side by side. Empty where they do not pay, or f32 cannot hold the scene.
     sketches: Vec<Sketch>,
+    /// The bounds of the sketches hold of rays that begin at coordinates up to this [m].
+    reach: f32,
 }
 
 impl Flat {
@@ -34,13 +36,16 @@ impl Flat {
         size_of_val(&self.sketches[..])
     }
 
-    pub(crate) fn new(isa: Isa, surfaces: &[Surface], facets: &Facets) -> Self {
+    /// The index of these surfaces; many rays begin as far out as `births` [m], beside those that begin on surfaces.
+    pub(crate) fn new(isa: Isa, surfaces: &[Surface], facets: &Facets, births: f64) -> Self {
         // Without vectors of f32 to speak of, meeting facets in full takes less time.
         if isa == Isa::Portable || surfaces.len() > MOST_SKETCHES {
-            return Flat { isa, sketches: Vec::new() };
+            return Flat { isa, sketches: Vec::new(), reach: 0.0 };
         }
         let corners: Vec<DVec3> = surfaces.iter().flat_map(|surface| surface.outline()).collect();
         let reach = corners.iter().fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));
+        // Rays from farther away are met in full.
+        let reach = reach.max(births.min(MOST_BIRTHS * reach));
         let walls = walls(surfaces, &corners, facets);
         let plane = |number| facets.layers().map_or(number, |layers| layers.plane(number));
         let sketch = |((number, facet), wall)| Sketch {
@@ -50,7 +55,7 @@ impl Flat {
         let mut sketches: Vec<Sketch> = (0..).zip(facets.iter()).zip(walls).map(sketch).collect();
         sketches.sort_by_key(|sketch| sketch.part);
         let holds = (1e-9..1e9).contains(&reach) && sketches.iter().all(|sketch| sketch.uv_margin < 1e9);
-        Flat { isa, sketches: if holds { sketches } else { Vec::new() } }
+        Flat { isa, sketches: if holds { sketches } else { Vec::new() }, reach: (reach * ROUNDED_UP) as f32 }
     }
 
     /// How many sketches are those of planes.
@@ -99,6 +104,12 @@ fn walls(surfaces: &[Surface], corners: &[DVec3], facets: &Facets) -> Vec<bool> 
     }
     walls
 }
+
+/// Births farther out than this, in the coordinates of surfaces, would make the bounds of all rays too loose.
+const MOST_BIRTHS: f64 = 16.0;
+
+/// Points of the corners and births are within reach after every rounding.
+const ROUNDED_UP: f64 = 1.0 + 1e-5;
 
 /// Rays that are sketched side by side.
 const SKETCHED: usize = 16;
@@ -216,7 +227,7 @@ fn closest_hits<R: Real, const LAYERED: bool>(
         let guess = if flat.sketches.is_empty() {
             None
         } else {
-            Some(guess::<R, LAYERED>(&flat.sketches, &Starts::new(layers, rays, first)))
+            Some(guess::<R, LAYERED>(flat, &Starts::new(layers, rays, first)))
         };
         for part in (0..SKETCHED).step_by(R::N).filter(|part| first + part < rays.len) {
             let taken = u64::MAX >> (64 - (rays.len - first - part).min(R::N));
@@ -265,14 +276,20 @@ impl Starts {
 
 /// The first facet that each ray may meet.
 #[inline(always)]
-fn guess<R: Real, const LAYERED: bool>(sketches: &[Sketch], starts: &Starts) -> Guess {
+fn guess<R: Real, const LAYERED: bool>(flat: &Flat, starts: &Starts) -> Guess {
     let mut guess = Guess {
         t: [f32::INFINITY; SKETCHED],
         surface: [Hits::NONE; SKETCHED],
         other: [f32::INFINITY; SKETCHED],
     };
+    for row in &starts.origin {
+        for lane in 0..SKETCHED {
+            let is_near = row[lane].abs() <= flat.reach;
+            guess.other[lane] = if is_near { guess.other[lane] } else { f32::NEG_INFINITY };
+        }
+    }
     // In any order: facets at the same t are not ordered here.
-    for alike in sketches.chunk_by(|a, b| a.part == b.part) {
+    for alike in flat.sketches.chunk_by(|a, b| a.part == b.part) {
         let guess = &mut guess;
         match alike[0].part {
             FacetPart::Plane => {

@@ -94,7 +94,7 @@ fn assert_agrees(name: &str, spec: &SceneSpec) {
     let Index::Tree(mut tree) = (*scene.parts.index).clone() else { panic!("a tree was asked for") };
     let (mut scratch, mut hits) = (Box::default(), Hits::default());
     let leaves = tree.leaves(facets.len());
-    let flat = |isa| Flat::new(isa, &surfaces, &facets);
+    let flat = |isa| Flat::new(isa, &surfaces, &facets, 0.0);
     let every = Index::Flat(flat(Isa::Portable));
     let brute = |ray: &Ray| every.closest_hit(&facets, ray);
     for isa in Isa::available() {
@@ -182,7 +182,7 @@ fn the_plane_of_a_wall_is_the_answer_but_where_there_is_a_hole() {
     let room = room_with_two_holes();
     let walls = |spec: &SceneSpec| {
         let scene = Scene::build(spec, IndexChoice::Flat).unwrap();
-        let found = |isa| Flat::new(isa, scene.surfaces(), &scene.parts.facets).walls();
+        let found = |isa| Flat::new(isa, scene.surfaces(), &scene.parts.facets, 0.0).walls();
         Isa::available().into_iter().filter(|&isa| isa != Isa::Portable).map(found).collect::<Vec<_>>()
     };
     for (name, spec) in [
@@ -219,13 +219,47 @@ fn a_start_within_the_slack_of_a_plane_is_on_it_side_by_side_too() {
     for isa in Isa::available() {
         let (mut batch, mut hits) = (Rays::default(), Hits::default());
         batch.push(&ray);
-        Flat::new(isa, scene.surfaces(), &scene.parts.facets).closest_hits(
+        Flat::new(isa, scene.surfaces(), &scene.parts.facets, 0.0).closest_hits(
             &scene.parts.facets,
             &batch,
             &mut hits,
         );
         assert_eq!(hits.get(0), scene.closest_hit(&ray), "{isa:?}");
         assert_eq!(hits.get(0).map(|hit| (hit.surface, hit.t)), Some((1, 0.0)));
+    }
+}
+
+/// A lamp may hang anywhere: f32 rounds coordinates far out by more than the facets are wide. Rays from there meet, side by side, what one alone
+/// meets in full, whether or not births are known to be so far out.
+#[test]
+fn rays_from_far_away_are_met_in_full() {
+    let quad = |u: DVec3, v: DVec3| SurfaceSpec::new(Shape::parallelogram(DVec3::ZERO, u, v, [1, 1]), 0.5);
+    let quads = [quad(DVec3::X, DVec3::Y), quad(DVec3::Y, 0.3 * DVec3::Z)];
+    let mut spec = SceneSpec::new(quads.into());
+    spec.surfaces[0].emittance = 1.0.into();
+    let scene = Scene::build_for(&spec, IndexChoice::Flat, Isa::Portable).unwrap();
+    let mut rng = Sequence::new(7).walk(0);
+    for distance in [3.0, 1e3, 1e5, 1e7] {
+        let (mut batch, mut alone) = (Rays::default(), Vec::new());
+        for _ in 0..WIDTH {
+            let [[x, y], [z, turn]] = [rng.pair(), rng.pair()];
+            let place = DVec3::new(1.2 * x - 0.6, 1.2 * y - 0.6, 0.4 * z - 0.15);
+            let away = DVec3::new(0.4 * turn, 0.7, 0.6).normalize();
+            alone.push(unit(&Ray { origin: place + distance * away, direction: -away, from: Ray::FREE }));
+            batch.push(alone.last().unwrap());
+        }
+        let met: Vec<_> = alone.iter().map(|ray| scene.closest_hit(ray)).collect();
+        assert!(met.iter().flatten().count() > WIDTH / 4);
+        for (isa, births) in Isa::available().into_iter().flat_map(|isa| [(isa, 0.0), (isa, distance)]) {
+            let mut hits = Hits::default();
+            Flat::new(isa, scene.surfaces(), &scene.parts.facets, births).closest_hits(
+                &scene.parts.facets,
+                &batch,
+                &mut hits,
+            );
+            let found: Vec<_> = (0..WIDTH).map(|lane| hits.get(lane)).collect();
+            assert_eq!(found, met, "{isa:?}, {distance} m");
+        }
     }
 }
 
@@ -291,7 +325,7 @@ fn a_tree_is_no_deeper_than_a_stack_however_its_boxes_nest() {
         let scene = Scene::build(&mapped(&crowd(count, 3), |p| p), IndexChoice::Flat).unwrap();
         let facets = &scene.parts.facets;
         let binary = chain(&BinaryTree::new(scene.surfaces(), facets.slack(), Effort::Full, &in_turn));
-        let every = Index::Flat(Flat::new(Isa::Portable, scene.surfaces(), facets));
+        let every = Index::Flat(Flat::new(Isa::Portable, scene.surfaces(), facets, 0.0));
         for isa in Isa::available() {
             let tree = Tree::new(&binary, facets, isa);
             assert_eq!(depth(&tree, 0), LEVELS, "{count} surfaces");
