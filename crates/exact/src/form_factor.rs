@@ -3,7 +3,8 @@
 //! Source: Ehlert & Smith, *View factors for perpendicular and parallel rectangular plates*, J. Thermophysics
 //! and Heat Transfer 7(1) 1993; Howell's catalogue of configuration factors, C-11 … C-16. Both write A_iF_ij
 //! as a sum over the corners of an indefinite integral, whose terms cancel where the rectangles are small
-//! against their distance; there [`crate::cubature`] takes over.
+//! against their distance; there [`crate::cubature`] takes over. They cancel, too, where one rectangle is huge
+//! against the other, which is then cut in two.
 
 use std::f64::consts::PI;
 
@@ -15,7 +16,7 @@ use crate::rectangle::Rectangle;
 /// lies behind either plane does not count.
 ///
 /// The absolute error is about 10⁻¹⁵ where lengths and distances differ by factors up to 10, 10⁻¹³ up to
-/// 1 : 100, 10⁻¹¹ up to 1 : 10⁴; a form factor of 0 may come out negative by as much.
+/// 1 : 100, 10⁻¹¹ where one is longer than the other's longest side by more; a form factor of 0 may come out negative by as much.
 pub fn form_factor(i: &Rectangle, j: &Rectangle) -> f64 {
     exchange_area(i, j) / i.area()
 }
@@ -33,10 +34,7 @@ fn parallel(i: &Rectangle, j: &Rectangle) -> f64 {
     }
     let [p, q] = i.spanned();
     let pair = Parallel { distance, x: [i.interval(p), j.interval(p)], y: [i.interval(q), j.interval(q)] };
-    match cubature::rule(pair.separation()) {
-        Some(rule) => pair.cubature(rule),
-        None => pair.closed_form(),
-    }
+    pair.exchange_area()
 }
 
 /// Two rectangles with different normal axes see each other where each is in front of the other's plane.
@@ -47,10 +45,25 @@ fn perpendicular(i: &Rectangle, j: &Rectangle) -> f64 {
     }
     let shared = 3 - i.axis - j.axis;
     let pair = Perpendicular { x, xi, y: [i.interval(shared), j.interval(shared)] };
-    match cubature::rule(pair.separation()) {
-        Some(rule) => pair.cubature(rule),
-        None => pair.closed_form(),
-    }
+    pair.exchange_area()
+}
+
+/// The longest side of one rectangle over that of another from which the longer one is cut in two: the terms of a closed form are as large as
+/// the square of its length, and what is left of them may be the area of the shorter one.
+const HUGE: f64 = 100.0;
+
+/// The rectangle of two, and its side, that is to be cut in two, if any; sides are intervals.
+fn huge(sides: [[[f64; 2]; 2]; 2]) -> Option<[usize; 2]> {
+    let lengths = sides.map(|sides| sides.map(length));
+    let longest = lengths.map(|[a, b]| a.max(b));
+    let rectangle = usize::from(longest[1] > longest[0]);
+    let side = usize::from(lengths[rectangle][1] > lengths[rectangle][0]);
+    (longest[rectangle] > HUGE * longest[1 - rectangle]).then_some([rectangle, side])
+}
+
+fn halves([low, high]: [f64; 2]) -> [[f64; 2]; 2] {
+    let middle = 0.5 * (low + high);
+    [[low, middle], [middle, high]]
 }
 
 /// Facing rectangles `distance` apart; along x and y the interval of either [m].
@@ -61,6 +74,21 @@ struct Parallel {
 }
 
 impl Parallel {
+    /// Near parts of a huge rectangle by the closed form, others by cubature.
+    fn exchange_area(&self) -> f64 {
+        if let Some(rule) = cubature::rule(self.separation()) {
+            return self.cubature(rule);
+        }
+        let sides = [0, 1].map(|rectangle| [self.x[rectangle], self.y[rectangle]]);
+        let Some([rectangle, side]) = huge(sides) else { return self.closed_form() };
+        let with = |half: [f64; 2]| {
+            let (mut x, mut y) = (self.x, self.y);
+            (if side == 0 { &mut x } else { &mut y })[rectangle] = half;
+            Parallel { distance: self.distance, x, y }
+        };
+        halves(sides[rectangle][side]).map(|half| with(half).exchange_area()).iter().sum()
+    }
+
     /// Ehlert & Smith's G for parallel plates over all corners, Howell C-13.
     fn closed_form(&self) -> f64 {
         let scale = self.distance.max(reach(self.x)).max(reach(self.y));
@@ -100,6 +128,22 @@ struct Perpendicular {
 }
 
 impl Perpendicular {
+    /// Near parts of a huge rectangle by the closed form, others by cubature.
+    fn exchange_area(&self) -> f64 {
+        if let Some(rule) = cubature::rule(self.separation()) {
+            return self.cubature(rule);
+        }
+        let sides = [[self.x, self.y[0]], [self.xi, self.y[1]]];
+        let Some([rectangle, side]) = huge(sides) else { return self.closed_form() };
+        let with = |half: [f64; 2]| {
+            let mut sides = sides;
+            sides[rectangle][side] = half;
+            let [[x, y], [xi, other_y]] = sides;
+            Perpendicular { x, xi, y: [y, other_y] }
+        };
+        halves(sides[rectangle][side]).map(|half| with(half).exchange_area()).iter().sum()
+    }
+
     /// Ehlert & Smith's G for perpendicular plates over all corners, Howell C-15:
     /// w c atan(w/c) − ¼ (c² − w²) ln(c² + w²) with c² = x² + ξ².
     ///
@@ -164,6 +208,23 @@ fn norm([x, y, z]: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A small tile above a huge square sees hardly anything else, and one that stands on edge sees it in half of its directions, up to 4·10⁻¹⁰ each
+    /// at these sizes; the tile's own plane is a huge distance from the edge.
+    #[test]
+    fn a_huge_rectangle_fills_the_view_of_a_small_one() {
+        for (half, side) in [(50.0, 0.01), (5e3, 1e-3), (5e4, 1e-2), (5e4, 1e-3), (5e5, 1e-3)] {
+            let across = [[-half, half], [0.3, 0.3 + side]];
+            let facing = Parallel { distance: 1.0, x: across, y: across };
+            let on_edge = Perpendicular { x: [0.0, half], xi: [0.5, 0.5 + side], y: across };
+            let area = side * side;
+            // All but h²/L² of the view of a point at height h over the middle of a disc of radius L, which lies between two squares.
+            let missing = 2.5 / (half * half);
+            let [f, g] = [facing.exchange_area(), on_edge.exchange_area()].map(|exchange| exchange / area);
+            assert!((1.0 - f).abs() < missing + 1e-9, "{half}, {side}: {f}");
+            assert!((0.5 - g).abs() < 1.0 / half + 1e-9, "{half}, {side}: {g}");
+        }
+    }
 
     /// Unit squares beyond the distance where cubature takes over, aside from one another by more and more.
     #[test]
