@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, lamps::Emission};
 use thiserror::Error;
 
 use crate::box_scene::{BoxScene, NotABox};
@@ -125,6 +125,9 @@ impl Exact {
         }
         if spec.surfaces.iter().any(|surface| surface.transmittance.is_lit()) {
             return Err(ExactError::Transmission);
+        }
+        if spec.lamps.list.iter().any(|lamp| matches!(lamp.emission, Emission::Distant { .. })) {
+            return Err(ExactError::DistantLamp);
         }
         let scene = Scene::build(spec, IndexChoice::Flat)?;
         let (form_factors, exchange) = match BoxScene::recognise(spec) {

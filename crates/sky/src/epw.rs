@@ -209,7 +209,7 @@ impl<'a> HourFields<'a> {
 
 fn hour(line: usize, row: &str, site: &Site) -> Result<WeatherHour, MalformedWeather> {
     let fields = HourFields::split(line, row)?;
-    let year = fields.whole(0, "year", [-2000, 6000])?;
+    let year = fields.whole(0, "year", [-500, 6000])?;
     let [month, day] = [fields.whole(1, "month", [1, 12])?, fields.whole(2, "day", [1, 31])?];
     let end = fields.whole(3, "hour", [1, 24])?;
     let dew_point = fields.number(7, "dew point")?;
