@@ -72,7 +72,11 @@ impl Experiment {
         pool: &dyn ThreadPool,
     ) -> Option<ChainOutcome> {
         let aim = |faces: &FaceTable| self.aim(faces, plan.rays, pool);
-        jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, (plan.solve, plan.linear), aim, pool)
+        let rng = match plan.solve {
+            Solve::Links => jacobi::aim::numbers_of_chain(sequence, chain),
+            Solve::Iterations(_) => sequence.walk(chain),
+        };
+        jacobi::chain(&self.scene, rng, plan.rays, (plan.solve, plan.linear), aim, pool)
     }
 
     /// How all chains share out their rays. Threads that ask at once each find it for themselves, and find the same.

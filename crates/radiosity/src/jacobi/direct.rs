@@ -6,7 +6,7 @@
 
 use std::sync::Mutex;
 
-use super::aim::density;
+use super::aim::{PILOT_SEED, density};
 use super::cast::systematic;
 use super::faces::FaceTable;
 use super::halves::LinkRays;
@@ -36,9 +36,6 @@ const PILOT_PART: u64 = 32;
 /// Near light may err by this many times what all light would along links, in squares. It did by 16 times in an office of 741 polygons, whose lamp
 /// lies in a reflector: there links of near light had next to no rays.
 const MOST_NEAR: f64 = 4.0;
-
-/// The seed of pilots: chains with the same number of rays decide alike.
-const PILOT_SEED: u64 = 0;
 
 /// Direct light of one chain.
 pub(super) struct Direct<'a> {
@@ -125,6 +122,7 @@ impl<'a> Direct<'a> {
         let pilot: Vec<u32> = chosen.iter().map(|&times| times.min(1) * PILOT_RAYS).collect();
         let mut sums = vec![[0.0; 2]; pilot.len()];
         let mut sights: Vec<PilotSight> = Vec::new();
+        // Of one seed: chains with the same number of rays decide alike.
         let numbers = RayNumbers::sobol(Sequence::new(PILOT_SEED).walk(0));
         let mut caster = ShadowCaster::new(self.faces, &self.lamps, numbers);
         caster.cast(0, &pilot, &|| pool.go_on(), |sight| {

@@ -70,6 +70,12 @@ impl Sequence {
         Sequence { state, increment, next_walk: Jump::new(increment, WALK_STRIDE) }
     }
 
+    /// Whether this is the sequence of a seed.
+    pub(crate) fn is_of(&self, seed: u64) -> bool {
+        let Sequence { state, increment, .. } = Sequence::new(seed);
+        (self.state, self.increment) == (state, increment)
+    }
+
     /// The generator at the start of walk `n`.
     pub fn walk(&self, n: u64) -> WalkRng {
         let jump = Jump::new(self.increment, WALK_STRIDE.wrapping_mul(u128::from(n)));
