@@ -315,6 +315,27 @@ fn overrides_reach_parts_and_leave_out() {
     assert!(none.unwrap_err().to_string().contains("every face is left out"));
 }
 
+/// An entry for one object leaves it to later entries for several, which win; what they say of light counts as well.
+#[test]
+fn overrides_of_parts_apply_in_order() {
+    let obj = format!("{SQUARE}usemtl white\no Desk1\nf 1 2 3\no Desk2\nf 1 3 4\n");
+    let options = |last: f64| {
+        let of_one = MaterialOverride {
+            emittance: Some(7.0.into()),
+            sides: Some(SidesChoice::One),
+            ..MaterialOverride::of("Desk1")
+        };
+        let of_all = MaterialOverride { emittance: Some(last.into()), ..MaterialOverride::of("Desk*") };
+        Options { materials: vec![of_one, of_all], ..Options::default() }
+    };
+    let imported = scene("a.obj", obj.as_bytes(), &options(3.0)).unwrap();
+    let found: Vec<(Sides, f64)> =
+        imported.spec.surfaces.iter().map(|surface| (surface.sides, surface.emittance[0])).collect();
+    assert_eq!(found, [(Sides::Front, 3.0), (Sides::Both, 3.0)]);
+    let mesh = read("a.obj", obj.as_bytes()).unwrap();
+    assert!(mesh.is_lit(&options(3.0)) && !mesh.is_lit(&options(0.0)));
+}
+
 /// Light passes clear faces: they are left out with a note, unless an option makes surfaces of them or nothing else is there.
 #[test]
 fn light_passes_clear_faces() {
