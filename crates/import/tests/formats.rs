@@ -187,6 +187,27 @@ fn one_sided_faces_back_to_back_are_no_doubles() {
     assert_eq!((count(SidesChoice::One), count(SidesChoice::Two)), (2, 1));
 }
 
+/// A triangle is a double where earlier ones have all of its sides, whatever the numbers of their vertices and the order of their
+/// corners. Materials: `front` has one side, `sheet` two.
+#[test]
+fn doubles_have_all_of_their_sides_already() {
+    let vertices = "v a =\np 0 0 0\nv b =\np 1 0 0\nv c =\np 0 1 0\nm front =\nsides 1\nm sheet =\nsides 2\n";
+    let kept = |faces: &[&str]| {
+        let faces: String = faces.iter().map(|face| format!("m {face}\n")).collect();
+        scene("a.mgf", format!("{vertices}{faces}").as_bytes(), &Options::default())
+            .unwrap()
+            .spec
+            .surfaces
+            .len()
+    };
+    for front in ["front\nf a b c", "front\nf a c b", "front\nf c b a", "front\nf b c a"] {
+        for sheet in ["sheet\nf a b c", "sheet\nf c b a"] {
+            assert_eq!((kept(&[front, sheet]), kept(&[sheet, front])), (2, 1), "{front:?} {sheet:?}");
+            assert_eq!(kept(&["front\nf a b c", "front\nf c b a", sheet, front]), 2, "{front:?} {sheet:?}");
+        }
+    }
+}
+
 #[test]
 fn patch_sizes_and_joining() {
     let obj = format!("{SQUARE}f 1 2 3 4\n");
