@@ -931,7 +931,7 @@ fn refusals_say_where_what_and_what_to_do() {
 /// A scene of Mitsuba: a shape of each kind with its area, transforms in their order, references, and what is not diffuse.
 #[test]
 fn mitsuba_scenes_are_read_as_far_as_they_are_diffuse() {
-    let xml = r##"<scene version="3.0.0"><default name="gloss" value="0.25"/>
+    let xml = r##"<scene version="3.0.0"><default name="gloss" value="0.25"/><default name="none" value="0"/>
         <bsdf type="twosided" id="white"><bsdf type="diffuse"><rgb name="reflectance" value="0.5, 0.4, $none"/></bsdf></bsdf>
         <bsdf type="plastic" id="floor"><rgb name="diffuse_reflectance" value="#bcbcbc"/></bsdf>
         <bsdf type="diffuse" id="grey"><spectrum name="reflectance" value="$gloss"/></bsdf>
@@ -1005,4 +1005,72 @@ fn mitsuba_scenes_are_read_as_far_as_they_are_diffuse() {
         let refused = read(xml, &mut files).unwrap_err().to_string();
         assert!(refused.contains(message), "{xml}: {refused}");
     }
+}
+
+/// Reads a room of one material and a shape behind it.
+fn mitsuba(reflectance: &str, shape: &str) -> Mesh {
+    let room = format!(r#"<shape type="cube"><bsdf type="diffuse" id="wall">{reflectance}</bsdf></shape>"#);
+    let head = r#"<default name="up" value="y"/><default name="upper" value="1.5"/><medium type="homogeneous" id="fog"/>"#;
+    read("a.xml", format!("<scene>{head}{room}{shape}</scene>").as_bytes()).unwrap()
+}
+
+/// Spectra without numbers are named and not black: a reflectance is 0.5, an emitter is dark.
+#[test]
+fn spectra_of_mitsuba_are_read_or_named() {
+    let wall = |reflectance: &str| {
+        let material = mitsuba(reflectance, "").materials.swap_remove(0);
+        (material.reflectance.channels(), material.lost)
+    };
+    let undefined = ([0.5; 3], vec![LostProperty::Definition]);
+    for unread in ["filename=\"grey.spd\"", "value=\"x\"", "value=\"0.1 0.2\"", "value=\"400:x\""] {
+        assert_eq!(wall(&format!("<spectrum name=\"reflectance\" {unread}/>")), undefined, "{unread}");
+    }
+    let uniform =
+        r#"<spectrum type="uniform" name="reflectance"><float name="value" value="0.25"/></spectrum>"#;
+    assert_eq!(wall(uniform), ([0.25; 3], vec![]));
+    // Levels of sRGB are no linear light; those of rgb are.
+    let (srgb, _) = wall(r#"<srgb name="reflectance" value="0.5, 0.5, 0.5"/>"#);
+    assert!((srgb[0] - 0.214_041_14).abs() < 1e-8, "{srgb:?}");
+    assert_eq!(wall(r#"<rgb name="reflectance" value="0.5, 0.5, 0.5"/>"#), ([0.5; 3], vec![]));
+
+    let lamp = |radiance: &str| {
+        let shape =
+            format!(r#"<shape type="disk" id="Lamp"><emitter type="area">{radiance}</emitter></shape>"#);
+        let mesh = mitsuba("", &shape);
+        (mesh.materials.last().unwrap().emittance[0] / std::f64::consts::PI, mesh.notes)
+    };
+    let daylight = r#"<spectrum type="d65" name="radiance"><float name="scale" value="10"/></spectrum>"#;
+    assert_eq!(lamp(daylight), (10.0, vec![]));
+    let (emitted, notes) = lamp(r#"<blackbody name="radiance" temperature="3000K"/>"#);
+    assert_eq!(emitted, 0.0);
+    let words = "area emitters whose radiance is not read, left dark: 1 (\"Lamp\"); write it as rgb";
+    assert_eq!(notes, [words]);
+}
+
+/// References to media are no materials; those to emitters are emitters; an alias is another name.
+#[test]
+fn references_of_mitsuba_mean_what_they_lead_to() {
+    let shape = r#"<emitter type="area" id="glow"><rgb name="radiance" value="2"/></emitter><alias id="wall" as="paint"/>
+        <shape type="disk"><ref name="interior" id="fog"/><ref id="glow"/><ref id="paint"/></shape>"#;
+    let mesh = mitsuba(r#"<rgb name="reflectance" value="0.8"/>"#, shape);
+    let disk = &mesh.materials[mesh.triangles.last().unwrap().material as usize];
+    assert_eq!((disk.reflectance, &*disk.name), (0.8.into(), "wall"));
+    assert_eq!(disk.emittance, (2.0 * std::f64::consts::PI).into());
+    assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
+}
+
+/// Names within a value, of which the longest is meant; matrices of nine numbers; and `lookat` along any axis without one for up.
+#[test]
+fn transforms_of_mitsuba_stand_in_several_ways() {
+    let normal = |transform: &str| {
+        let shape =
+            format!(r#"<shape type="rectangle"><transform name="to_world">{transform}</transform></shape>"#);
+        let mesh = mitsuba("", &shape);
+        let [a, b, c] = mesh.triangles.last().unwrap().corners.map(|corner| mesh.positions[corner as usize]);
+        ((a + b) / 2.0, (b - a).cross(c - a).normalize())
+    };
+    let (middle, facing) = normal(r#"<matrix value="1 0 0 0 0 -1 0 1 0"/><translate value="0 $upper 0"/>"#);
+    assert_eq!((middle, facing), (DVec3::new(0.0, 1.5, 0.0), DVec3::NEG_Y));
+    let (middle, facing) = normal(r#"<lookat origin="0,1.9,0" target="0,0,0"/>"#);
+    assert!(middle.distance(DVec3::new(0.0, 1.9, 0.0)) < 1e-12 && facing.distance(DVec3::NEG_Y) < 1e-12);
 }
