@@ -563,6 +563,22 @@ fn colours_of_vertices_give_their_mean() {
     );
 }
 
+/// Colours of vertices count before those of faces, and those of other elements not at all.
+#[test]
+fn ply_takes_colours_of_vertices_then_faces() {
+    let colour = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let found = |of_vertices: bool| {
+        let (properties, values) = if of_vertices { (colour, " 255 0 0") } else { ("", "") };
+        let ply = format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{properties}\
+            element face 1\nproperty list uchar int vertex_indices\n{colour}element edge 1\nproperty int vertex1\n{colour}\
+            end_header\n0 0 0{values}\n1 0 0{values}\n0 1 0{values}\n3 0 1 2 0 255 0\n0 0 0 255\n"
+        );
+        read("a.ply", ply.as_bytes()).unwrap().materials[0].reflectance.channels()
+    };
+    assert_eq!((found(true), found(false)), ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]));
+}
+
 #[test]
 fn bright_materials_are_clamped_and_refused_in_strict_reading() {
     let glb = br#"{"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],"nodes":[{"mesh":0}],
