@@ -766,6 +766,21 @@ fn a_library_that_has_moved_is_found_beside_the_file() {
     );
 }
 
+/// Of several libraries those that are there are read; the others are named.
+#[test]
+fn libraries_that_are_there_are_read() {
+    let obj = format!("mtllib m1.mtl m2.mtl\nvt nan 0\n{SQUARE}usemtl red\nf 1/1 2/1 3/1 4/1\n");
+    let mut files = |path: &Path| match path.to_str() {
+        Some("m1.mtl") => Ok(b"newmtl red\nKd 0.75 0.25 0.25\n".to_vec()),
+        _ => Err(io::Error::from(io::ErrorKind::NotFound)),
+    };
+    let path = Path::new("a.obj");
+    let mesh = import::read(path, obj.as_bytes(), Format::Obj, 0.0125, &mut Files::new(&mut files)).unwrap();
+    assert_eq!(mesh.materials[0].reflectance, Spectrum::rgb([0.75, 0.25, 0.25]));
+    let words = "line 1: there is no material library \"m2.mtl\",";
+    assert!(mesh.notes.len() == 1 && mesh.notes[0].starts_with(words), "{:?}", mesh.notes);
+}
+
 /// An array whose copies double in size 72 times: the first are below what the coordinates of the last resolve.
 #[test]
 fn what_is_too_small_for_the_scene_has_no_area() {
