@@ -686,6 +686,17 @@ fn stl_may_leave_ends_out_and_no_corners() {
     }
 }
 
+/// Keywords in capitals, and a binary file that begins with `solid` and does not end with its last triangle.
+#[test]
+fn stl_of_other_exporters_is_read() {
+    let upper = "SOLID x\n FACET NORMAL 0 0 1\n OUTER LOOP\n VERTEX 0 0 0\n VERTEX 1 0 0\n VERTEX 0 1 0\n ENDLOOP\n ENDFACET\nENDSOLID x\n";
+    assert_eq!(read("a.stl", upper.as_bytes()).unwrap().triangles.len(), 1);
+    let mut binary = corpus("stl/binary.stl");
+    binary[..5].copy_from_slice(b"solid");
+    binary.extend([0; 2]);
+    assert_eq!(read("a.stl", &binary).unwrap().triangles.len(), 2);
+}
+
 /// Rows that the file does not hold are 0 by the format: no faces come of them, and no time is spent on them.
 #[test]
 fn rows_that_are_not_in_a_gltf_make_no_faces() {
