@@ -900,6 +900,12 @@ const GREEDY: &[(&str, &str, &[&str])] = &[
         r#"{"accessors":[{"componentType":5126,"count":6000000,"type":"VEC3","sparse":{"count":0,"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":0}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}, "mode": 5}]}],"bufferViews":[{"buffer":0,"byteLength":4}],"buffers":[{"byteLength":4,"uri":"data:;base64,AAAAAA=="}],"nodes":[{"mesh":0}]}"#,
         &["a.gltf: ", "5999998 triangles", "4194304 and one for each byte"],
     ),
+    // One block of 50 million bytes, each of which would become a number of 8.
+    (
+        "a.vtp",
+        r#"<VTKFile type="PolyData" compressor="vtkZLibDataCompressor"><Piece><Points><DataArray type="UInt8" format="binary">AQAAAIDw+gKA8PoC</DataArray></Points></Piece></VTKFile>"#,
+        &["a.vtp:1: ", "an array is longer than"],
+    ),
 ];
 
 #[test]
