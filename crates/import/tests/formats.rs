@@ -497,6 +497,75 @@ fn lights_without_area_are_lamps() {
     }
 }
 
+/// The emission of materials is in cd/m² beside lamps in cd, so that the exitance is π times it; alone it is taken as written.
+#[test]
+fn emission_beside_lamps_is_a_luminance() {
+    let lit = lit_gltf(
+        r#"{"type":"point"}"#,
+        "",
+        &vec![node("", "KHR_lights_punctual", r#""light":0"#); 3].join(","),
+    )
+    .replace(r#""POSITION":0}"#, r#""POSITION":0},"material":0"#)
+    .replace(r#""accessors""#, r#""materials":[{"emissiveFactor":[1,0.5,0]}],"accessors""#);
+    let emitted = |text: &str| read("a.gltf", text.as_bytes()).unwrap().materials[0].emittance.channels();
+    let pi = std::f64::consts::PI;
+    assert_eq!(emitted(&lit), [pi, 0.5 * pi, 0.0]);
+    assert_eq!(emitted(&lit.replace(r#""KHR_lights_punctual":{"light":0}"#, "")), [1.0, 0.5, 0.0]);
+}
+
+/// What a mask cuts off is clear, and what it keeps is solid, whatever its alpha.
+#[test]
+fn masks_have_a_cutoff() {
+    let lost = |cutoff: &str| {
+        let gltf = triangle_gltf(
+            r#","material":0"#,
+            r#","bufferView":0"#,
+            &format!(
+                r#","buffers":[{{"byteLength":36,"uri":"{TRIANGLE}"}}],"materials":[{{"alphaMode":"MASK"{cutoff},
+                "pbrMetallicRoughness":{{"baseColorFactor":[1,1,1,0.45]}}}}]"#
+            ),
+        );
+        read("a.gltf", gltf.as_bytes()).unwrap().materials.swap_remove(0).lost
+    };
+    assert_eq!(lost(r#","alphaCutoff":0.3"#), []);
+    assert_eq!(lost(""), [LostProperty::Clearness], "the default is 0.5");
+}
+
+/// Of vertices that primitives share, each takes the colours of its own triangles, by area.
+#[test]
+fn colours_of_shared_vertices_are_those_of_the_faces() {
+    // Two triangles, the second of four times the area: (0,0,0) (1,0,0) (0,1,0), red, and (0,0,2) (2,0,2) (0,2,2), white.
+    let data = "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAABAAAAAQAAAAAAAAABAAAAAAAAAAEAAAABA/wAA//8AAP//AAD/////////////////AAABAAIAAwAEAAUA";
+    let mesh = |materials: [u32; 2]| {
+        let primitive = |n: usize| {
+            format!(
+                r#"{{"attributes":{{"POSITION":0,"COLOR_0":1}},"indices":{},"material":{}}}"#,
+                n + 2,
+                materials[n]
+            )
+        };
+        let gltf = format!(
+            r#"{{"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{},{}]}}],"materials":[{{}},{{}}],"accessors":[
+            {{"bufferView":0,"componentType":5126,"count":6,"type":"VEC3"}},
+            {{"bufferView":0,"byteOffset":72,"componentType":5121,"normalized":true,"count":6,"type":"VEC4"}},
+            {{"bufferView":0,"byteOffset":96,"componentType":5123,"count":3,"type":"SCALAR"}},
+            {{"bufferView":0,"byteOffset":102,"componentType":5123,"count":3,"type":"SCALAR"}}],
+            "bufferViews":[{{"buffer":0,"byteLength":108}}],"buffers":[{{"byteLength":108,"uri":"{data}"}}]}}"#,
+            primitive(0),
+            primitive(1)
+        );
+        read("a.gltf", gltf.as_bytes()).unwrap()
+    };
+    let colours = |materials| mesh(materials).materials.into_iter().map(|of| of.reflectance.channels());
+    let close = |found: [f64; 3], expected: [f64; 3]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?} {expected:?}");
+    };
+    let apart: Vec<[f64; 3]> = colours([0, 1]).collect();
+    close(apart[0], [1.0, 0.0, 0.0]);
+    close(apart[1], [1.0; 3]);
+    close(colours([0, 0]).next().unwrap(), [1.0, 0.8, 0.8]);
+}
+
 /// EXT_lights_ies: γ = 0 along −z of the node, C = 0 along its x; a profile that two nodes use is read once. One that is missing or
 /// malformed is refused with its line.
 #[test]
@@ -712,6 +781,12 @@ fn rows_that_are_not_in_a_gltf_make_no_faces() {
     assert_eq!(imported.spec.surfaces.len(), 1);
     let note = "primitives whose vertices or indices are not in the file, left out: 2";
     assert!(imported.notes.iter().any(|found| found.contains(note)), "{:?}", imported.notes);
+    let instancing = r#"[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":1}}}},{"mesh":0}]"#;
+    let copies = text.replace(r#"[{"mesh":0}]"#, instancing).replace(r#""nodes":[0]"#, r#""nodes":[0,1]"#);
+    let imported = scene("a.gltf", copies.as_bytes(), &Options::default()).unwrap();
+    assert_eq!(imported.spec.surfaces.len(), 1);
+    let note = "transforms of copies that are not in the file, left out: 1";
+    assert!(imported.notes.iter().any(|found| found.contains(note)), "{:?}", imported.notes);
 }
 
 #[test]
@@ -886,7 +961,7 @@ const GREEDY: &[(&str, &str, &[&str])] = &[
     ("a.mgf", "xf -a 16777216 -t 1 0 0 -a 4 -rx 1\nxf\n", &["a.mgf:1: ", "67108864 times", "steps"]),
     (
         "a.gltf",
-        r#"{"accessors":[{"componentType":5126,"count":90000000,"type":"VEC3","sparse":{"count":0,"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":0}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]}"#,
+        r#"{"accessors":[{"componentType":5126,"count":90000000,"type":"VEC3","sparse":{"count":1,"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":0}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]}"#,
         &[
             "a.gltf: ",
             "meshes[0].primitives[0]",
@@ -897,7 +972,7 @@ const GREEDY: &[(&str, &str, &[&str])] = &[
     ),
     (
         "a.gltf",
-        r#"{"accessors":[{"componentType":5126,"count":6000000,"type":"VEC3","sparse":{"count":0,"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":0}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}, "mode": 5}]}],"bufferViews":[{"buffer":0,"byteLength":4}],"buffers":[{"byteLength":4,"uri":"data:;base64,AAAAAA=="}],"nodes":[{"mesh":0}]}"#,
+        r#"{"accessors":[{"componentType":5126,"count":6000000,"type":"VEC3","sparse":{"count":1,"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":0}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}, "mode": 5}]}],"bufferViews":[{"buffer":0,"byteLength":12}],"buffers":[{"byteLength":12,"uri":"data:;base64,AAAAAAAAAAAAAAAA"}],"nodes":[{"mesh":0}]}"#,
         &["a.gltf: ", "5999998 triangles", "4194304 and one for each byte"],
     ),
     // One block of 50 million bytes, each of which would become a number of 8.
@@ -916,6 +991,11 @@ fn small_files_cannot_ask_for_much() {
             .iter()
             .for_each(|part| assert!(message.contains(part), "{content:?}: {part:?} not in {message}"));
     }
+    // Primitives that are left out take time, too.
+    let many = (vec!["{}"; 3000].join(","), vec![r#"{"mesh":0}"#; 3000].join(","));
+    let primitives = format!(r#"{{"nodes":[{}],"meshes":[{{"primitives":[{}]}}]}}"#, many.1, many.0);
+    let message = read("a.gltf", primitives.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("meshes and primitives"), "{message}");
     let spheres = |copies: u32| format!("{SPHERE}xf -a {copies} -t 1 0 0\nsph a 1\nxf\n");
     assert_eq!(read("a.mgf", spheres(2000).as_bytes()).unwrap().triangles.len(), 2001 * 360);
     assert!(read("a.mgf", spheres(12_000).as_bytes()).is_err());
