@@ -151,12 +151,7 @@ impl ProbedEdge {
         let ProbedEdge { surface, start, end, points } = self;
         (0..points).filter_map(move |i| {
             let point = start.lerp(end, (f64::from(i) + 0.5) / f64::from(points));
-            let mut nearest: Option<NearPoint> = None;
-            nearby.within(point, gap, |near| {
-                if near.surface != surface && nearest.is_none_or(|nearest| near.distance < nearest.distance) {
-                    nearest = Some(near);
-                }
-            });
+            let nearest = nearby.nearest(point, surface, touch..gap);
             let touches = nearest.is_some_and(|nearest| nearest.distance <= touch);
             let length = start.distance(end) / f64::from(points);
             (!touches).then_some(Free { surface, point, length, nearest })

@@ -1,5 +1,7 @@
 //! Distances from points to surfaces, through a tree of boxes.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use radiosity::{SceneSpec, Shape};
 
@@ -62,27 +64,42 @@ impl Nearby {
         self.build(middle, end);
     }
 
-    /// Calls back for every triangle of a surface within a distance of a point.
-    pub(crate) fn within(&self, point: DVec3, distance: f64, mut found: impl FnMut(NearPoint)) {
-        let mut waiting = vec![0];
-        while let Some(number) = waiting.pop() {
-            let node = &self.nodes[number];
-            if point.clamp(node.min, node.max).distance_squared(point) > distance * distance {
+    /// The nearest point of another surface than `own`, at most `distances.end` away; of equally near ones that of the least
+    /// surface. One within `distances.start` ends the search, even if another is nearer.
+    pub(crate) fn nearest(&self, point: DVec3, own: u32, distances: Range<f64>) -> Option<NearPoint> {
+        let away = |node: usize| {
+            let BoxNode { min, max, .. } = self.nodes[node];
+            point.clamp(min, max).distance(point)
+        };
+        let (mut best, mut within): (Option<NearPoint>, f64) = (None, distances.end);
+        let mut waiting = vec![(0, away(0))];
+        while let Some((number, distance)) = waiting.pop() {
+            // What is found shrinks the search, but not so far that rounding hides an equally near one.
+            if distance > within * (1.0 + 8.0 * f64::EPSILON) {
                 continue;
             }
-            match node.second {
-                Some(second) => waiting.extend([number + 1, second]),
-                None => {
-                    for (triangle, surface) in &self.triangles[node.start..node.end] {
-                        let nearest = nearest(triangle, point);
-                        let away = nearest.distance(point);
-                        if away <= distance {
-                            found(NearPoint { surface: *surface, point: nearest, distance: away });
-                        }
-                    }
+            let node = &self.nodes[number];
+            if let Some(second) = node.second {
+                let mut children = [number + 1, second].map(|child| (child, away(child)));
+                // The nearer child is on top of the stack.
+                children.sort_by(|a, b| b.1.total_cmp(&a.1));
+                waiting.extend(children);
+                continue;
+            }
+            for &(ref triangle, surface) in &self.triangles[node.start..node.end] {
+                let found = nearest(triangle, point);
+                let near = NearPoint { surface, point: found, distance: found.distance(point) };
+                let is_better =
+                    best.is_none_or(|best| (near.distance, near.surface) < (best.distance, best.surface));
+                if surface != own && near.distance <= within && is_better {
+                    (best, within) = (Some(near), near.distance);
                 }
             }
+            if within <= distances.start {
+                break;
+            }
         }
+        best
     }
 }
 
@@ -125,4 +142,35 @@ fn nearest([a, b, c]: &[DVec3; 3], p: DVec3) -> DVec3 {
     }
     let scale = 1.0 / (va + vb + vc);
     a + ab * (vb * scale) + ac * (vc * scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use radiosity::SurfaceSpec;
+
+    /// Sheets in a row across x, at the places 0, 1, 2, …
+    fn row(count: u32) -> Nearby {
+        let sheet = |x: u32| {
+            let corner = DVec3::X * f64::from(x);
+            let (corner_u, corner_v) = (corner + DVec3::Y, corner + DVec3::Z);
+            SurfaceSpec::new(Shape::Parallelogram { corner, corner_u, corner_v, cells: [1, 1] }, 0.5)
+        };
+        Nearby::new(&SceneSpec::new((0..count).map(sheet).collect()))
+    }
+
+    #[test]
+    fn the_nearest_other_surface_is_found() {
+        let nearby = row(100);
+        let nearest = |x: f64, own: u32, distances| {
+            let near = nearby.nearest(DVec3::new(x, 0.25, 0.25), own, distances)?;
+            Some((near.surface, (1e9 * near.distance).round() / 1e9))
+        };
+        assert_eq!(nearest(31.4, 7, 0.0..1000.0), Some((31, 0.4)));
+        assert_eq!(nearest(31.4, 31, 0.0..1000.0), Some((32, 0.6)));
+        assert_eq!(nearest(31.5, 7, 0.0..1000.0), Some((31, 0.5)), "of equally near ones the first");
+        assert_eq!(nearest(31.4, 31, 0.0..0.5), None);
+        // A search that may end at once is content with less than the nearest.
+        assert!(nearest(31.4, 7, 1000.0..1000.0).is_some_and(|(_, distance)| distance < 1000.0));
+    }
 }

@@ -95,20 +95,36 @@ fn doubles(surfaces: &[SurfaceSpec]) -> Vec<u32> {
     };
     let mut order: Vec<(Vec<[u64; 3]>, usize)> = surfaces.iter().map(key).zip(0..).collect();
     order.sort_unstable();
-    let same = |a: &SurfaceSpec, b: &SurfaceSpec| {
-        let normal = |surface: &SurfaceSpec| {
-            let (_, e_u, e_v) = surface.shape.edges();
-            e_u.cross(e_v)
-        };
-        a.sides == b.sides && normal(a).dot(normal(b)) > 0.0
-    };
-    let pairs = order.windows(2).filter(|pair| pair[0].0 == pair[1].0);
-    let mut doubles: Vec<u32> = pairs
-        .filter(|pair| same(&surfaces[pair[0].1], &surfaces[pair[1].1]))
-        .map(|pair| pair[1].1 as u32)
-        .collect();
+    let mut doubles = Vec::new();
+    for coincident in order.chunk_by(|a, b| a.0 == b.0) {
+        let mut kept: Vec<&SurfaceSpec> = Vec::new();
+        for &(_, number) in coincident {
+            let surface = &surfaces[number];
+            match kept.iter().any(|earlier| is_double(earlier, surface)) {
+                true => doubles.push(number as u32),
+                false => kept.push(surface),
+            }
+        }
+    }
     doubles.sort_unstable();
     doubles
+}
+
+/// Whether two surfaces with the same corners are equal in all but their name. Corners may be listed from another one on,
+/// unless cells have emittances of their own, which the numbering of cells places.
+fn is_double(a: &SurfaceSpec, b: &SurfaceSpec) -> bool {
+    let normal = |surface: &SurfaceSpec| {
+        let (_, e_u, e_v) = surface.shape.edges();
+        e_u.cross(e_v)
+    };
+    let finish = |surface: &SurfaceSpec| {
+        (surface.sides, surface.reflectance, surface.emittance, surface.transmittance)
+    };
+    let plain = a.cell_emittance.is_empty() && a.shape.cell_count() == b.shape.cell_count();
+    finish(a) == finish(b)
+        && a.cell_emittance == b.cell_emittance
+        && (plain || a.shape == b.shape)
+        && normal(a).dot(normal(b)) > 0.0
 }
 
 /// Exchanges front and back; cells keep their places.

@@ -425,6 +425,27 @@ fn repairs_turn_what_is_flipped_and_take_out_doubles() {
     let done = repair(&doubled).unwrap();
     assert_eq!((done.removed, done.turned.len()), (vec!["floor".to_owned()], 0));
     assert_eq!(repair(&room()).unwrap().spec, room());
+    // A double may follow a surface at its place that faces the other way.
+    let around = changed(|s| s.extend([turned(s[0].clone()), s[0].clone()]));
+    assert_eq!(repair(&around).unwrap().numbers[1], [around.surfaces.len() as u32 - 1]);
+}
+
+/// A surface at the place of another one is kept where it is of another material or cut otherwise.
+#[test]
+fn repairs_keep_lamps_that_cover_a_wall() {
+    let changes: [fn(&mut SurfaceSpec); 3] = [
+        |lamp| lamp.emittance = 100.0.into(),
+        |lamp| lamp.reflectance = 0.123.into(),
+        |lamp| lamp.cell_emittance.push((0, 7.0.into())),
+    ];
+    for change in changes {
+        let covered = changed(|s| {
+            let mut lamp = s[1].clone();
+            change(&mut lamp);
+            s.push(lamp);
+        });
+        assert_eq!(repair(&covered).unwrap().removed, [""; 0]);
+    }
 }
 
 /// Light between surfaces that keep all of it goes on for ever, and so do walks.

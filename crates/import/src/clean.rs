@@ -1,6 +1,6 @@
 //! Faces that cannot be modelled: those without area, and those that cover an earlier one.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use foldhash::fast::RandomState;
 use glam::DVec3;
@@ -17,8 +17,8 @@ pub(crate) struct FaultyTriangles {
 }
 
 impl FaultyTriangles {
-    /// Finds the faulty triangles. `two_sided` says for each material whether both sides are active; a one-sided
-    /// triangle is a double only of one that faces the same way.
+    /// Finds the faulty triangles. `two_sided` says for each material whether both sides are active. A triangle is a double if
+    /// earlier ones at its place have all of its active sides.
     pub(crate) fn find(mesh: &Mesh, two_sided: &[bool]) -> Self {
         let merged = merge(&mesh.positions);
         let corners = mesh.triangles.iter().flat_map(|triangle| triangle.corners);
@@ -29,13 +29,17 @@ impl FaultyTriangles {
         let degenerate: Vec<usize> = (0..mesh.triangles.len())
             .filter(|&i| !has_area(&mesh.triangles[i], &mesh.positions, least))
             .collect();
-        let key = |i: usize| {
+        let mut seen = HashMap::with_capacity_and_hasher(mesh.triangles.len(), RandomState::default());
+        let mut is_double = |i: usize| {
             let triangle = &mesh.triangles[i];
-            let corners = triangle.corners.map(|corner| merged[corner as usize]);
-            sorted(corners, two_sided[triangle.material as usize])
+            let (corners, turned) = sorted(triangle.corners.map(|corner| merged[corner as usize]));
+            let own = if two_sided[triangle.material as usize] { BOTH } else { 1 << u8::from(turned) };
+            let covered = seen.entry(corners).or_insert(0_u8);
+            let is_covered = *covered & own == own;
+            *covered |= own;
+            is_covered
         };
-        let mut seen = HashSet::with_capacity_and_hasher(mesh.triangles.len(), RandomState::default());
-        let mut doubled: Vec<usize> = (0..mesh.triangles.len()).filter(|&i| !seen.insert(key(i))).collect();
+        let mut doubled: Vec<usize> = (0..mesh.triangles.len()).filter(|&i| is_double(i)).collect();
         doubled.retain(|i| degenerate.binary_search(i).is_err());
         FaultyTriangles { degenerate, doubled }
     }
@@ -61,17 +65,15 @@ pub(crate) fn merge(positions: &[DVec3]) -> Vec<u32> {
     (0..).zip(positions).map(|(i, position)| *first.entry(bits(position)).or_insert(i)).collect()
 }
 
-/// The corners in an order that equal triangles share: the least first; if both sides count, in either orientation.
-fn sorted([a, b, c]: [u32; 3], any_way: bool) -> [u32; 3] {
-    let least = a.min(b).min(c);
-    let [a, b, c] = if least == a {
-        [a, b, c]
-    } else if least == b {
-        [b, c, a]
-    } else {
-        [c, a, b]
-    };
-    if any_way && b > c { [a, c, b] } else { [a, b, c] }
+/// Both sides of a triangle; a one-sided triangle has one of these bits, by its orientation.
+const BOTH: u8 = 0b11;
+
+/// The corners in the order that triangles at one place share, and whether the triangle runs through them the other way.
+fn sorted(mut corners: [u32; 3]) -> ([u32; 3], bool) {
+    let least = corners.iter().enumerate().min_by_key(|(_, corner)| **corner).map_or(0, |(at, _)| at);
+    corners.rotate_left(least);
+    let [a, b, c] = corners;
+    if b > c { ([a, c, b], true) } else { ([a, b, c], false) }
 }
 
 /// The part of the scene's largest coordinate below which a triangle's edges count as no length: a thousand times what

@@ -2,11 +2,12 @@
 //!
 //! There is no crate that reads it; the XML itself is read by `roxmltree`.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::path::Path;
 
-use glam::{DAffine3, DMat4, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DVec3};
 use radiosity::{Sides, Spectrum};
 use roxmltree::{Document, Node};
 
@@ -21,6 +22,13 @@ use crate::{obj, ply};
 
 /// The most materials within materials.
 const DEEPEST: u32 = 16;
+
+/// The most bytes of a name behind `$`, and of a value in which names are replaced.
+const LONGEST_NAME: usize = 64;
+const LONGEST_VALUE: usize = 1 << 16;
+
+/// The most emitters that a note names.
+const NAMED: usize = 3;
 
 /// How often the faces of an octahedron are cut into four to make a sphere: 512 faces.
 const CUTS: u32 = 3;
@@ -46,10 +54,11 @@ pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Me
             .collect(),
         named: root
             .descendants()
-            .filter(|node| !node.has_tag_name("ref"))
+            .filter(|node| !matches!(node.tag_name().name(), "ref" | "alias"))
             .filter_map(|node| Some((node.attribute("id")?, node)))
             .collect(),
         numbers: HashMap::new(),
+        dark: Vec::new(),
         mesh: Mesh::default(),
         parts: MeshParts::default(),
         tally: NoteCounts::default(),
@@ -58,15 +67,26 @@ pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Me
         let line = document.text_pos_at(node.range().start).row as usize;
         match node.tag_name().name() {
             "shape" => reader.shape(node, line)?,
-            "emitter" => {
+            // One of an area belongs to the shapes that refer to it.
+            "emitter" if node.attribute("type") != Some("area") => {
                 reader.tally.count("emitters without area, left out; what comes from outside is the light of a sky, as --sky=10000 gives");
             }
+            "alias" => reader.alias(node),
             "include" => reader.tally.count("included files left out; write what they hold into the file"),
             _ => {}
         }
     }
-    let MitsubaReader { mut mesh, tally, .. } = reader;
+    let MitsubaReader { mut mesh, tally, dark, .. } = reader;
     tally.report(&mut mesh);
+    if !dark.is_empty() {
+        let named: Vec<String> = dark.iter().take(NAMED).map(|name| format!("{name:?}")).collect();
+        let more = if dark.len() > NAMED { ", …" } else { "" };
+        mesh.notes.push(format!(
+            "area emitters whose radiance is not read, left dark: {} ({}{more}); write it as rgb",
+            dark.len(),
+            named.join(", ")
+        ));
+    }
     Ok(mesh)
 }
 
@@ -79,23 +99,47 @@ struct MitsubaReader<'a, 'f, 'x> {
     named: HashMap<&'x str, Node<'x, 'x>>,
     /// The numbers of materials that have been read, by their place in the file and whether they emit.
     numbers: HashMap<(usize, [u64; 3]), u32>,
+    /// The names of shapes whose radiance is not read.
+    dark: Vec<String>,
     mesh: Mesh,
     parts: MeshParts,
     tally: NoteCounts,
 }
 
 impl<'x> MitsubaReader<'_, '_, 'x> {
-    /// The value of an attribute, with `$name` replaced.
-    fn attribute(&self, node: Node<'x, 'x>, name: &str) -> Option<&'x str> {
+    /// The value of an attribute, with each `$name` replaced; `None` where a value begins with one that has no default.
+    fn attribute(&self, node: Node<'x, 'x>, name: &str) -> Option<Cow<'x, str>> {
         let value = node.attribute(name)?;
-        match value.strip_prefix('$') {
-            Some(name) => self.defaults.get(name).copied(),
-            None => Some(value),
+        let mut parts = value.split('$');
+        let mut whole = Cow::from(parts.next()?);
+        for part in parts {
+            // Of names that begin alike, the longest is meant.
+            let known = (1..=part.len().min(LONGEST_NAME)).rev().find_map(|end| {
+                let of = self.defaults.get(part.get(..end)?)?;
+                Some((of, &part[end..]))
+            });
+            match known {
+                Some((of, rest)) => whole.to_mut().extend([*of, rest]),
+                None if whole.is_empty() => return None,
+                None => whole.to_mut().extend(["$", part]),
+            }
+            if whole.len() > LONGEST_VALUE {
+                return None;
+            }
+        }
+        Some(whole)
+    }
+
+    /// Gives an element another id.
+    fn alias(&mut self, node: Node<'x, 'x>) {
+        let meant = node.attribute("id").and_then(|id| self.named.get(id).copied());
+        if let (Some(meant), Some(id)) = (meant, node.attribute("as")) {
+            self.named.insert(id, meant);
         }
     }
 
     /// The value of a child with a name.
-    fn value(&self, node: Node<'x, 'x>, name: &str) -> Option<&'x str> {
+    fn value(&self, node: Node<'x, 'x>, name: &str) -> Option<Cow<'x, str>> {
         let child = node.children().find(|child| child.attribute("name") == Some(name))?;
         self.attribute(child, "value")
     }
@@ -103,9 +147,14 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
     /// The element that a reference means, or the node itself.
     fn target(&self, node: Node<'x, 'x>) -> Option<Node<'x, 'x>> {
         match node.tag_name().name() {
-            "ref" => self.named.get(self.attribute(node, "id")?).copied(),
+            "ref" => self.named.get(&*self.attribute(node, "id")?).copied(),
             _ => Some(node),
         }
+    }
+
+    /// The first child with a tag, or that a child refers to.
+    fn child(&self, node: Node<'x, 'x>, tag: &str) -> Option<Node<'x, 'x>> {
+        node.children().filter_map(|child| self.target(child)).find(|child| child.has_tag_name(tag))
     }
 
     fn shape(&mut self, node: Node<'x, 'x>, line: usize) -> Result<(), Error> {
@@ -138,8 +187,8 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
                 return Ok(());
             }
         };
-        let flipped =
-            matches!(self.value(node, "flip_normals").or(self.value(node, "flipNormals")), Some("true"));
+        let flipped = self.value(node, "flip_normals").or(self.value(node, "flipNormals"));
+        let flipped = flipped.as_deref() == Some("true");
         let material = self.material_of(node);
         let name = node.attribute("id").unwrap_or(kind);
         self.parts.enter(&mut self.mesh, name);
@@ -184,7 +233,7 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
                 "add filename",
             )));
         };
-        let (file, content) = self.files.beside(path, name).map_err(|error| {
+        let (file, content) = self.files.beside(path, &name).map_err(|error| {
             at(UnplacedError::new(
                 format!("{name:?} cannot be read"),
                 error.to_string(),
@@ -200,17 +249,17 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
 
     /// The number of a shape's material. Radiance L of an area emitter is an exitance of π·L.
     fn material_of(&mut self, shape: Node<'x, 'x>) -> u32 {
-        let emitter = shape.children().find(|child| child.has_tag_name("emitter"));
+        let emitter = self.child(shape, "emitter");
         let radiance = emitter.and_then(|emitter| {
-            let radiance = emitter.children().find(|child| child.attribute("name") == Some("radiance"))?;
-            Some(self.spectrum(radiance))
+            self.spectrum(emitter.children().find(|child| child.attribute("name") == Some("radiance"))?)
         });
+        if emitter.is_some() && radiance.is_none() {
+            let kind = shape.attribute("type").unwrap_or_default();
+            self.dark.push(shape.attribute("id").unwrap_or(kind).to_owned());
+        }
         let emittance = radiance.map_or([0.0; 3], |radiance| radiance.map(|channel| PI * channel.max(0.0)));
-        let is_material = |child: &Node<'x, 'x>| {
-            child.has_tag_name("bsdf")
-                || (child.has_tag_name("ref") && child.attribute("name") != Some("emitter"))
-        };
-        let bsdf = shape.children().filter(is_material).find_map(|child| self.target(child));
+        // References may also be to media and emitters.
+        let bsdf = self.child(shape, "bsdf");
         let place = bsdf.map_or(usize::MAX, |bsdf| bsdf.range().start);
         let key = (place, emittance.map(f64::to_bits));
         if let Some(&number) = self.numbers.get(&key) {
@@ -249,9 +298,7 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
                 if kind == "mask" {
                     material.loses(LostProperty::Transparency);
                 }
-                let is_inner = |child: &Node<'x, 'x>| child.has_tag_name("bsdf") || child.has_tag_name("ref");
-                let inner = bsdf.children().filter(is_inner).find_map(|child| self.target(child));
-                if let Some(inner) = inner.filter(|_| depth > 0) {
+                if let Some(inner) = self.child(bsdf, "bsdf").filter(|_| depth > 0) {
                     self.follow(inner, material, depth - 1);
                 }
                 return;
@@ -283,10 +330,15 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
     /// Takes the reflectance of a material: a colour, or the mean of an image.
     fn colour(&mut self, given: Node<'x, 'x>, material: &mut Material) {
         let Some(image) = self.target(given).filter(|node| node.has_tag_name("texture")) else {
-            material.reflectance = Spectrum::rgb(self.spectrum(given).map(|channel| channel.max(0.0)));
+            match self.spectrum(given) {
+                Some(channels) => {
+                    material.reflectance = Spectrum::rgb(channels.map(|channel| channel.max(0.0)))
+                }
+                None => material.loses(LostProperty::Definition),
+            }
             return;
         };
-        let name = self.value(image, "filename").unwrap_or("a texture").to_owned();
+        let name = self.value(image, "filename").unwrap_or("a texture".into()).into_owned();
         let content = self.files.beside(self.path, &name).ok();
         let image = content.and_then(|(_, content)| texture::decode(&content));
         let of = |image| texture::mean(&image, &[], Placing::FROM_ABOVE, (texture::points(1), false)).colour;
@@ -298,25 +350,39 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
         }
     }
 
-    /// A colour: three numbers, one, `#rrggbb`, or pairs of wavelength [nm] and value.
-    fn spectrum(&self, node: Node<'x, 'x>) -> [f64; 3] {
-        let text = self.attribute(node, "value").unwrap_or_default().trim();
+    /// A colour: three numbers, one, `#rrggbb`, or pairs of wavelength [nm] and value; the number of a spectrum that is uniform
+    /// or daylight. `None` for one that is given in another way.
+    fn spectrum(&self, node: Node<'x, 'x>) -> Option<[f64; 3]> {
+        let text = match (self.attribute(node, "value"), node.attribute("type")) {
+            (Some(text), _) => text,
+            (None, Some("uniform")) => self.value(node, "value")?,
+            // Daylight is the white of red, green and blue, unless it has a colour beside its scale.
+            (None, Some("d65")) if node.children().filter(Node::is_element).count() == 1 => {
+                self.value(node, "scale")?
+            }
+            _ => return None,
+        };
+        let text = text.trim();
         if let Some(digits) = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii()) {
-            let level = |i: usize| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).unwrap_or(0);
-            return [0, 1, 2].map(|i| texture::linear(f64::from(level(i)) / 255.0));
+            let levels = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
+            return Some([1, 2, 3].map(|at| texture::linear(f64::from(levels[at]) / 255.0)));
         }
-        let words: Vec<&str> = text.split([' ', ',', '\t', '\n']).filter(|word| !word.is_empty()).collect();
-        let number = |word: &str| word.parse::<f64>().ok().filter(|number| number.is_finite()).unwrap_or(0.0);
-        if words.first().is_some_and(|word| word.contains(':')) {
-            let pairs =
-                words.iter().filter_map(|word| word.split_once(':')).map(|(at, of)| (number(at), number(of)));
-            return rgb_of_pairs(pairs.collect());
+        let words = || text.split([' ', ',', '\t', '\n']).filter(|word| !word.is_empty());
+        let number = |word: &str| word.parse::<f64>().ok().filter(|number| number.is_finite());
+        if text.contains(':') {
+            let pair = |word: &str| {
+                let (at, of) = word.split_once(':')?;
+                Some((number(at)?, number(of)?))
+            };
+            return words().map(pair).collect::<Option<_>>().map(rgb_of_pairs);
         }
-        match words[..] {
-            [red, green, blue, ..] => [number(red), number(green), number(blue)],
-            [one, ..] => [number(one); 3],
-            [] => [0.0; 3],
-        }
+        let numbers: Vec<f64> = words().map(number).collect::<Option<_>>()?;
+        let channels = match numbers[..] {
+            [red, green, blue] => [red, green, blue],
+            [one] => [one; 3],
+            _ => return None,
+        };
+        Some(if node.has_tag_name("srgb") { channels.map(texture::linear) } else { channels })
     }
 
     /// The x, y and z of an element, or its `value`; those that are left out have a default.
@@ -331,7 +397,9 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
                 _ => DVec3::NAN,
             };
         }
-        DVec3::from_array(["x", "y", "z"].map(|axis| self.attribute(node, axis).map_or(default, number)))
+        DVec3::from_array(
+            ["x", "y", "z"].map(|axis| self.attribute(node, axis).map_or(default, |text| number(&text))),
+        )
     }
 
     /// The transform of an element: its steps, the first of which applies first.
@@ -354,20 +422,26 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
                     let numbers =
                         text.split([' ', ',', '\n', '\t']).filter_map(|word| word.parse::<f64>().ok());
                     let numbers: Vec<f64> = numbers.collect();
-                    match <[f64; 16]>::try_from(numbers) {
-                        Ok(rows) => DAffine3::from_mat4(DMat4::from_cols_array(&rows).transpose()),
-                        Err(_) => DAffine3::from_scale(DVec3::NAN),
+                    match (<&[f64; 16]>::try_from(&*numbers), <&[f64; 9]>::try_from(&*numbers)) {
+                        (Ok(rows), _) => DAffine3::from_mat4(DMat4::from_cols_array(rows).transpose()),
+                        (_, Ok(rows)) => DAffine3::from_mat3(DMat3::from_cols_array(rows).transpose()),
+                        _ => DAffine3::from_scale(DVec3::NAN),
                     }
                 }
                 "lookat" | "lookAt" => {
                     let point = |name: &str| {
-                        let words = self.attribute(step, name).unwrap_or_default().split([' ', ',']);
+                        let text = self.attribute(step, name).unwrap_or_default();
+                        let words = text.split([' ', ',']);
                         let numbers: Vec<f64> = words.filter_map(|word| word.parse().ok()).collect();
                         <[f64; 3]>::try_from(numbers).map_or(DVec3::NAN, DVec3::from_array)
                     };
                     let (origin, target) = (point("origin"), point("target"));
-                    let up = if step.has_attribute("up") { point("up") } else { DVec3::Y };
                     let forward = (target - origin).normalize();
+                    // Without an axis of its own, Mitsuba chooses one by the same rule (Duff et al. 2017).
+                    let up = match step.has_attribute("up") {
+                        true => point("up"),
+                        false => forward.any_orthonormal_pair().0,
+                    };
                     let left = up.cross(forward).normalize();
                     DAffine3::from_cols(left, forward.cross(left), forward, origin)
                 }

@@ -92,8 +92,9 @@ impl ObjReader {
             b"usemtl" => self.material = Some(self.material_number(&rest(line))),
             b"mtllib" => self.library(path, &rest(line), files).map_err(Trouble::There)?,
             b"vt" => {
-                let u = number(arguments.next())? as f32;
-                let v = arguments.next().map_or(Ok(0.0), |v| number(Some(v)))? as f32;
+                // A place that is no number costs its faces their weights, and no more.
+                let part = |word| number(Some(word)).map_or(f32::NAN, |part| part as f32);
+                let (u, v) = (arguments.next().map_or(f32::NAN, part), arguments.next().map_or(0.0, part));
                 self.places.push([u, v]);
             }
             b"curv" | b"curv2" | b"surf" => {
@@ -181,29 +182,15 @@ impl ObjReader {
         number
     }
 
-    /// Reads MTL files. A line may name several files, or one with spaces in its name. A file that was moved may name
-    /// them by old paths; then they are looked for beside it.
+    /// Reads MTL files, and notes those that are not there.
     fn library(&mut self, path: &Path, line: &str, files: &mut Files<'_>) -> Result<(), Error> {
-        let mut found = files.beside(path, line).map(|found| vec![found]);
-        if found.is_err() {
-            found = line.split_whitespace().map(|file| files.beside(path, file)).collect();
-        }
-        if found.is_err() {
-            let moved = line.rsplit(['/', '\\']).next().unwrap_or(line);
-            found = files.beside(path, moved).map(|found| vec![found]);
-            if found.is_ok() {
-                let note =
-                    format!("line {}: {line:?} is not there; {moved:?} beside the file is read", self.line);
-                self.mesh.notes.push(note);
-            }
-        }
-        let Ok(found) = found else {
+        let (found, missing) = self.libraries(path, line, files);
+        for name in missing {
             self.mesh.notes.push(format!(
-                "line {}: there is no material library {line:?}, so its materials are unknown; put it beside the file",
+                "line {}: there is no material library {name:?}, so its materials are unknown; put it beside the file",
                 self.line
             ));
-            return Ok(());
-        };
+        }
         for (file, text) in found {
             for mtl::MtlEntry { material, colour, emission } in mtl::read(&file, &text)? {
                 let (number, new) = self.materials.number(&material.name);
@@ -219,6 +206,39 @@ impl ObjReader {
             }
         }
         Ok(())
+    }
+
+    /// The content of the MTL files that a line names, and the names of those that are not there. A line may name several files,
+    /// or one with spaces in its name. A file that was moved may name them by old paths; then they are looked for beside it.
+    fn libraries<'l>(
+        &mut self,
+        path: &Path,
+        line: &'l str,
+        files: &mut Files<'_>,
+    ) -> (Vec<(PathBuf, Vec<u8>)>, Vec<&'l str>) {
+        if let Ok(whole) = files.beside(path, line) {
+            return (vec![whole], Vec::new());
+        }
+        let (mut found, mut missing) = (Vec::new(), Vec::new());
+        for name in line.split_whitespace() {
+            match files.beside(path, name) {
+                Ok(one) => found.push(one),
+                Err(_) => missing.push(name),
+            }
+        }
+        if missing.is_empty() {
+            return (found, missing);
+        }
+        let moved = line.rsplit(['/', '\\']).next().unwrap_or(line);
+        if let Some(whole) = files.beside(path, moved).ok().filter(|_| moved != line) {
+            let note =
+                format!("line {}: {line:?} is not there; {moved:?} beside the file is read", self.line);
+            self.mesh.notes.push(note);
+            return (vec![whole], Vec::new());
+        }
+        // Where none of the words is a file, the line is one name.
+        let missing = if found.is_empty() { vec![line] } else { missing };
+        (found, missing)
     }
 
     fn finish(mut self, files: &mut Files<'_>) -> Mesh {
@@ -273,8 +293,10 @@ impl ObjReader {
             }
             let faces = shown.entry(face.material).or_default();
             let places = self.placed.get(number).copied().unwrap_or([NOWHERE; 3]);
-            if let [Some(a), Some(b), Some(c)] = places.map(|place| self.places.get(place as usize).copied())
-            {
+            let place = |place: u32| {
+                self.places.get(place as usize).copied().filter(|[u, v]| u.is_finite() && v.is_finite())
+            };
+            if let [Some(a), Some(b), Some(c)] = places.map(place) {
                 faces.push(TexturedFace { area: self.mesh.area(face) as f32, corners: [a, b, c] });
             }
         }

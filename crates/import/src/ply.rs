@@ -238,9 +238,8 @@ struct PlyBody {
     tally: NoteCounts,
     /// The corners of the current face.
     corners: Vec<u32>,
-    /// The sum of the colours of vertices, or of faces, in linear light, and how many there are.
-    tint: [f64; 3],
-    tinted: f64,
+    /// The sums of the colours of vertices and of faces, in linear light, and how many there are of each.
+    tints: [([f64; 3], f64); 2],
 }
 
 impl PlyBody {
@@ -269,10 +268,12 @@ impl PlyBody {
                 _ => {}
             }
         }
-        if let [Some(red), Some(green), Some(blue)] = colour {
-            self.tinted += 1.0;
+        let tinted = [&b"vertex"[..], b"face"].iter().position(|name| *name == element.name);
+        if let (Some(of), [Some(red), Some(green), Some(blue)]) = (tinted, colour) {
+            let (sums, count) = &mut self.tints[of];
+            *count += 1.0;
             let linear = [red, green, blue].map(texture::linear);
-            self.tint.iter_mut().zip(linear).for_each(|(sum, channel)| *sum += channel);
+            sums.iter_mut().zip(linear).for_each(|(sum, channel)| *sum += channel);
         }
         match element.name.as_slice() {
             b"vertex" => self.vertex(position),
@@ -335,7 +336,7 @@ impl PlyBody {
     }
 
     fn finish(self, header: &PlyHeader) -> Result<Mesh, UnplacedError> {
-        let PlyBody { mut mesh, tally, tint, tinted, .. } = self;
+        let PlyBody { mut mesh, tally, tints, .. } = self;
         if header.elements.iter().any(|element| element.name == b"tristrips") {
             return Err(UnplacedError::new(
                 "the file has triangle strips",
@@ -345,8 +346,9 @@ impl PlyBody {
         }
         tally.report(&mut mesh);
         let mut material = Material::undefined("default");
-        if tinted > 0.0 {
-            let mean = Spectrum::rgb(tint.map(|sum| sum / tinted));
+        // Faces count where vertices have no colours.
+        if let Some((sums, count)) = tints.into_iter().find(|(_, count)| *count > 0.0) {
+            let mean = Spectrum::rgb(sums.map(|sum| sum / count));
             let texture = Some("colours of vertices".into());
             material = Material { reflectance: mean, texture, ..Material::unknown("default") };
         }

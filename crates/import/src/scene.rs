@@ -88,16 +88,21 @@ impl Mesh {
         }
         let mut used = vec![false; self.materials.len()];
         self.triangles.iter().for_each(|triangle| used[triangle.material as usize] = true);
-        let by_part = |entry: &MaterialOverride| {
-            let emits = entry.emittance.or(entry.power).is_some_and(Spectrum::is_lit);
-            emits && !self.materials.iter().any(|material| matches(&entry.pattern, &material.name))
+        let names_no_material = |entry: &&MaterialOverride| {
+            !self.materials.iter().any(|material| matches(&entry.pattern, &material.name))
+        };
+        let of_parts: Vec<&MaterialOverride> = options.materials.iter().filter(names_no_material).collect();
+        // Later entries win.
+        let part_emits = |part: &String| {
+            let mut entries = of_parts.iter().rev().filter(|entry| matches(&entry.pattern, part));
+            entries.find_map(|entry| entry.emittance.or(entry.power)).is_some_and(Spectrum::is_lit)
         };
         let emits = |material: &Material| {
             let finish = Finish::of(material, options);
             finish.emits() && !finish.is_left_out()
         };
         self.materials.iter().zip(used).any(|(material, used)| used && emits(material))
-            || options.materials.iter().any(by_part)
+            || self.parts.iter().any(part_emits)
     }
 
     /// The names of materials that mean lamps, and the area of their faces in squares of the file's unit; of parts, if none of
@@ -187,12 +192,17 @@ impl Mesh {
     /// Gives parts that an entry names, where it names no material, materials of their own, called as the part is.
     fn split_parts(&mut self, options: &Options) {
         let mut number_of = HashMap::new();
+        // Materials that an entry made are called as parts are: they stop no later entry, which finds them by their names.
+        let written = self.materials.len();
         for entry in &options.materials {
-            if self.materials.iter().any(|material| matches(&entry.pattern, &material.name)) {
+            if self.materials[..written].iter().any(|material| matches(&entry.pattern, &material.name)) {
                 continue;
             }
             let meant: Vec<bool> = self.parts.iter().map(|part| matches(&entry.pattern, part)).collect();
-            for triangle in self.triangles.iter_mut().filter(|triangle| meant[triangle.part as usize]) {
+            let is_meant = |triangle: &&mut Triangle| {
+                meant[triangle.part as usize] && (triangle.material as usize) < written
+            };
+            for triangle in self.triangles.iter_mut().filter(is_meant) {
                 triangle.material =
                     *number_of.entry((triangle.part, triangle.material)).or_insert_with(|| {
                         let material = self.materials[triangle.material as usize].clone();

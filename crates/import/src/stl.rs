@@ -1,5 +1,6 @@
 //! STL, binary and ASCII: bare triangles.
 
+use std::cmp::Ordering;
 use std::path::Path;
 
 use glam::DVec3;
@@ -27,12 +28,20 @@ pub(crate) fn read(path: &Path, content: &[u8]) -> Result<Mesh, Error> {
     Ok(mesh)
 }
 
-/// Whether a file is binary. Binary files may begin with `solid`, too, so the length decides.
+/// Whether a file is binary. Binary files may begin with `solid`, too, so the length decides; more bytes may follow the last
+/// triangle, where no word `facet` makes a text of them.
 fn is_binary(content: &[u8]) -> bool {
     let announced =
         content.get(80..HEADER).map(|count| u32::from_le_bytes(count.try_into().expect("4 bytes")));
     let length = announced.map(|count| HEADER as u64 + RECORD as u64 * u64::from(count));
-    length == Some(content.len() as u64) || !content.trim_ascii_start().starts_with(b"solid")
+    let has = |text: &[u8], word: &[u8]| text.windows(word.len()).any(|part| part.eq_ignore_ascii_case(word));
+    let start = content.trim_ascii_start();
+    let is_solid = has(&start[..start.len().min(5)], b"solid");
+    match length.map(|length| length.cmp(&(content.len() as u64))) {
+        Some(Ordering::Equal) => true,
+        Some(Ordering::Less) => !is_solid || !has(content, b"facet"),
+        _ => !is_solid,
+    }
 }
 
 fn binary(content: &[u8], stem: &str) -> Result<Mesh, UnplacedError> {
@@ -71,7 +80,7 @@ fn ascii(content: &[u8], stem: &str) -> Result<Mesh, (usize, UnplacedError)> {
     let mut lines = LogicalLines::new(content);
     while let Some((number, line)) = lines.next() {
         let mut arguments = words(line);
-        match arguments.next().unwrap_or_default() {
+        match &*arguments.next().unwrap_or_default().to_ascii_lowercase() {
             b"solid" => parts.enter(
                 &mut mesh,
                 Some(rest(line)).filter(|name| !name.is_empty()).as_deref().unwrap_or(stem),

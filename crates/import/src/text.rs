@@ -8,6 +8,8 @@ pub(crate) struct LogicalLines<'a> {
     rest: &'a [u8],
     number: usize,
     joined: Vec<u8>,
+    /// Whether a comment that ends in a backslash goes on in the next line.
+    joins_comments: bool,
 }
 
 /// The text without a byte order mark, which editors on Windows put before UTF-8.
@@ -17,7 +19,12 @@ pub(crate) fn without_mark(text: &[u8]) -> &[u8] {
 
 impl<'a> LogicalLines<'a> {
     pub(crate) fn new(text: &'a [u8]) -> Self {
-        LogicalLines { rest: without_mark(text), number: 0, joined: Vec::new() }
+        LogicalLines { rest: without_mark(text), number: 0, joined: Vec::new(), joins_comments: false }
+    }
+
+    /// The lines of MGF, which are joined before comments are told from the rest. In OBJ a comment ends with its line.
+    pub(crate) fn of_mgf(text: &'a [u8]) -> Self {
+        LogicalLines { joins_comments: true, ..LogicalLines::new(text) }
     }
 
     /// The next line that is not blank, with its number.
@@ -26,6 +33,9 @@ impl<'a> LogicalLines<'a> {
             let line = self.raw()?;
             let number = self.number;
             if line.is_empty() || line[0] == b'#' {
+                if self.joins_comments && line.ends_with(b"\\") {
+                    self.join(line);
+                }
                 continue;
             }
             if line.ends_with(b"\\") {
@@ -116,5 +126,12 @@ mod tests {
         assert_eq!(lines.next().map(|(n, line)| (n, words(line).count())), Some((4, 2)));
         assert_eq!(lines.next(), Some((6, &b"g"[..])));
         assert_eq!(lines.next(), None);
+    }
+
+    #[test]
+    fn comments_go_on_in_mgf_alone() {
+        let text = b"# old \\\nf a b c\ng";
+        assert_eq!(LogicalLines::of_mgf(text).next(), Some((3, &b"g"[..])));
+        assert_eq!(LogicalLines::new(text).next(), Some((2, &b"f a b c"[..])));
     }
 }

@@ -187,6 +187,27 @@ fn one_sided_faces_back_to_back_are_no_doubles() {
     assert_eq!((count(SidesChoice::One), count(SidesChoice::Two)), (2, 1));
 }
 
+/// A triangle is a double where earlier ones have all of its sides, whatever the numbers of their vertices and the order of their
+/// corners. Materials: `front` has one side, `sheet` two.
+#[test]
+fn doubles_have_all_of_their_sides_already() {
+    let vertices = "v a =\np 0 0 0\nv b =\np 1 0 0\nv c =\np 0 1 0\nm front =\nsides 1\nm sheet =\nsides 2\n";
+    let kept = |faces: &[&str]| {
+        let faces: String = faces.iter().map(|face| format!("m {face}\n")).collect();
+        scene("a.mgf", format!("{vertices}{faces}").as_bytes(), &Options::default())
+            .unwrap()
+            .spec
+            .surfaces
+            .len()
+    };
+    for front in ["front\nf a b c", "front\nf a c b", "front\nf c b a", "front\nf b c a"] {
+        for sheet in ["sheet\nf a b c", "sheet\nf c b a"] {
+            assert_eq!((kept(&[front, sheet]), kept(&[sheet, front])), (2, 1), "{front:?} {sheet:?}");
+            assert_eq!(kept(&["front\nf a b c", "front\nf c b a", sheet, front]), 2, "{front:?} {sheet:?}");
+        }
+    }
+}
+
 #[test]
 fn patch_sizes_and_joining() {
     let obj = format!("{SQUARE}f 1 2 3 4\n");
@@ -313,6 +334,27 @@ fn overrides_reach_parts_and_leave_out() {
     assert_eq!(without.spec.surfaces.len(), 1);
     let none = with(MaterialOverride { leave_out: Some(true), ..MaterialOverride::of("white") });
     assert!(none.unwrap_err().to_string().contains("every face is left out"));
+}
+
+/// An entry for one object leaves it to later entries for several, which win; what they say of light counts as well.
+#[test]
+fn overrides_of_parts_apply_in_order() {
+    let obj = format!("{SQUARE}usemtl white\no Desk1\nf 1 2 3\no Desk2\nf 1 3 4\n");
+    let options = |last: f64| {
+        let of_one = MaterialOverride {
+            emittance: Some(7.0.into()),
+            sides: Some(SidesChoice::One),
+            ..MaterialOverride::of("Desk1")
+        };
+        let of_all = MaterialOverride { emittance: Some(last.into()), ..MaterialOverride::of("Desk*") };
+        Options { materials: vec![of_one, of_all], ..Options::default() }
+    };
+    let imported = scene("a.obj", obj.as_bytes(), &options(3.0)).unwrap();
+    let found: Vec<(Sides, f64)> =
+        imported.spec.surfaces.iter().map(|surface| (surface.sides, surface.emittance[0])).collect();
+    assert_eq!(found, [(Sides::Front, 3.0), (Sides::Both, 3.0)]);
+    let mesh = read("a.obj", obj.as_bytes()).unwrap();
+    assert!(mesh.is_lit(&options(3.0)) && !mesh.is_lit(&options(0.0)));
 }
 
 /// Light passes clear faces: they are left out with a note, unless an option makes surfaces of them or nothing else is there.
@@ -455,6 +497,75 @@ fn lights_without_area_are_lamps() {
     }
 }
 
+/// The emission of materials is in cd/m² beside lamps in cd, so that the exitance is π times it; alone it is taken as written.
+#[test]
+fn emission_beside_lamps_is_a_luminance() {
+    let lit = lit_gltf(
+        r#"{"type":"point"}"#,
+        "",
+        &vec![node("", "KHR_lights_punctual", r#""light":0"#); 3].join(","),
+    )
+    .replace(r#""POSITION":0}"#, r#""POSITION":0},"material":0"#)
+    .replace(r#""accessors""#, r#""materials":[{"emissiveFactor":[1,0.5,0]}],"accessors""#);
+    let emitted = |text: &str| read("a.gltf", text.as_bytes()).unwrap().materials[0].emittance.channels();
+    let pi = std::f64::consts::PI;
+    assert_eq!(emitted(&lit), [pi, 0.5 * pi, 0.0]);
+    assert_eq!(emitted(&lit.replace(r#""KHR_lights_punctual":{"light":0}"#, "")), [1.0, 0.5, 0.0]);
+}
+
+/// What a mask cuts off is clear, and what it keeps is solid, whatever its alpha.
+#[test]
+fn masks_have_a_cutoff() {
+    let lost = |cutoff: &str| {
+        let gltf = triangle_gltf(
+            r#","material":0"#,
+            r#","bufferView":0"#,
+            &format!(
+                r#","buffers":[{{"byteLength":36,"uri":"{TRIANGLE}"}}],"materials":[{{"alphaMode":"MASK"{cutoff},
+                "pbrMetallicRoughness":{{"baseColorFactor":[1,1,1,0.45]}}}}]"#
+            ),
+        );
+        read("a.gltf", gltf.as_bytes()).unwrap().materials.swap_remove(0).lost
+    };
+    assert_eq!(lost(r#","alphaCutoff":0.3"#), []);
+    assert_eq!(lost(""), [LostProperty::Clearness], "the default is 0.5");
+}
+
+/// Of vertices that primitives share, each takes the colours of its own triangles, by area.
+#[test]
+fn colours_of_shared_vertices_are_those_of_the_faces() {
+    // Two triangles, the second of four times the area: (0,0,0) (1,0,0) (0,1,0), red, and (0,0,2) (2,0,2) (0,2,2), white.
+    let data = "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAABAAAAAQAAAAAAAAABAAAAAAAAAAEAAAABA/wAA//8AAP//AAD/////////////////AAABAAIAAwAEAAUA";
+    let mesh = |materials: [u32; 2]| {
+        let primitive = |n: usize| {
+            format!(
+                r#"{{"attributes":{{"POSITION":0,"COLOR_0":1}},"indices":{},"material":{}}}"#,
+                n + 2,
+                materials[n]
+            )
+        };
+        let gltf = format!(
+            r#"{{"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{},{}]}}],"materials":[{{}},{{}}],"accessors":[
+            {{"bufferView":0,"componentType":5126,"count":6,"type":"VEC3"}},
+            {{"bufferView":0,"byteOffset":72,"componentType":5121,"normalized":true,"count":6,"type":"VEC4"}},
+            {{"bufferView":0,"byteOffset":96,"componentType":5123,"count":3,"type":"SCALAR"}},
+            {{"bufferView":0,"byteOffset":102,"componentType":5123,"count":3,"type":"SCALAR"}}],
+            "bufferViews":[{{"buffer":0,"byteLength":108}}],"buffers":[{{"byteLength":108,"uri":"{data}"}}]}}"#,
+            primitive(0),
+            primitive(1)
+        );
+        read("a.gltf", gltf.as_bytes()).unwrap()
+    };
+    let colours = |materials| mesh(materials).materials.into_iter().map(|of| of.reflectance.channels());
+    let close = |found: [f64; 3], expected: [f64; 3]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?} {expected:?}");
+    };
+    let apart: Vec<[f64; 3]> = colours([0, 1]).collect();
+    close(apart[0], [1.0, 0.0, 0.0]);
+    close(apart[1], [1.0; 3]);
+    close(colours([0, 0]).next().unwrap(), [1.0, 0.8, 0.8]);
+}
+
 /// EXT_lights_ies: γ = 0 along −z of the node, C = 0 along its x; a profile that two nodes use is read once. One that is missing or
 /// malformed is refused with its line.
 #[test]
@@ -519,6 +630,22 @@ fn colours_of_vertices_give_their_mean() {
         channels.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12),
         "{channels:?}"
     );
+}
+
+/// Colours of vertices count before those of faces, and those of other elements not at all.
+#[test]
+fn ply_takes_colours_of_vertices_then_faces() {
+    let colour = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let found = |of_vertices: bool| {
+        let (properties, values) = if of_vertices { (colour, " 255 0 0") } else { ("", "") };
+        let ply = format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{properties}\
+            element face 1\nproperty list uchar int vertex_indices\n{colour}element edge 1\nproperty int vertex1\n{colour}\
+            end_header\n0 0 0{values}\n1 0 0{values}\n0 1 0{values}\n3 0 1 2 0 255 0\n0 0 0 255\n"
+        );
+        read("a.ply", ply.as_bytes()).unwrap().materials[0].reflectance.channels()
+    };
+    assert_eq!((found(true), found(false)), ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]));
 }
 
 #[test]
@@ -628,6 +755,17 @@ fn stl_may_leave_ends_out_and_no_corners() {
     }
 }
 
+/// Keywords in capitals, and a binary file that begins with `solid` and does not end with its last triangle.
+#[test]
+fn stl_of_other_exporters_is_read() {
+    let upper = "SOLID x\n FACET NORMAL 0 0 1\n OUTER LOOP\n VERTEX 0 0 0\n VERTEX 1 0 0\n VERTEX 0 1 0\n ENDLOOP\n ENDFACET\nENDSOLID x\n";
+    assert_eq!(read("a.stl", upper.as_bytes()).unwrap().triangles.len(), 1);
+    let mut binary = corpus("stl/binary.stl");
+    binary[..5].copy_from_slice(b"solid");
+    binary.extend([0; 2]);
+    assert_eq!(read("a.stl", &binary).unwrap().triangles.len(), 2);
+}
+
 /// Rows that the file does not hold are 0 by the format: no faces come of them, and no time is spent on them.
 #[test]
 fn rows_that_are_not_in_a_gltf_make_no_faces() {
@@ -642,6 +780,12 @@ fn rows_that_are_not_in_a_gltf_make_no_faces() {
     let imported = scene("a.gltf", text.as_bytes(), &Options::default()).unwrap();
     assert_eq!(imported.spec.surfaces.len(), 1);
     let note = "primitives whose vertices or indices are not in the file, left out: 2";
+    assert!(imported.notes.iter().any(|found| found.contains(note)), "{:?}", imported.notes);
+    let instancing = r#"[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":1}}}},{"mesh":0}]"#;
+    let copies = text.replace(r#"[{"mesh":0}]"#, instancing).replace(r#""nodes":[0]"#, r#""nodes":[0,1]"#);
+    let imported = scene("a.gltf", copies.as_bytes(), &Options::default()).unwrap();
+    assert_eq!(imported.spec.surfaces.len(), 1);
+    let note = "transforms of copies that are not in the file, left out: 1";
     assert!(imported.notes.iter().any(|found| found.contains(note)), "{:?}", imported.notes);
 }
 
@@ -706,6 +850,21 @@ fn a_library_that_has_moved_is_found_beside_the_file() {
         "{:?}",
         mesh.notes
     );
+}
+
+/// Of several libraries those that are there are read; the others are named.
+#[test]
+fn libraries_that_are_there_are_read() {
+    let obj = format!("mtllib m1.mtl m2.mtl\nvt nan 0\n{SQUARE}usemtl red\nf 1/1 2/1 3/1 4/1\n");
+    let mut files = |path: &Path| match path.to_str() {
+        Some("m1.mtl") => Ok(b"newmtl red\nKd 0.75 0.25 0.25\n".to_vec()),
+        _ => Err(io::Error::from(io::ErrorKind::NotFound)),
+    };
+    let path = Path::new("a.obj");
+    let mesh = import::read(path, obj.as_bytes(), Format::Obj, 0.0125, &mut Files::new(&mut files)).unwrap();
+    assert_eq!(mesh.materials[0].reflectance, Spectrum::rgb([0.75, 0.25, 0.25]));
+    let words = "line 1: there is no material library \"m2.mtl\",";
+    assert!(mesh.notes.len() == 1 && mesh.notes[0].starts_with(words), "{:?}", mesh.notes);
 }
 
 /// An array whose copies double in size 72 times: the first are below what the coordinates of the last resolve.
@@ -802,7 +961,7 @@ const GREEDY: &[(&str, &str, &[&str])] = &[
     ("a.mgf", "xf -a 16777216 -t 1 0 0 -a 4 -rx 1\nxf\n", &["a.mgf:1: ", "67108864 times", "steps"]),
     (
         "a.gltf",
-        r#"{"accessors":[{"componentType":5126,"count":90000000,"type":"VEC3","sparse":{"count":0,"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":0}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]}"#,
+        r#"{"accessors":[{"componentType":5126,"count":90000000,"type":"VEC3","sparse":{"count":1,"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":0}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]}"#,
         &[
             "a.gltf: ",
             "meshes[0].primitives[0]",
@@ -813,8 +972,14 @@ const GREEDY: &[(&str, &str, &[&str])] = &[
     ),
     (
         "a.gltf",
-        r#"{"accessors":[{"componentType":5126,"count":6000000,"type":"VEC3","sparse":{"count":0,"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":0}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}, "mode": 5}]}],"bufferViews":[{"buffer":0,"byteLength":4}],"buffers":[{"byteLength":4,"uri":"data:;base64,AAAAAA=="}],"nodes":[{"mesh":0}]}"#,
+        r#"{"accessors":[{"componentType":5126,"count":6000000,"type":"VEC3","sparse":{"count":1,"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":0}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}, "mode": 5}]}],"bufferViews":[{"buffer":0,"byteLength":12}],"buffers":[{"byteLength":12,"uri":"data:;base64,AAAAAAAAAAAAAAAA"}],"nodes":[{"mesh":0}]}"#,
         &["a.gltf: ", "5999998 triangles", "4194304 and one for each byte"],
+    ),
+    // One block of 50 million bytes, each of which would become a number of 8.
+    (
+        "a.vtp",
+        r#"<VTKFile type="PolyData" compressor="vtkZLibDataCompressor"><Piece><Points><DataArray type="UInt8" format="binary">AQAAAIDw+gKA8PoC</DataArray></Points></Piece></VTKFile>"#,
+        &["a.vtp:1: ", "an array is longer than"],
     ),
 ];
 
@@ -826,6 +991,11 @@ fn small_files_cannot_ask_for_much() {
             .iter()
             .for_each(|part| assert!(message.contains(part), "{content:?}: {part:?} not in {message}"));
     }
+    // Primitives that are left out take time, too.
+    let many = (vec!["{}"; 3000].join(","), vec![r#"{"mesh":0}"#; 3000].join(","));
+    let primitives = format!(r#"{{"nodes":[{}],"meshes":[{{"primitives":[{}]}}]}}"#, many.1, many.0);
+    let message = read("a.gltf", primitives.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("meshes and primitives"), "{message}");
     let spheres = |copies: u32| format!("{SPHERE}xf -a {copies} -t 1 0 0\nsph a 1\nxf\n");
     assert_eq!(read("a.mgf", spheres(2000).as_bytes()).unwrap().triangles.len(), 2001 * 360);
     assert!(read("a.mgf", spheres(12_000).as_bytes()).is_err());
@@ -889,7 +1059,7 @@ fn refusals_say_where_what_and_what_to_do() {
 /// A scene of Mitsuba: a shape of each kind with its area, transforms in their order, references, and what is not diffuse.
 #[test]
 fn mitsuba_scenes_are_read_as_far_as_they_are_diffuse() {
-    let xml = r##"<scene version="3.0.0"><default name="gloss" value="0.25"/>
+    let xml = r##"<scene version="3.0.0"><default name="gloss" value="0.25"/><default name="none" value="0"/>
         <bsdf type="twosided" id="white"><bsdf type="diffuse"><rgb name="reflectance" value="0.5, 0.4, $none"/></bsdf></bsdf>
         <bsdf type="plastic" id="floor"><rgb name="diffuse_reflectance" value="#bcbcbc"/></bsdf>
         <bsdf type="diffuse" id="grey"><spectrum name="reflectance" value="$gloss"/></bsdf>
@@ -963,4 +1133,72 @@ fn mitsuba_scenes_are_read_as_far_as_they_are_diffuse() {
         let refused = read(xml, &mut files).unwrap_err().to_string();
         assert!(refused.contains(message), "{xml}: {refused}");
     }
+}
+
+/// Reads a room of one material and a shape behind it.
+fn mitsuba(reflectance: &str, shape: &str) -> Mesh {
+    let room = format!(r#"<shape type="cube"><bsdf type="diffuse" id="wall">{reflectance}</bsdf></shape>"#);
+    let head = r#"<default name="up" value="y"/><default name="upper" value="1.5"/><medium type="homogeneous" id="fog"/>"#;
+    read("a.xml", format!("<scene>{head}{room}{shape}</scene>").as_bytes()).unwrap()
+}
+
+/// Spectra without numbers are named and not black: a reflectance is 0.5, an emitter is dark.
+#[test]
+fn spectra_of_mitsuba_are_read_or_named() {
+    let wall = |reflectance: &str| {
+        let material = mitsuba(reflectance, "").materials.swap_remove(0);
+        (material.reflectance.channels(), material.lost)
+    };
+    let undefined = ([0.5; 3], vec![LostProperty::Definition]);
+    for unread in ["filename=\"grey.spd\"", "value=\"x\"", "value=\"0.1 0.2\"", "value=\"400:x\""] {
+        assert_eq!(wall(&format!("<spectrum name=\"reflectance\" {unread}/>")), undefined, "{unread}");
+    }
+    let uniform =
+        r#"<spectrum type="uniform" name="reflectance"><float name="value" value="0.25"/></spectrum>"#;
+    assert_eq!(wall(uniform), ([0.25; 3], vec![]));
+    // Levels of sRGB are no linear light; those of rgb are.
+    let (srgb, _) = wall(r#"<srgb name="reflectance" value="0.5, 0.5, 0.5"/>"#);
+    assert!((srgb[0] - 0.214_041_14).abs() < 1e-8, "{srgb:?}");
+    assert_eq!(wall(r#"<rgb name="reflectance" value="0.5, 0.5, 0.5"/>"#), ([0.5; 3], vec![]));
+
+    let lamp = |radiance: &str| {
+        let shape =
+            format!(r#"<shape type="disk" id="Lamp"><emitter type="area">{radiance}</emitter></shape>"#);
+        let mesh = mitsuba("", &shape);
+        (mesh.materials.last().unwrap().emittance[0] / std::f64::consts::PI, mesh.notes)
+    };
+    let daylight = r#"<spectrum type="d65" name="radiance"><float name="scale" value="10"/></spectrum>"#;
+    assert_eq!(lamp(daylight), (10.0, vec![]));
+    let (emitted, notes) = lamp(r#"<blackbody name="radiance" temperature="3000K"/>"#);
+    assert_eq!(emitted, 0.0);
+    let words = "area emitters whose radiance is not read, left dark: 1 (\"Lamp\"); write it as rgb";
+    assert_eq!(notes, [words]);
+}
+
+/// References to media are no materials; those to emitters are emitters; an alias is another name.
+#[test]
+fn references_of_mitsuba_mean_what_they_lead_to() {
+    let shape = r#"<emitter type="area" id="glow"><rgb name="radiance" value="2"/></emitter><alias id="wall" as="paint"/>
+        <shape type="disk"><ref name="interior" id="fog"/><ref id="glow"/><ref id="paint"/></shape>"#;
+    let mesh = mitsuba(r#"<rgb name="reflectance" value="0.8"/>"#, shape);
+    let disk = &mesh.materials[mesh.triangles.last().unwrap().material as usize];
+    assert_eq!((disk.reflectance, &*disk.name), (0.8.into(), "wall"));
+    assert_eq!(disk.emittance, (2.0 * std::f64::consts::PI).into());
+    assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
+}
+
+/// Names within a value, of which the longest is meant; matrices of nine numbers; and `lookat` along any axis without one for up.
+#[test]
+fn transforms_of_mitsuba_stand_in_several_ways() {
+    let normal = |transform: &str| {
+        let shape =
+            format!(r#"<shape type="rectangle"><transform name="to_world">{transform}</transform></shape>"#);
+        let mesh = mitsuba("", &shape);
+        let [a, b, c] = mesh.triangles.last().unwrap().corners.map(|corner| mesh.positions[corner as usize]);
+        ((a + b) / 2.0, (b - a).cross(c - a).normalize())
+    };
+    let (middle, facing) = normal(r#"<matrix value="1 0 0 0 0 -1 0 1 0"/><translate value="0 $upper 0"/>"#);
+    assert_eq!((middle, facing), (DVec3::new(0.0, 1.5, 0.0), DVec3::NEG_Y));
+    let (middle, facing) = normal(r#"<lookat origin="0,1.9,0" target="0,0,0"/>"#);
+    assert!(middle.distance(DVec3::new(0.0, 1.9, 0.0)) < 1e-12 && facing.distance(DVec3::NEG_Y) < 1e-12);
 }

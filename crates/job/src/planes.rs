@@ -227,8 +227,8 @@ fn read_file(file: &Value<'_>, folder: &Path, measure: Measure) -> Result<Sensor
         if text.is_empty() {
             continue;
         }
-        let numbers: Vec<f64> = text.split_whitespace().map_while(|word| word.parse().ok()).collect();
-        let &[x, y, z, dx, dy, dz] = &numbers[..] else {
+        let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
+        let Ok(&[x, y, z, dx, dy, dz]) = numbers.as_deref() else {
             return Err(bad(format!("{}:{line}: this is not six numbers", path.display())));
         };
         points.push([DVec3::new(x, y, z), DVec3::new(dx, dy, dz)]);

@@ -426,3 +426,19 @@ fn the_line_is_that_of_the_second_surface() {
     let path = folder.write("s.toml", SCENE.to_owned() + second);
     assert_says("second", &scene_message(&path), &["s.toml:10: surface 1 (\"lid\"): triangle: ", "no area"]);
 }
+
+/// A line of points holds six numbers and nothing more, but a comment.
+#[test]
+fn lines_of_points_are_six_numbers() {
+    let folder = Folder::new("refused-points");
+    let path = folder.write("s.toml", SCENE.to_owned() + "[[points]]\nfile = \"desk.pts\"\n");
+    for (line, parts) in [
+        ("0 0 1 0 0 1 # desk", &["accepted"][..]),
+        ("0 0 1 0 0 1 junk", &["desk.pts:1: ", "six numbers"]),
+        ("0 0 1 0 0 1 1", &["desk.pts:1: ", "six numbers"]),
+        ("0 0 1 0 0", &["desk.pts:1: ", "six numbers"]),
+    ] {
+        folder.write("desk.pts", line);
+        assert_says(line, &scene_message(&path), parts);
+    }
+}

@@ -215,6 +215,7 @@ pub(super) struct MaterialJson {
     pub(super) emissive_factor: [f64; 3],
     pub(super) emissive_texture: Option<TextureUse>,
     pub(super) alpha_mode: Option<String>,
+    pub(super) alpha_cutoff: Option<f64>,
     pub(super) double_sided: bool,
     pub(super) extensions: MaterialExtensions,
 }
@@ -270,6 +271,13 @@ pub(super) struct Accessor {
     #[serde(rename = "type")]
     pub(super) kind: String,
     pub(super) sparse: Option<Sparse>,
+}
+
+impl Accessor {
+    /// Whether the file holds any of its rows; the others are 0.
+    pub(super) fn has_rows(&self) -> bool {
+        self.buffer_view.is_some() || self.sparse.as_ref().is_some_and(|sparse| sparse.count > 0)
+    }
 }
 
 #[derive(Debug, Default, Deserialize)]

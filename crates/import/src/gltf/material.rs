@@ -13,7 +13,7 @@ pub(super) fn materials(document: &Document) -> Vec<Material> {
 }
 
 /// Reads a material. Its reflectance is the part of the base colour that is no metal; its emittance [W/m²] is
-/// emissiveFactor × emissiveStrength.
+/// emissiveFactor × emissiveStrength, which the reader turns into an exitance where the file has lamps.
 fn material(number: usize, json: &MaterialJson) -> Material {
     let strength = json.extensions.emissive.as_ref().and_then(|emissive| emissive.emissive_strength);
     let emittance = json.emissive_factor.map(|factor| factor * strength.unwrap_or(1.0));
@@ -27,8 +27,13 @@ fn material(number: usize, json: &MaterialJson) -> Material {
     let kept = 1.0 - metal(json);
     material.reflectance = Spectrum::rgb([red, green, blue].map(|channel| channel * kept));
     let transmitted = json.extensions.transmission.as_ref().map_or(0.0, |some| some.transmission_factor);
-    let passes = if has_alpha(json) { transmitted.max(1.0 - alpha) } else { transmitted };
-    material.passes(passes);
+    let through = match json.alpha_mode.as_deref() {
+        Some("MASK") if alpha >= json.alpha_cutoff.unwrap_or(0.5) => 0.0,
+        Some("MASK") => 1.0,
+        _ if has_alpha(json) => 1.0 - alpha,
+        _ => 0.0,
+    };
+    material.passes(transmitted.max(through));
     if kept < 1.0 || json.extensions.specular.is_some() {
         material.loses(LostProperty::Mirror);
     }

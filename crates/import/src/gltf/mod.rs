@@ -9,10 +9,12 @@ mod material;
 mod tints;
 
 use std::collections::HashMap;
+use std::f64::consts::PI;
 use std::ops::Range;
 use std::path::Path;
 
 use glam::{DAffine3, DMat4, DQuat, DVec3};
+use radiosity::Spectrum;
 
 use self::buffers::{Data, buffers, unpack};
 use self::draco::Unpacked;
@@ -65,6 +67,7 @@ pub(crate) fn read(path: &Path, content: &[u8], files: &mut Files<'_>) -> Result
         data,
         room: TriangleBudget::of(content.len() + beside),
         rows: 0,
+        uses: 0,
         vertices: HashMap::new(),
         mesh,
         parts: MeshParts::default(),
@@ -80,7 +83,13 @@ pub(crate) fn read(path: &Path, content: &[u8], files: &mut Files<'_>) -> Result
     images.look_up(&data, path, files, &mut mesh);
     tints.apply(&mut mesh);
     mesh.lamps = lights.into_lamps(&data, path, files, &mut tally).map_err(at)?;
-    mesh.luminous |= !mesh.lamps.list.is_empty();
+    if !mesh.lamps.list.is_empty() {
+        mesh.luminous = true;
+        // Lamps are in cd: emission beside them is a luminance in cd/m² (KHR_materials_emissive_strength), an exitance of π times it.
+        for material in &mut mesh.materials {
+            material.emittance = Spectrum::rgb(material.emittance.channels().map(|luminance| PI * luminance));
+        }
+    }
     if document.extensions.images.is_some() {
         tally.count(
             "environments of images (EXT_lights_image_based) left out; --sky=10000 gives light from outside",
@@ -140,6 +149,8 @@ struct NodeWalk<'a> {
     room: TriangleBudget,
     /// The number of vertices and indices that were read so far; a mesh that several nodes use counts for each of them.
     rows: u64,
+    /// The number of meshes and primitives that were met so far, also of those that are left out.
+    uses: u64,
     /// The vertices of the mesh that is read, by the number of their accessor: primitives share them.
     vertices: HashMap<usize, Range<u32>>,
     mesh: Mesh,
@@ -217,10 +228,19 @@ impl NodeWalk<'_> {
         Ok(())
     }
 
-    /// The transforms of a mesh's copies (EXT_mesh_gpu_instancing).
-    fn copies(&mut self, copies: &Instancing, path: &str) -> Result<Vec<DAffine3>, At> {
+    /// The transforms of a mesh's copies (EXT_mesh_gpu_instancing), made one by one. Rows that are not in the file make none.
+    fn copies(
+        &mut self,
+        copies: &Instancing,
+        path: &str,
+    ) -> Result<impl Iterator<Item = DAffine3> + use<>, At> {
         let accessor = |name: &str| copies.attributes.get(name).copied();
-        let [translation, rotation, scale] = ["TRANSLATION", "ROTATION", "SCALE"].map(accessor);
+        let given = ["TRANSLATION", "ROTATION", "SCALE"].map(accessor);
+        let [translation, rotation, scale] =
+            given.map(|number| number.filter(|&number| self.has_rows(number) != Some(false)));
+        if given != [translation, rotation, scale] {
+            self.tally.count("transforms of copies that are not in the file, left out");
+        }
         for number in [translation, rotation, scale].into_iter().flatten() {
             self.count_rows(number, path)?;
         }
@@ -229,18 +249,20 @@ impl NodeWalk<'_> {
         let (translations, scales) = (three(translation)?, three(scale)?);
         let rotations = rotation.map_or(Ok(Vec::new()), |number| self.data.rows::<4>(number, path))?;
         let count = translations.len().max(rotations.len()).max(scales.len());
-        let copy = |i: usize| {
+        let copy = move |i: usize| {
             let rotation = rotations.get(i).map_or(DQuat::IDENTITY, |&r| DQuat::from_array(r).normalize());
             let [scale, translation] = [(&scales, DVec3::ONE), (&translations, DVec3::ZERO)]
                 .map(|(rows, default)| rows.get(i).map_or(default, |&row| DVec3::from_array(row)));
             DAffine3::from_scale_rotation_translation(scale, rotation, translation)
         };
-        Ok((0..count).map(copy).collect())
+        Ok((0..count).map(copy))
     }
 
     fn mesh_at(&mut self, number: usize, name: &str, path: &str, place: &DAffine3) -> Result<(), At> {
         let document = self.data.document;
         let mesh = element(&document.meshes, number, "meshes", &format!("node {path:?}.mesh"))?;
+        self.uses += 1 + mesh.primitives.len() as u64;
+        self.within(self.uses, 1, "meshes and primitives", path)?;
         self.parts.enter(&mut self.mesh, name);
         self.vertices.clear();
         for (i, primitive) in mesh.primitives.iter().enumerate() {
@@ -282,7 +304,7 @@ impl NodeWalk<'_> {
             let (part, face) = self.parts.next_face(&mut self.mesh, "mesh");
             self.mesh.triangles.push(Triangle { corners, part, face, material, line: 0 });
         }
-        self.tint(primitive, (material, vertices), path)?;
+        self.tint(primitive, (before, first), vertices, path)?;
         for slot in self.images.asked(material) {
             let number = primitive.attributes.get(&format!("TEXCOORD_{}", slot.set)).copied();
             let Some(number) = number else { continue };
@@ -301,28 +323,27 @@ impl NodeWalk<'_> {
         room(&self.mesh).map_err(|fault| (path.into(), fault))
     }
 
-    /// Adds the colours of a primitive's vertices to those of its material. Rows that are not there, or too many, are no colours.
+    /// Adds the colours of the triangles from `before` on, whose vertices are numbered from `first`, to those of their material. Rows
+    /// that are not there, or too many, are no colours.
     fn tint(
         &mut self,
         primitive: &Primitive,
-        (material, vertices): (u32, usize),
+        (before, first): (usize, u32),
+        vertices: usize,
         path: &str,
     ) -> Result<(), At> {
         let accessors = &self.data.document.accessors;
         let number = primitive.attributes.get("COLOR_0").copied();
-        let colours = number.filter(|&n| {
-            accessors.get(n).is_some_and(|rows| {
-                rows.count == vertices && (rows.buffer_view.is_some() || rows.sparse.is_some())
-            })
-        });
+        let colours = number
+            .filter(|&n| accessors.get(n).is_some_and(|rows| rows.count == vertices && rows.has_rows()));
         let Some(number) = colours else {
-            self.tints.add::<3>(material, vertices, &[]);
+            self.tints.add::<3>(&self.mesh, before, first, &[]);
             return Ok(());
         };
         self.count_rows(number, path)?;
         match accessors[number].kind.as_str() {
-            "VEC4" => self.tints.add(material, vertices, &self.data.rows::<4>(number, path)?),
-            _ => self.tints.add(material, vertices, &self.data.rows::<3>(number, path)?),
+            "VEC4" => self.tints.add(&self.mesh, before, first, &self.data.rows::<4>(number, path)?),
+            _ => self.tints.add(&self.mesh, before, first, &self.data.rows::<3>(number, path)?),
         }
         Ok(())
     }
@@ -432,7 +453,7 @@ impl NodeWalk<'_> {
     /// Whether the file holds rows of an accessor; `None` where there is no such accessor.
     fn has_rows(&self, accessor: usize) -> Option<bool> {
         let accessor = self.data.document.accessors.get(accessor)?;
-        Some(accessor.buffer_view.is_some() || accessor.sparse.is_some())
+        Some(accessor.has_rows())
     }
 
     /// The vertices in the order of the triangles' corners.

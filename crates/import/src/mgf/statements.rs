@@ -26,7 +26,7 @@ pub(super) struct Statement {
 impl Text {
     pub(super) fn new(path: &Path, content: &[u8]) -> Self {
         let mut text = Text { path: path.into(), statements: Vec::new(), bytes: Vec::new() };
-        let (mut lines, mut open) = (LogicalLines::new(content), Vec::new());
+        let (mut lines, mut open) = (LogicalLines::of_mgf(content), Vec::new());
         while let Some((line, bytes)) = lines.next() {
             let number = text.statements.len();
             let (start, length) = (text.bytes.len(), bytes.len());

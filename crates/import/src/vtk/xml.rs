@@ -60,6 +60,8 @@ fn no_vtk(problem: String) -> UnplacedError {
 /// What the first element says of all arrays.
 struct VtkXml<'a> {
     packing: Packing,
+    /// The most numbers of an array.
+    most: u64,
     appended: Option<Appended<'a>>,
     /// The offsets of all arrays, in ascending order.
     offsets: Vec<usize>,
@@ -92,36 +94,38 @@ impl<'a> VtkXml<'a> {
         let big = root.attribute("byte_order") == Some("BigEndian");
         let mut offsets: Vec<usize> = root.descendants().filter_map(offset).collect();
         offsets.sort_unstable();
-        let most = 8 * most_numbers(bytes);
-        Ok(VtkXml { packing: Packing { big, header, zlib, most }, appended, offsets })
+        let most = most_numbers(bytes);
+        Ok(VtkXml { packing: Packing { big, header, zlib, most: 0 }, most, appended, offsets })
     }
 
     /// The numbers of an array, whatever its encoding.
     fn numbers(&self, array: Node<'_, '_>) -> Result<Vec<f64>, UnplacedError> {
         let name = array.attribute("type").unwrap_or_default();
         let scalar = VtkScalar::of(name).ok_or_else(|| unknown_type(name))?;
+        // Each number becomes one of 8 bytes, however few the file has for it.
+        let packing = Packing { most: self.most * scalar.size() as u64, ..self.packing };
         let text = || array.children().filter_map(|child| child.text()).collect::<String>();
         let bytes = match array.attribute("format").unwrap_or("ascii") {
             "ascii" => return words(text().as_bytes()).map(|word| number(Some(word))).collect(),
-            "binary" => self.packing.unpack(&decode(&text())?)?,
-            _ => self.appended(offset(array).ok_or_else(UnplacedError::short)?)?,
+            "binary" => packing.unpack(&decode(&text())?)?,
+            _ => self.appended(offset(array).ok_or_else(UnplacedError::short)?, packing)?,
         };
         Ok(scalar.numbers(&bytes, self.packing.big))
     }
 
     /// The bytes of an array in the appended data.
-    fn appended(&self, offset: usize) -> Result<Vec<u8>, UnplacedError> {
+    fn appended(&self, offset: usize, packing: Packing) -> Result<Vec<u8>, UnplacedError> {
         let Appended { data, base64 } = self.appended.ok_or_else(UnplacedError::short)?;
         let next = self.offsets.iter().copied().find(|&other| other > offset).unwrap_or(data.len());
         let data = data.get(offset..next.min(data.len())).ok_or_else(UnplacedError::short)?;
         if !base64 {
-            return self.packing.unpack(data);
+            return packing.unpack(data);
         }
         // Behind the last array the XML goes on.
         let end = data.iter().position(|&byte| byte == b'<').unwrap_or(data.len());
         let text =
             std::str::from_utf8(&data[..end]).map_err(|error| no_vtk(format!("no base64: {error}")))?;
-        self.packing.unpack(&decode(text)?)
+        packing.unpack(&decode(text)?)
     }
 }
 
