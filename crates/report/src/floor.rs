@@ -10,7 +10,7 @@ use radiosity::{
 
 use crate::bounds::Bounds;
 use crate::camera::Frame;
-use crate::isolux::{PlaneGrid, map_svg};
+use crate::isolux::{PlaneGrid, map_name, map_svg};
 use crate::smooth::Smooth;
 
 /// Points along the longer side of a map.
@@ -36,8 +36,16 @@ struct FloorLevel {
     high: [f64; 2],
 }
 
-/// A map of the irradiance on the floor, the mean of the channels, as an SVG drawing in a `unit`; `None` where there is no floor, or no light on it.
-pub(crate) fn floor_svg(estimates: &Estimates, smooth: &Smooth, unit: &str) -> Option<String> {
+/// A map of the irradiance on the floor, and its mean.
+pub(crate) struct FloorMap {
+    /// An SVG drawing.
+    pub(crate) svg: String,
+    /// The mean of the points of the map that are known, and of the channels [W/m²].
+    pub(crate) mean: f64,
+}
+
+/// The map in a `unit`; `None` where there is no floor, or no light on it.
+pub(crate) fn floor_map(estimates: &Estimates, smooth: &Smooth, unit: &str) -> Option<FloorMap> {
     let scene = estimates.scene();
     let bounds = Bounds::of(scene);
     let frame = Frame::of(scene, &bounds);
@@ -64,8 +72,11 @@ pub(crate) fn floor_svg(estimates: &Estimates, smooth: &Smooth, unit: &str) -> O
             values[number] = irradiance(estimates, smooth, piece, hit.uv);
         }
     });
-    let is_lit = values.iter().any(|&value| value > 0.0);
-    is_lit.then(|| map_svg(&PlaneGrid { size: points, step, values }, "floor, seen from above", unit))
+    let known: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
+    let mean = known.iter().sum::<f64>() / known.len() as f64;
+    let name = map_name("floor, seen from above", scene.channels());
+    (mean > 0.0)
+        .then(|| FloorMap { svg: map_svg(&PlaneGrid { size: points, step, values }, &name, unit), mean })
 }
 
 impl FloorLevel {
@@ -142,7 +153,10 @@ mod tests {
         let experiment = experiment(&scene);
         let tally = shot(&experiment);
         let estimates = Estimates::new(&experiment, &tally, 0.95);
-        let svg = floor_svg(&estimates, &Smooth::new(&estimates), "W/m²").unwrap();
+        let FloorMap { svg, mean } = floor_map(&estimates, &Smooth::new(&estimates), "W/m²").unwrap();
+        let lit = (0..9).map(|face| estimates.face(face).unwrap()[0].irradiance.unwrap());
+        let (least, most) = lit.fold((f64::INFINITY, 0.0_f64), |(a, b), h| (a.min(h), b.max(h)));
+        assert!(least < mean && mean < most, "{mean} in {least} … {most}");
         assert!(
             svg.contains("floor, seen from above") && svg.contains("<path") && svg.contains("data:image/png")
         );

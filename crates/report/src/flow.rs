@@ -231,48 +231,15 @@ fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use radiosity::{IndexChoice, Scene, Spectrum, precision::Precision};
+    use radiosity::{IndexChoice, Scene, Spectrum};
 
     use super::*;
-    use crate::model::Model;
-    use crate::scenes::{cornell, cube, experiment, shot};
-    use crate::summary::{Provenance, RunFacts, Units};
+    use crate::scenes::{cornell, cube, experiment, shot, summary};
 
     fn flow(scene: &Scene, finishes: &Finishes) -> Flow {
         let experiment = experiment(scene);
         let tally = shot(&experiment);
-        let facts = RunFacts {
-            model: Model::new(scene, experiment.method(), None),
-            version: String::new(),
-            git: None,
-            job_hash: [0; 32],
-            seed: 1,
-            method: experiment.method().clone(),
-            paths: tally.counts.walks,
-            seconds: 1.0,
-            cpu_seconds: 1.0,
-            workers_seen: 1,
-            workers_lost: 0,
-            streams: 1,
-            streams_reissued: 0,
-            target: None,
-            discretised: None,
-            accuracy: None,
-            predicted: None,
-            choice: None,
-            partition: None,
-            sensors: None,
-            planes: Vec::new(),
-            sources: Vec::new(),
-            sensitivities: Vec::new(),
-            import: Vec::new(),
-            units: Units::RADIANT,
-            checks: Vec::new(),
-            confidence: 0.95,
-            simultaneous: false,
-            provenance: Provenance::default(),
-        };
-        let summary = Summary::new(scene, &tally, Precision::default(), facts);
+        let summary = summary(&experiment, &tally);
         Flow::of(&Estimates::new(&experiment, &tally, 0.95), &summary, finishes).unwrap()
     }
 

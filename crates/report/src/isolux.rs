@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
-use radiosity::sensors::Readings;
+use radiosity::sensors::{Reading, Readings};
 
 use crate::picture::Picture;
 use crate::words::quantity;
@@ -50,6 +50,21 @@ impl PlaneGrid {
     fn range(&self) -> [f64; 2] {
         let fold = |of: fn(f64, f64) -> f64, from| self.values.iter().copied().fold(from, of);
         [fold(f64::min, f64::INFINITY), fold(f64::max, f64::NEG_INFINITY)]
+    }
+
+    /// Its sides along u and v [m].
+    fn sides(&self) -> [f64; 2] {
+        [0, 1].map(|axis| self.size[axis] as f64 * self.step[axis])
+    }
+
+    /// What is written above its map: its name, its least and its greatest value in a `unit`, its sides.
+    fn title(&self, name: &str, unit: &str) -> String {
+        let [wide, high] = self.sides();
+        let values = match self.range() {
+            [low, high] if low <= high => format!("{} … {} {unit}", quantity(low), quantity(high)),
+            _ => "unknown".into(),
+        };
+        format!("{name}: {values}, {wide:.2} × {high:.2} m")
     }
 
     /// A pixel for each point, in the colour of its value.
@@ -119,20 +134,27 @@ fn levels([low, high]: [f64; 2]) -> Vec<f64> {
 pub fn isolux_svg(readings: &Readings, unit: &str) -> Option<String> {
     let (mut body, mut top) = (String::new(), 0.0);
     for (name, grid) in grids(readings) {
-        top += draw(&mut body, &grid, name, (unit, top));
+        top += draw(&mut body, &grid, &name, (unit, top));
     }
     (top > 0.0).then(|| whole(&body, top))
 }
 
-/// The planes that are grids, with their names. In colour the first channel is drawn.
-fn grids<'a>(readings: &'a Readings<'_>) -> impl Iterator<Item = (&'a str, PlaneGrid)> {
-    let sensors = readings.sensors();
+/// The name of a map: in colour it says what is drawn.
+pub(crate) fn map_name(name: &str, channels: usize) -> String {
+    if channels > 1 { format!("{name}, mean of the channels") } else { name.into() }
+}
+
+/// The planes that are grids, with the names of their maps. In colour the mean of the channels is drawn; a point of which a channel is unknown
+/// has no value.
+fn grids<'a>(readings: &'a Readings<'_>) -> impl Iterator<Item = (String, PlaneGrid)> {
+    let (sensors, channels) = (readings.sensors(), readings.channels());
     sensors.planes().filter_map(move |plane| {
         let spec = &sensors.specs()[plane];
         let (points, grid) = spec.shape.points()?;
-        let value = |cell: usize| readings.cell(cell)[0].irradiance.unwrap_or(0.0);
+        let known = |reading: &Reading| reading.irradiance.unwrap_or(f64::NAN);
+        let value = |cell: usize| readings.cell(cell).iter().map(known).sum::<f64>() / channels as f64;
         let drawn = || PlaneGrid::of(points, grid, sensors.cells_of(plane).map(value).collect());
-        (!grid.contains(&1)).then(|| (spec.name.as_str(), drawn()))
+        (!grid.contains(&1)).then(|| (map_name(&spec.name, channels), drawn()))
     })
 }
 
@@ -152,22 +174,15 @@ pub(crate) fn whole(body: &str, height: f64) -> String {
 
 /// Draws a plane from `top` on and returns its height [px].
 pub(crate) fn draw(body: &mut String, grid: &PlaneGrid, name: &str, (unit, top): (&str, f64)) -> f64 {
-    let [nu, nv] = grid.size.map(|points| points as f64);
-    let [wide, high] = [nu * grid.step[0], nv * grid.step[1]];
+    let [wide, high] = grid.sides();
     let scale = (WIDTH - 2.0 * MARGIN) / wide.max(high);
     let [left, bottom] = [MARGIN, top + MARGIN + high * scale];
     let at = |[i, j]: [f64; 2]| {
         [left + (i + 0.5) * grid.step[0] * scale, bottom - (j + 0.5) * grid.step[1] * scale]
     };
-    let name = name.replace('&', "&amp;").replace('<', "&lt;");
-    let range = grid.range();
+    let title = grid.title(name, unit).replace('&', "&amp;").replace('<', "&lt;");
     let mut write = |text: String| body.push_str(&text);
-    write(format!(
-        "<text x=\"{left}\" y=\"{:.1}\">{name}: {} … {} {unit}, {wide:.2} × {high:.2} m</text>\n",
-        top + MARGIN - 10.0,
-        quantity(range[0]),
-        quantity(range[1])
-    ));
+    write(format!("<text x=\"{left}\" y=\"{:.1}\">{title}</text>\n", top + MARGIN - 10.0));
     write(format!(
         "<rect x=\"{left}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"none\" stroke=\"#888\"/>\n",
         top + MARGIN,
@@ -183,7 +198,7 @@ pub(crate) fn draw(body: &mut String, grid: &PlaneGrid, name: &str, (unit, top):
         high * scale,
         STANDARD.encode(png)
     ));
-    for level in levels(range) {
+    for level in levels(grid.range()) {
         let pieces = grid.line(level);
         let mut path = String::new();
         for [a, b] in &pieces {
@@ -205,7 +220,13 @@ pub(crate) fn draw(body: &mut String, grid: &PlaneGrid, name: &str, (unit, top):
 
 #[cfg(test)]
 mod tests {
+    use radiosity::{
+        IndexChoice, Scene, Spectrum,
+        sensors::{SensorShape, SensorSpec},
+    };
+
     use super::*;
+    use crate::scenes::{cube_spec, experiment, shot};
 
     /// Of x + 2y on a grid, each point of a line has its value; the lines of a slope cross all columns.
     #[test]
@@ -239,6 +260,27 @@ mod tests {
         assert!(grid.line(0.5).is_empty(), "the cell beside the hole has none");
         assert!(!grid.line(7.5).is_empty());
         assert!(map_svg(&grid, "a < b", "lx").contains("a &lt; b: 0.00 … 8.00 lx, 3.00 × 3.00 m"));
+    }
+
+    /// In colour the value is the mean of the channels, and the title says so; where nothing is known there is no value, and none is told.
+    #[test]
+    fn coloured_planes_show_the_mean_of_their_channels() {
+        let mut spec = cube_spec();
+        spec.surfaces[1].cell_emittance = vec![(4, Spectrum::rgb([1.0, 0.5, 0.0]))];
+        let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+        let at = |n: u32| DVec3::new(0.25 + 0.5 * f64::from(n / 2), 0.25 + 0.5 * f64::from(n % 2), 0.4);
+        let points = (0..4).map(|n| [at(n), DVec3::Z]).collect();
+        let shape = SensorShape::Points { points, grid: [2, 2] };
+        let plane = SensorSpec { name: "desk".into(), shape };
+        let experiment = experiment(&scene).with_sensors(&[plane]).unwrap();
+        let tally = shot(&experiment);
+        let readings = Readings::new(&experiment, &tally, 0.95).unwrap();
+        let (name, grid) = grids(&readings).next().unwrap();
+        assert_eq!(name, "desk, mean of the channels");
+        let mean = |cell: usize| readings.cell(cell).iter().filter_map(|of| of.irradiance).sum::<f64>() / 3.0;
+        assert!((0..4).all(|cell| mean(cell) > 0.0 && (grid.values[cell] - mean(cell)).abs() < 1e-12));
+        let nothing = PlaneGrid { values: vec![f64::NAN; 4], ..grid };
+        assert_eq!(nothing.title("desk", "lx"), "desk: unknown, 1.00 × 1.00 m");
     }
 
     #[test]

@@ -16,12 +16,13 @@ use radiosity::{
     sensors::{Reading, Readings},
 };
 use serde::Serialize;
+use stats::Measured;
 
 use self::charts::{convergence, profile};
 use self::compact::{CompactLayout, compact, holds_table};
 use crate::chart::Chart;
 use crate::dials::{Dials, write_scores};
-use crate::floor::floor_svg;
+use crate::floor::{FloorMap, floor_map};
 use crate::flow::{Flow, losses};
 use crate::isolux::isolux_svg;
 use crate::outlines::outlines;
@@ -35,7 +36,7 @@ use crate::sensors::write_cells;
 use crate::smooth::Smooth;
 use crate::sources::SourceSummary;
 use crate::summary::{Energy, Summary, Verdict};
-use crate::words::{self, percent};
+use crate::words::{self, brief_percent, measured, number, percent, printed};
 pub use charts::Milestone;
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
@@ -79,6 +80,7 @@ pub struct Live {
 struct Facts<'a> {
     summary: &'a Summary,
     view: Shot,
+    contrast: [f64; 2],
     #[serde(skip_serializing_if = "Option::is_none")]
     dials: Option<Dials<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -167,17 +169,19 @@ impl Page<'_> {
             pack(|zlib| write_cells(zlib, readings, cells))
         });
         let sensor_table = sensor_table.transpose()?;
+        let floor = floor_map(self.estimates, self.smooth, summary.units.irradiance);
         Ok(context! {
             name => self.name,
             summary => summary,
             live => live,
-            answer => self.answer(),
+            answer => self.answer(floor.as_ref()),
             verdict => self.verdict(),
             headline => self.headline(),
             floor => self.floor(),
-            confidence => (100.0 * summary.confidence).to_string(),
+            confidence => printed(100.0 * summary.confidence),
+            coloured => self.estimates.scene().channels() > 1,
             charts => self.figures(),
-            maps => self.maps(),
+            maps => self.maps(floor),
             planes => self.planes(),
             sensors => self.sensors(),
             sources => self.sources(),
@@ -209,8 +213,8 @@ impl Page<'_> {
     fn taken(&self) -> String {
         let Shot { viewpoint, white, .. } = self.shot;
         let channels = self.estimates.scene().channels();
-        let white: Vec<String> = white.iter().take(channels).map(|white| format!("{white:.4}")).collect();
-        let point = |point: [f64; 3]| point.map(|x| format!("{x:.3}")).join(", ");
+        let white: Vec<String> = white.iter().take(channels).map(|&white| number(white)).collect();
+        let point = |point: [f64; 3]| point.map(number).join(", ");
         format!(
             "white is {} {} and above{}; seen from ({}) towards ({}) m, {:.0}° high",
             white.join(", "),
@@ -222,10 +226,30 @@ impl Page<'_> {
         )
     }
 
-    /// The answer in one sentence.
-    fn answer(&self) -> String {
-        let Summary { paths, model, .. } = self.summary;
-        format!("{paths} paths, {} patches. {}.", model.patches, self.headline())
+    /// The answer in a few sentences: how much light there is, how well it is known, and from how many paths.
+    fn answer(&self, floor: Option<&FloorMap>) -> String {
+        let Summary { paths, model, units, planes, .. } = self.summary;
+        let unit = units.irradiance;
+        let mean = "Mean light on";
+        let light = match (planes.first(), floor) {
+            (Some(plane), _) => format!("{mean} {}: {} {unit}. ", plane.name, plane.mean.words()),
+            (None, Some(floor)) => {
+                let of = if self.estimates.scene().channels() > 1 { ", mean of the channels" } else { "" };
+                format!("{mean} the floor: about {} {unit}{of}. ", number(floor.mean))
+            }
+            (None, None) => String::new(),
+        };
+        let median = self.summary.precision.headline.median;
+        let known = match median.is_finite() && median > 0.0 {
+            true => format!(
+                "Half of the area is known within {}{} ({} % intervals)",
+                brief_percent(median),
+                self.summary.system(),
+                printed(100.0 * self.summary.confidence)
+            ),
+            false => self.headline(),
+        };
+        format!("{light}{known}. {paths} paths, {} patches.", model.patches)
     }
 
     fn headline(&self) -> String {
@@ -235,7 +259,7 @@ impl Page<'_> {
     /// What half-widths are divided by at least, in words.
     fn floor(&self) -> String {
         let HeadlineSummary { floor, .. } = &self.summary.precision.headline;
-        let floor: Vec<String> = floor.iter().map(|floor| format!("{floor:.3e}")).collect();
+        let floor: Vec<String> = floor.iter().map(|&floor| number(floor)).collect();
         format!("{} {}", floor.join(", "), self.summary.units.irradiance)
     }
 
@@ -267,11 +291,12 @@ impl Page<'_> {
         self.summary.planes.iter().map(row).collect()
     }
 
-    /// A row for each sensor, and each channel of it.
+    /// A row for each sensor, and each channel of it; planes of points have a table of their own.
     fn sensors(&self) -> Vec<SensorRow> {
         let Some(readings) = self.readings else { return Vec::new() };
         let sensors = readings.sensors();
-        let rows = sensors.specs().iter().enumerate().flat_map(|(number, spec)| {
+        let specs = sensors.specs().iter().enumerate().filter(|(_, spec)| !spec.shape.is_plane());
+        let rows = specs.flat_map(|(number, spec)| {
             let names = per_channel(&spec.name, readings.channels());
             names.into_iter().enumerate().map(move |(channel, name)| {
                 let read: Vec<Reading> =
@@ -297,8 +322,8 @@ impl Page<'_> {
     /// A row for each source.
     fn sources(&self) -> Vec<[String; 4]> {
         let row = |source: &SourceSummary| {
-            let factor = source.factor.map_or(String::new(), |factor| factor.to_string());
-            [source.name.clone(), format!("{:.4}", source.power), factor, percent(source.relative_error)]
+            let factor = source.factor.map_or(String::new(), printed);
+            [source.name.clone(), number(source.power), factor, percent(source.relative_error)]
         };
         self.summary.sources.iter().map(row).collect()
     }
@@ -309,7 +334,8 @@ impl Page<'_> {
             let known = |error: f64| format!("{} ± {}", percent(of.relative_change), percent(error));
             let change = known(of.relative_change * of.std_error_bound / of.mean_derivative);
             let change = if of.mean_derivative > 0.0 { change } else { "0".into() };
-            let derivative = format!("{:.4} ± {:.4}", of.mean_derivative, of.std_error_bound);
+            let derivative =
+                measured(Measured { value: of.mean_derivative, standard_error: of.std_error_bound });
             [of.material.clone(), derivative, change]
         };
         self.summary.sensitivities.iter().map(row).collect()
@@ -322,9 +348,9 @@ impl Page<'_> {
     }
 
     /// Maps of light: of the floor, and of planes.
-    fn maps(&self) -> Vec<PageFigure> {
+    fn maps(&self, floor: Option<FloorMap>) -> Vec<PageFigure> {
         let unit = self.summary.units.irradiance;
-        let floor = floor_svg(self.estimates, self.smooth, unit);
+        let floor = floor.map(|floor| floor.svg);
         let planes = self.readings.and_then(|readings| isolux_svg(readings, unit));
         let named = [("Light on the floor", floor), ("Light on planes", planes)];
         named
@@ -340,7 +366,14 @@ impl Page<'_> {
 
     fn facts(&self, live: Option<Live>, compact: Option<CompactLayout>) -> io::Result<String> {
         let dials = Dials::of(self.estimates, self.level).filter(|_| compact.is_none());
-        let facts = Facts { summary: self.summary, view: self.shot, dials, live, compact };
+        let facts = Facts {
+            summary: self.summary,
+            view: self.shot,
+            contrast: self.shot.contrast,
+            dials,
+            live,
+            compact,
+        };
         // Nothing in it ends the element that holds it.
         Ok(serde_json::to_string(&facts)?.replace('<', "\\u003c"))
     }
@@ -400,9 +433,9 @@ fn sensor_corners(readings: &Readings) -> io::Result<String> {
 
 /// An estimate with its interval.
 fn with_interval(reading: &Reading) -> String {
-    let [low, high] = [reading.ci_low, reading.ci_high].map(|h| format!("{h:.4}"));
+    let [low, high] = [reading.ci_low, reading.ci_high].map(number);
     match reading.irradiance {
-        Some(irradiance) => format!("{irradiance:.4} ({low} … {high})"),
+        Some(irradiance) => format!("{} ({low} … {high})", number(irradiance)),
         None => format!("between {low} and {high}"),
     }
 }
@@ -430,7 +463,10 @@ fn script() -> io::Result<String> {
 
 /// Where the power went, and what the amounts are: the figures of the check `escape`. Where walks tell nothing of power, where they ended.
 fn shares(estimates: &Estimates, summary: &Summary) -> (Vec<Share>, String) {
-    let power = format!("Power [{}]", summary.units.power);
+    let power = |channels: &str| {
+        let channels = if estimates.scene().channels() > 1 { channels } else { "" };
+        format!("Power{channels} [{}]", summary.units.power)
+    };
     let (amounts, unit) = match (losses(estimates), &summary.energy) {
         (Some([escaped, on_backs, cut_off]), _) => {
             let scene = estimates.scene();
@@ -438,7 +474,7 @@ fn shares(estimates: &Estimates, summary: &Summary) -> (Vec<Share>, String) {
             let emitted = (0..scene.channels()).map(|c| scene.total_power(c)).sum::<f64>();
             let emitted = emitted / scene.channels() as f64;
             let lost = [escaped, on_backs, cut_off].map(|part| emitted * part.value);
-            ([emitted - lost.iter().sum::<f64>(), lost[0], lost[1], lost[2]], power)
+            ([emitted - lost.iter().sum::<f64>(), lost[0], lost[1], lost[2]], power(", mean of the channels"))
         }
         (None, &Energy::Walks { emitted, absorbed, escaped }) => {
             let (backs, cut) = (summary.absorbed_back, summary.truncated);
@@ -446,9 +482,12 @@ fn shares(estimates: &Estimates, summary: &Summary) -> (Vec<Share>, String) {
             let cut_off = emitted.saturating_sub(absorbed + escaped).max(cut);
             ([on_fronts, escaped, backs, cut_off].map(|walks| walks as f64), "Walks".into())
         }
-        (None, &Energy::Power { absorbed, escaped, .. }) => ([absorbed, escaped, 0.0, 0.0], power),
+        (None, &Energy::Power { absorbed, escaped, .. }) => {
+            ([absorbed, escaped, 0.0, 0.0], power(", all channels together"))
+        }
     };
     let total: f64 = amounts.iter().sum();
+    let written = |amount: f64| if unit == "Walks" { amount.to_string() } else { number(amount) };
     let kinds = [
         ("absorbed", "absorbed by surfaces"),
         ("escaped", "left the scene"),
@@ -457,8 +496,98 @@ fn shares(estimates: &Estimates, summary: &Summary) -> (Vec<Share>, String) {
     ];
     let share = |((kind, words), amount): ((&'static str, &'static str), f64)| {
         let part = amount / total;
-        Share { kind, words, share: 100.0 * part, percent: words::share(part), amount: amount.to_string() }
+        Share { kind, words, share: 100.0 * part, percent: words::share(part), amount: written(amount) }
     };
     let shown = kinds.into_iter().zip(amounts).filter(|&(_, amount)| amount > 0.0);
     (shown.map(share).collect(), unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use job::View;
+    use radiosity::{
+        Experiment, IndexChoice, Scene, Spectrum, Tally,
+        sensors::{SensorShape, SensorSpec},
+    };
+
+    use super::*;
+    use crate::planes::plane_summaries;
+    use crate::scenes::{cube_spec, experiment, shot};
+    use crate::summary::Check;
+
+    fn page(experiment: &Experiment, tally: &Tally, sources: Vec<SourceSummary>) -> String {
+        let estimates = Estimates::new(experiment, tally, 0.95);
+        let readings = Readings::new(experiment, tally, 0.95);
+        let mut summary = crate::scenes::summary(experiment, tally);
+        summary.planes =
+            readings.iter().flat_map(|of| plane_summaries(of, &[], |_| None, |_| [].into_iter())).collect();
+        summary.sources = sources;
+        let failed =
+            |name: &str| Check { name: name.into(), verdict: Verdict::Failed, message: String::new() };
+        summary.checks = vec![failed("rare"), failed("energy")];
+        let page = Page {
+            name: "cube",
+            summary: &summary,
+            estimates: &estimates,
+            readings: readings.as_ref(),
+            milestones: Vec::new(),
+            command: String::new(),
+            shot: Shot::aim(&estimates, &View::default()),
+            level: 0.95,
+            smooth: &Smooth::new(&estimates),
+            materials: &Finishes::default(),
+        };
+        page.render().unwrap()
+    }
+
+    /// Planes are no sensors, figures of three channels say which is which, powers say which channels they are of, and the first words are
+    /// those of the light.
+    #[test]
+    fn a_coloured_page_says_which_channels_it_tells_of() {
+        let mut spec = cube_spec();
+        spec.surfaces[1].cell_emittance = vec![(4, Spectrum::rgb([3.0, 2.0, 1.0]))];
+        let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+        let at = |n: u32| DVec3::new(0.25 + 0.5 * f64::from(n / 2), 0.25 + 0.5 * f64::from(n % 2), 0.4);
+        let points = (0..4).map(|n| [at(n), DVec3::Z]).collect();
+        let plane = SensorSpec { name: "desk".into(), shape: SensorShape::Points { points, grid: [2, 2] } };
+        let shape = SensorShape::Point { point: DVec3::splat(0.5), normal: DVec3::Z };
+        let eye = SensorSpec { name: "eye".into(), shape };
+        let experiment = experiment(&scene).with_sensors(&[plane, eye]).unwrap();
+        let source = SourceSummary {
+            name: "lamp".into(),
+            emitters: 1,
+            power: 2.0 / 3.0,
+            factor: None,
+            relative_error: 0.1,
+        };
+        let text = page(&experiment, &shot(&experiment), vec![source]);
+        let sensors = text.split_once("id=\"sensors\"").unwrap().1.split_once("</section>").unwrap().0;
+        assert!(sensors.contains("eye_r") && !sensors.contains("desk"), "{sensors}");
+        assert!(text.contains("<p class=\"answer\">Mean light on desk: red "));
+        assert!(text.contains("desk, mean of the channels: ") && text.contains(", green "));
+        assert!(text.contains("Power, all channels together [W]</th><th scope=\"col\">Factor"));
+        assert_eq!(text.matches("Power, mean of the channels [W]").count(), 2);
+        assert!(text.contains("<th scope=\"row\">lamp</th><td>0.6667</td>"));
+    }
+
+    /// A dim scene has digits, the page draws with the picture's contrast, and what more walks mend is no fault.
+    #[test]
+    fn a_page_tells_of_little_light() {
+        let mut spec = cube_spec();
+        spec.surfaces[1].cell_emittance = vec![(4, 1e-6.into())];
+        let experiment = experiment(&Scene::build(&spec, IndexChoice::Auto).unwrap());
+        let text = page(&experiment, &shot(&experiment), Vec::new());
+        assert!(text.contains("Power [W]</th>") && !text.contains("channels together"));
+        let white = text.split_once("white is ").unwrap().1.split_once(' ').unwrap().0;
+        assert!(white.parse::<f64>().unwrap() > 0.0, "{white}");
+        assert!(text.contains("<p class=\"answer\">Mean light on the floor: about "), "the floor's mean");
+        let words = "<th scope=\"row\">rare</th><td>needs more walks</td>";
+        assert!(text.contains(words) && text.contains("<span class=\"bad\">failed</span>"));
+        let facts = text.split_once("id=\"facts\">").unwrap().1.split_once("</script>").unwrap().0;
+        let facts: serde_json::Value = serde_json::from_str(facts).unwrap();
+        let [bright, power] = [0, 1].map(|i| facts["contrast"][i].as_f64().unwrap());
+        assert!(bright > 0.0 && (1.0..=3.0).contains(&power), "{bright} {power}");
+        assert!(facts["view"].get("contrast").is_none());
+    }
 }

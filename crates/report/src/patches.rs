@@ -161,7 +161,7 @@ fn write_rows<K: Deref<Target = [Estimate]>>(
             &flags,
             bias(scene.channels(), form, known),
             mix(form, more.mix),
-            slopes(scene.channels(), form, more.slopes.as_deref()),
+            slopes(scene.channels(), form, more.slopes.as_deref().zip(known)),
         ))?;
     }
     table.flush()
@@ -296,7 +296,7 @@ fn mix(form: ColumnFormat, best: Option<Mix>) -> Vec<Option<f64>> {
 type WithError = fn(&Slopes) -> (f64, Option<f64>);
 
 /// The columns [`SLOPES`], the channels of each side by side; empty where nothing is known.
-fn slopes(channels: usize, form: ColumnFormat, known: Option<&[Slopes]>) -> Vec<Option<f64>> {
+fn slopes(channels: usize, form: ColumnFormat, known: Option<(&[Slopes], &[Estimate])>) -> Vec<Option<f64>> {
     if !form.slopes {
         return Vec::new();
     }
@@ -312,7 +312,9 @@ fn slopes(channels: usize, form: ColumnFormat, known: Option<&[Slopes]>) -> Vec<
         |s| (s.spread(), s.spread_error()),
     ];
     let of = |column: WithError, which: usize, c: usize| {
-        let (x, error) = column(&known?[c]);
+        // A face that no walk has told of is not known to be even.
+        let (slopes, _) = known.filter(|(_, estimates)| !estimates[c].is_unsampled())?;
+        let (x, error) = column(&slopes[c]);
         rounded(x, error)[which]
     };
     columns
@@ -546,6 +548,22 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Ten walks leave most patches without a score, and their slopes are unknown, not 0.
+    #[test]
+    fn slopes_of_unsampled_patches_are_empty() {
+        let method =
+            radiosity::Method::shooting(radiosity::methods::Score::Linear(radiosity::Estimator::Collision));
+        let experiment = Experiment::new(cube(), method).unwrap();
+        let mut board = experiment.board();
+        experiment.walk(&radiosity::Sequence::new(1), 0..10, &mut board);
+        let text = table(&experiment, &board.take().unwrap());
+        let rows = csv::Reader::from_reader(text.as_bytes()).into_records().map(Result::unwrap);
+        let (unsampled, told): (Vec<_>, Vec<_>) = rows.partition(|row| row[19].contains("unsampled"));
+        assert!(!unsampled.is_empty() && !told.is_empty());
+        assert!(unsampled.iter().all(|row| row.iter().skip(20).all(str::is_empty)), "{unsampled:?}");
+        assert!(told.iter().all(|row| !row[20].is_empty()), "{told:?}");
     }
 
     fn slopes_header(channels: usize) -> String {

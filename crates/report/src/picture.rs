@@ -74,4 +74,7 @@ pub struct Shot {
     pub exposure: [f64; 3],
     /// The radiosity that is white, channel by channel [W/m²].
     pub white: [f64; 3],
+    /// The light below which the picture is darkened for contrast, and the power that its part of that light is raised to. The page draws by it.
+    #[serde(skip)]
+    pub contrast: [f64; 2],
 }

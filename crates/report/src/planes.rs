@@ -213,7 +213,7 @@ impl PerChannel {
         }
     }
 
-    /// The figures with their intervals, in words.
+    /// The figures with their intervals, in words; in colour each after the name of its channel.
     pub fn words(&self) -> String {
         let one = |figure: &FigureInterval| {
             let FigureInterval { value, low, high } = *figure;
@@ -221,7 +221,9 @@ impl PerChannel {
             let value = value.map_or("unknown".into(), |value| format!("{value:.decimals$}"));
             format!("{value} ({low:.decimals$} … {high:.decimals$})")
         };
-        self.each().iter().map(one).collect::<Vec<_>>().join(", ")
+        let names: &[&str] = if self.each().len() == 1 { &[""] } else { &["red ", "green ", "blue "] };
+        let each = self.each().iter().zip(names).map(|(figure, name)| format!("{name}{}", one(figure)));
+        each.collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -310,6 +312,12 @@ mod tests {
         };
         assert_eq!(words(389.652, 0.1208), "389.65 (389.53 … 389.77)");
         assert_eq!(words(1272.4, 34.0), "1272 (1238 … 1306)");
+        let coloured = PerChannel::Coloured(vec![FigureInterval { value: None, low: 0.0, high: 1.0 }; 3]);
+        assert!(
+            coloured.words().starts_with("red unknown (0.00 … 1.00), green unknown"),
+            "{}",
+            coloured.words()
+        );
         assert_eq!(words(0.74244, 0.0), "0.7424 (0.7424 … 0.7424)");
     }
 }

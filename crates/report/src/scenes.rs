@@ -3,8 +3,11 @@
 use glam::DVec3;
 use radiosity::{
     EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, Sides, Solution,
-    Spectrum, SurfaceSpec, Tally,
+    Spectrum, SurfaceSpec, Tally, precision::Precision,
 };
+
+use crate::model::Model;
+use crate::summary::{Provenance, RunFacts, Summary, Units};
 
 /// A one-sided grey parallelogram: corner c, c + u, c + v.
 pub(crate) fn quad(name: &str, corners: [[f64; 3]; 3], cells: [u32; 2], reflectance: f64) -> SurfaceSpec {
@@ -84,6 +87,42 @@ pub(crate) fn shot(experiment: &Experiment) -> Tally {
     let mut board = experiment.board();
     experiment.walk(&Sequence::new(1), 0..100_000, &mut board);
     board.take().unwrap()
+}
+
+/// The summary of a run of which nothing but its tally is known.
+pub(crate) fn summary(experiment: &Experiment, tally: &Tally) -> Summary {
+    let facts = RunFacts {
+        model: Model::new(experiment.scene(), experiment.method(), None),
+        version: String::new(),
+        git: None,
+        job_hash: [0; 32],
+        seed: 1,
+        method: experiment.method().clone(),
+        paths: tally.counts.walks,
+        seconds: 1.0,
+        cpu_seconds: 1.0,
+        workers_seen: 1,
+        workers_lost: 0,
+        streams: 1,
+        streams_reissued: 0,
+        target: None,
+        discretised: None,
+        accuracy: None,
+        predicted: None,
+        choice: None,
+        partition: None,
+        sensors: None,
+        planes: Vec::new(),
+        sources: Vec::new(),
+        sensitivities: Vec::new(),
+        import: Vec::new(),
+        units: Units::RADIANT,
+        checks: Vec::new(),
+        confidence: 0.95,
+        simultaneous: false,
+        provenance: Provenance::default(),
+    };
+    Summary::new(experiment.scene(), tally, Precision::default(), facts)
 }
 
 /// B of every patch [W/m²].

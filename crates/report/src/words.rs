@@ -2,9 +2,10 @@
 
 pub use crate::numbers::{measured, number, printed};
 
-/// A number with three digits and a prefix: 1.23 M.
+/// A number with three digits and a prefix: 1.23 M; a small one as [`number`] has it.
 pub fn quantity(x: f64) -> String {
     let (scaled, prefix) = match x {
+        x if x > 0.0 && x < 0.01 => return number(x),
         x if x >= 1e9 => (x / 1e9, " G"),
         x if x >= 1e6 => (x / 1e6, " M"),
         x if x >= 1e3 => (x / 1e3, " k"),
@@ -83,6 +84,7 @@ mod tests {
         assert_eq!(words, ["1 worker", "0 workers", "2 patches", "3 radiosities"]);
         assert_eq!(quantity(1_234_567.0), "1.23 M");
         assert_eq!(quantity(0.0), "0.00");
+        assert_eq!(quantity(7.606_15e-6), "7.606e-6");
         assert_eq!(bytes(999), "999 B");
         assert_eq!(bytes(1_234_567), "1.23 MB");
         assert_eq!(percent(0.01234), "1.234 %");

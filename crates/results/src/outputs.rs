@@ -278,10 +278,11 @@ impl<'a> TallyFiles<'a> {
             }
             if has_planes(readings) {
                 files.push((PLANES, Box::new(|writer| report::write_planes(writer, readings))));
-                if let Some(lines) = report::isolux_svg(readings, units(self.settings.light).irradiance) {
+                let unit = units(self.settings.light).irradiance;
+                if let Some(lines) = report::isolux_svg(readings, unit) {
                     files.push((ISOLUX, Box::new(move |writer| writer.write_all(lines.as_bytes()))));
                 }
-                if let Some(picture) = report::isolux_picture(readings) {
+                if let Some(picture) = report::isolux_picture(readings, unit) {
                     files.push((ISOLUX_PICTURE, Box::new(move |writer| picture.write_png(writer))));
                 }
             }

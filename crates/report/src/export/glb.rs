@@ -8,12 +8,15 @@
 
 use std::io::{self, Write};
 
+use glam::DVec3;
 use radiosity::{
     Estimates,
     sensors::{Reading, Readings},
 };
 use serde_json::{Value, json};
 
+use crate::bounds::Bounds;
+use crate::camera::Frame;
 use crate::outlines::outlines;
 use crate::picture::Shot;
 
@@ -27,7 +30,7 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 /// The colour of sensors.
 const SENSOR_COLOUR: [f64; 4] = [0.0, 0.62, 0.45, 1.0];
 
-/// Writes the faces and the sensors; the shot tells how bright faces are shown, and what is up.
+/// Writes the faces and the sensors; the shot tells how bright faces are shown.
 ///
 /// # Errors
 /// Those of `writer`; a scene whose buffers take more than 4 GiB, which the format cannot hold.
@@ -39,7 +42,8 @@ pub fn write_glb(
 ) -> io::Result<()> {
     let corners = VertexBuffers::of(estimates, shot);
     let (views, mut buffer) = corners.buffer();
-    let mut scene = corners.scene(views, shot);
+    let up = Frame::of(estimates.scene(), &Bounds::below_sky(estimates.scene())).up;
+    let mut scene = corners.scene(views, up);
     if let Some(readings) = readings {
         add_sensors(&mut scene, &mut buffer, readings);
     }
@@ -191,14 +195,14 @@ impl VertexBuffers {
     }
 
     /// The document that says what the numbers are.
-    fn scene(&self, views: Vec<Value>, shot: &Shot) -> Value {
+    fn scene(&self, views: Vec<Value>, up: DVec3) -> Value {
         let (count, low, high) = (self.light.len(), self.low, self.high);
         json!({
             "asset": {"version": "2.0", "generator": concat!("radwalk ", env!("CARGO_PKG_VERSION"))},
             "extensionsUsed": ["KHR_materials_unlit"],
             "scene": 0,
             "scenes": [{"nodes": [0]}],
-            "nodes": [{"mesh": 0, "rotation": upright(shot.viewpoint.up)}],
+            "nodes": [{"mesh": 0, "rotation": upright(up)}],
             "meshes": [{"primitives": [{
                 "attributes": {"POSITION": 0, "COLOR_0": 1, "_RADIOSITY": 2},
                 "indices": 3,
@@ -221,8 +225,8 @@ impl VertexBuffers {
 }
 
 /// The rotation that turns a scene's up to glTF's, which is y, as a quaternion [x, y, z, w].
-fn upright(up: [f64; 3]) -> [f64; 4] {
-    if up[1] > 0.5 {
+fn upright(up: DVec3) -> [f64; 4] {
+    if up.y > 0.5 {
         [0.0, 0.0, 0.0, 1.0]
     } else {
         // A quarter turn about x takes z to y.
@@ -246,4 +250,32 @@ fn container(writer: &mut impl Write, scene: &serde_json::Value, buffer: Vec<u8>
     writer.write_all(&(buffer.len() as u32).to_le_bytes())?;
     writer.write_all(b"BIN\0")?;
     writer.write_all(&buffer)
+}
+
+#[cfg(test)]
+mod tests {
+    use job::{Stand, View};
+
+    use super::*;
+    use crate::scenes::{cube, experiment, shot};
+
+    /// A view from above, whose up is y, does not lay a scene whose up is z on its side.
+    #[test]
+    fn the_scene_stands_whatever_the_view() {
+        let experiment = experiment(&cube());
+        let tally = shot(&experiment);
+        let estimates = Estimates::new(&experiment, &tally, 0.95);
+        let from_above = Stand {
+            eye: DVec3::new(0.5, 0.5, 4.0),
+            look_at: DVec3::splat(0.5),
+            up: Some(DVec3::Y),
+            fov: 40.0,
+        };
+        let shot = Shot::aim(&estimates, &View { stand: Some(from_above), ..View::default() });
+        assert_eq!(shot.viewpoint.up, [0.0, 1.0, 0.0]);
+        let mut glb = Vec::new();
+        write_glb(&mut glb, &estimates, None, &shot).unwrap();
+        let text = String::from_utf8_lossy(&glb);
+        assert!(text.contains("\"rotation\":[-0.7071067811865476,0.0,0.0,0.7071067811865476]"), "{text}");
+    }
 }

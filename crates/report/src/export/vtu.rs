@@ -51,8 +51,10 @@ pub fn write_vtu(mut writer: impl Write, estimates: &Estimates) -> io::Result<()
     integers(&mut writer, "connectivity", connectivity)?;
     integers(&mut writer, "offsets", offsets)?;
     integers(&mut writer, "types", types)?;
-    writeln!(writer, "</Cells>\n<CellData Scalars=\"radiosity\">")?;
-    for Column { name, cells } in columns(estimates)? {
+    let columns = columns(estimates)?;
+    let active = columns.iter().map(|column| &column.name).find(|name| name.starts_with("radiosity"));
+    writeln!(writer, "</Cells>\n<CellData Scalars=\"{}\">", active.expect("every table has it"))?;
+    for Column { name, cells } in columns {
         match cells.of_rows(&rows) {
             ColumnCells::Number(cells) => {
                 floats(&mut writer, &name, "", cells.into_iter().map(|cell| cell.unwrap_or(f64::NAN)))?;
@@ -119,4 +121,31 @@ fn array(
     write!(writer, "<DataArray type=\"{kind}\" Name=\"{name}\" format=\"binary\"{more}>")?;
     writer.write_all(STANDARD.encode(bytes).as_bytes())?;
     writeln!(writer, "</DataArray>")
+}
+
+#[cfg(test)]
+mod tests {
+    use radiosity::{IndexChoice, Scene, Spectrum};
+
+    use super::*;
+    use crate::scenes::{cube_spec, experiment, shot};
+
+    /// The array that viewers colour by at first exists, in colour, too.
+    #[test]
+    fn the_active_array_exists() {
+        for (lamp, name) in
+            [(Spectrum::from(1.0), "radiosity"), (Spectrum::rgb([3.0, 2.0, 1.0]), "radiosity_r")]
+        {
+            let mut spec = cube_spec();
+            spec.surfaces[1].cell_emittance = vec![(4, lamp)];
+            let experiment = experiment(&Scene::build(&spec, IndexChoice::Auto).unwrap());
+            let tally = shot(&experiment);
+            let mut vtu = Vec::new();
+            write_vtu(&mut vtu, &Estimates::new(&experiment, &tally, 0.95)).unwrap();
+            let text = String::from_utf8(vtu).unwrap();
+            for words in ["<CellData Scalars", "Float64\" Name"] {
+                assert!(text.contains(&format!("{words}=\"{name}\"")), "{words} {name}");
+            }
+        }
+    }
 }

@@ -9,19 +9,27 @@ use crate::words::quantity;
 
 /// The longer side of a map, and what is white around each [px].
 const SIDE: f64 = 720.0;
-const MARGIN: usize = 24;
+const MARGIN: usize = 32;
 
 /// Red, green and blue of the background.
 const WHITE: [u8; 3] = [255; 3];
 
-/// The maps of all planes that are grids, one below the other; `None` where there are none.
-pub fn isolux_picture(readings: &Readings) -> Option<Picture> {
-    let maps: Vec<Picture> = grids(readings).map(|(_, grid)| map(&grid)).collect();
-    let width = maps.iter().map(|map| map.width as usize).max()? + 2 * MARGIN;
-    let height = maps.iter().map(|map| map.height as usize + MARGIN).sum::<usize>() + MARGIN;
+/// The maps of all planes that are grids, one below the other, each below its title in a `unit`; `None` where there are none.
+pub fn isolux_picture(readings: &Readings, unit: &str) -> Option<Picture> {
+    let maps: Vec<(String, Picture)> =
+        grids(readings).map(|(name, grid)| (grid.title(&name, unit), map(&grid))).collect();
+    stacked(&maps)
+}
+
+/// Maps below their titles, one below the other.
+fn stacked(maps: &[(String, Picture)]) -> Option<Picture> {
+    // As wide as the widest map can be: titles are longer than a narrow map.
+    let width = maps.first().map(|_| SIDE as usize)? + 2 * MARGIN;
+    let height = maps.iter().map(|(_, map)| map.height as usize + MARGIN).sum::<usize>() + MARGIN;
     let mut all = blank([width, height]);
     let mut top = MARGIN;
-    for map in &maps {
+    for (title, map) in maps {
+        write_label(&mut all, [0.5 * width as f64, top as f64 - 0.5 * MARGIN as f64], title);
         let row_length = 3 * map.width as usize;
         for (y, row) in map.pixels.chunks_exact(row_length).enumerate() {
             let first = 3 * ((top + y) * width + MARGIN);
@@ -103,6 +111,20 @@ mod tests {
         let is_ink = |pixel: &[u8]| pixel[0] < 128 && pixel.iter().all(|of| *of == pixel[0]);
         let ink = picture.pixels.chunks_exact(3).filter(|pixel| is_ink(pixel)).count();
         assert!(ink > 160, "{ink}");
+    }
+
+    /// A title stands above each map, and the map is where it was.
+    #[test]
+    fn maps_have_titles() {
+        let grid = PlaneGrid { size: [4, 3], step: [1.0, 1.0], values: (0..12).map(f64::from).collect() };
+        let [bare, titled] =
+            ["", "desk: 0 … 11 lx"].map(|title| stacked(&[(title.into(), map(&grid))]).unwrap());
+        assert_eq!([titled.width, titled.height], [784, 604]);
+        let dark =
+            |picture: &Picture| picture.pixels[..3 * 784 * MARGIN].iter().filter(|&&of| of < 128).count();
+        assert_eq!(dark(&bare), 0);
+        assert!(dark(&titled) > 100);
+        assert_eq!(bare.pixels[3 * 784 * MARGIN..], titled.pixels[3 * 784 * MARGIN..]);
     }
 
     /// Cells of the grid beside a missing value are white, others are not.

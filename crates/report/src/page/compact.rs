@@ -102,12 +102,11 @@ struct LightCode {
 }
 
 impl LightCode {
-    /// The code in which the brightest estimate has the highest number.
+    /// The code in which the largest number has the highest code: a radiosity, the upper end of its interval, or an irradiance.
     fn of(estimates: &Estimates) -> Self {
+        let most = |of: &Estimate| of.ci_high.max(of.radiosity).max(of.irradiance.unwrap_or(0.0));
         let brightest = estimates.iter().map(|(_, face, known)| {
-            known
-                .as_deref()
-                .map_or(face.emittance.max(), |known| known.iter().map(|of| of.radiosity).fold(0.0, f64::max))
+            known.as_deref().map_or(face.emittance.max(), |known| known.iter().map(most).fold(0.0, f64::max))
         });
         let brightest = brightest.fold(f64::MIN_POSITIVE, f64::max);
         LightCode { least: brightest.log2() - 65_000.0 / STEPS }
@@ -174,6 +173,8 @@ struct RowTables {
     light: Vec<Vec<u16>>,
     /// Where no ends are wanted, the half-widths.
     widths: Vec<u8>,
+    /// By channel, H of rows that emit or are black; that of other rows follows from B.
+    irradiance: Vec<Vec<u16>>,
 }
 
 impl RowTables {
@@ -187,6 +188,7 @@ impl RowTables {
             patches: Vec::new(),
             light: vec![Vec::new(); channels * if ends { 3 } else { 1 }],
             widths: Vec::new(),
+            irradiance: vec![Vec::new(); channels],
         };
         for row in rows {
             let face = faces.piece(row.piece);
@@ -208,6 +210,9 @@ impl RowTables {
                 for (which, value) in values.into_iter().enumerate().take(if ends { 3 } else { 1 }) {
                     tables.light[which * channels + c].push(code.log(value, STEPS));
                 }
+                let follows = face.emittance[c] == 0.0 && face.reflectance[c] > 0.0;
+                let told = known.as_deref().and_then(|known| known[c].irradiance).filter(|_| !follows);
+                tables.irradiance[c].push(code.log(told.unwrap_or(f64::NAN), STEPS));
             }
             if !ends {
                 tables.widths.push(width_code(known.as_deref()));
@@ -221,7 +226,8 @@ impl RowTables {
         writer.write_all(&self.sides)?;
         sixteen(&mut writer, &self.material_of)?;
         self.light.iter().try_for_each(|plane| sixteen(&mut writer, plane))?;
-        writer.write_all(&self.widths)
+        writer.write_all(&self.widths)?;
+        self.irradiance.iter().try_for_each(|plane| sixteen(&mut writer, plane))
     }
 }
 
@@ -416,6 +422,25 @@ mod tests {
             unknown += u32::from(code == 0);
         }
         assert!(unknown > 0, "some patches are unhit");
-        assert_eq!(planes.0.len(), 4 * layout.rows, "the ends of the intervals are left");
+        for end in [false, true] {
+            for (face, code) in planes.sixteen(layout.rows).into_iter().enumerate() {
+                let known = estimates.face(face).unwrap()[0];
+                let truth = if end { known.ci_high } else { known.ci_low };
+                let read = 2_f64.powf(layout.least + (f64::from(code) - 2.0) / layout.steps);
+                assert!(truth == 0.0 || (read / truth - 1.0).abs() < 3e-4, "{read} {truth}");
+            }
+        }
+        // The lamp is black, and its irradiance is not in its radiosity.
+        for (face, code) in planes.sixteen(layout.rows).into_iter().enumerate() {
+            let told = estimates.face(face).and_then(|known| known[0].irradiance);
+            match told.filter(|_| faces.get(face).emittance.is_lit()) {
+                Some(truth) => {
+                    let read = 2_f64.powf(layout.least + (f64::from(code) - 2.0) / layout.steps);
+                    assert!((read / truth - 1.0).abs() < 3e-4, "{read} {truth}");
+                }
+                None => assert_eq!(code, 0),
+            }
+        }
+        assert_eq!(planes.0.len(), 0);
     }
 }

@@ -68,9 +68,9 @@ pub(super) fn exposure(scene: &Scene, [reflecting, emitting]: &[Vec<f64>; 2]) ->
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contrast {
     /// The light that is kept as it is, with all above it.
-    bright: f64,
+    pub(super) bright: f64,
     /// The power that light is raised to, as a part of `bright`.
-    power: f64,
+    pub(super) power: f64,
 }
 
 impl Contrast {

@@ -125,6 +125,7 @@ impl<'a> Studio<'a> {
             size: self.sights.camera.size,
             exposure: self.exposure,
             white: self.exposure.map(|exposure| SHINING / exposure),
+            contrast: [self.contrast.bright, self.contrast.power],
         }
     }
 

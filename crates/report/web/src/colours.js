@@ -33,6 +33,14 @@ export function tone(light) {
   for (let c = 0; c < 3; c += 1) light[c] = (light[c] / peak) * bent * (1 - part) + bent * part;
 }
 
+/** Darkens light below that of bright pixels by a power, as the program's `Contrast` does; its colour is kept. */
+export function bend(light, [bright, power]) {
+  const part = Math.max(light[0], light[1], light[2]) / bright;
+  if (power === 1 || !(part < 1)) return;
+  const gain = part ** (power - 1);
+  for (let c = 0; c < 3; c += 1) light[c] *= gain;
+}
+
 /** Steps of light in the table of `encode`: so many that none of them is a twentieth of a shade. */
 const STEPS = 65536;
 const SRGB = Uint8Array.from({ length: STEPS + 1 }, (_, step) => {

@@ -79,7 +79,7 @@ export class CompactResult extends Result {
     }
     if (!ends) {
       const width = Float32Array.from({ length: 256 }, (_, code) => (code === 0 ? NaN : 2 ** ((code - 1) / widthSteps - 15)));
-      this.halfWidths = looked(planes.eight(rows), width);
+      this.widths = looked(planes.eight(rows), width);
     }
     this.channels.forEach((channel, c) => {
       const of = (first) => looked(material, materials.map((numbers) => numbers[first + c]));
@@ -87,26 +87,14 @@ export class CompactResult extends Result {
       this.numbers.set('emittance' + channel, of(count));
       const [reflectance, emittance, radiosity] = ['reflectance', 'emittance', 'radiosity'].map((name) => this.numbers.get(name + channel));
       const irradiance = new Float32Array(rows);
+      const told = values(planes.sixteen(rows));
       // H = (B − E)/ϱ, where the difference is no rounding.
-      for (let i = 0; i < rows; i += 1) irradiance[i] = emittance[i] === 0 && reflectance[i] > 0 ? radiosity[i] / reflectance[i] : NaN;
+      for (let i = 0; i < rows; i += 1) irradiance[i] = emittance[i] === 0 && reflectance[i] > 0 ? radiosity[i] / reflectance[i] : told[i];
       this.numbers.set('irradiance' + channel, irradiance);
     });
     this.area = this.areas();
     this.columns = { patch: this.patches };
     if (facts.compact.two_sided) this.columns.side = { at: (row) => (this.sides[row] === 1 ? 'back' : 'front') };
-  }
-
-  /** The area of every face [m²]: half the length of the product of its diagonals. */
-  areas() {
-    const { corners } = this;
-    const areas = new Float64Array(this.size);
-    for (let face = 0, at = 0; face < this.size; face += 1, at += 12) {
-      const [ux, uy, uz] = [corners[at + 6] - corners[at], corners[at + 7] - corners[at + 1], corners[at + 8] - corners[at + 2]];
-      const [vx, vy, vz] = [corners[at + 9] - corners[at + 3], corners[at + 10] - corners[at + 4], corners[at + 11] - corners[at + 5]];
-      const [x, y, z] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
-      areas[face] = Math.sqrt(x * x + y * y + z * z) / 2;
-    }
-    return areas;
   }
 
   /** Such a page does not know the surfaces: each face is one. */
@@ -119,27 +107,41 @@ export class CompactResult extends Result {
   }
 
   number(name) {
+    if (!this.numbers.has(name)) this.numbers.set(name, this.end(name));
     return this.numbers.get(name);
+  }
+
+  /** An end of the intervals of B or H, where the page does not hold it; of H unknown of rows that emit or are black. */
+  end(name) {
+    const [, quantity, end, channel] = name.match(/^(ci|irradiance)_(low|high)(.*)$/);
+    const [reflectance, emittance, radiosity] = ['reflectance', 'emittance', 'radiosity'].map((of) => this.numbers.get(of + channel));
+    const sign = end === 'low' ? -1 : 1;
+    if (quantity === 'ci') return radiosity.map((value, i) => value * Math.max(1 + sign * this.widths[i], 0));
+    return this.number(`ci_${end}${channel}`).map((value, i) => (emittance[i] === 0 && reflectance[i] > 0 ? value / reflectance[i] : NaN));
+  }
+
+  /** The rows of a face, from the first to before the last: several of a group of cells. */
+  rowsOf(row) {
+    let [from, to] = [row, row + 1];
+    while (this.isOfFace(from - 1, row)) from -= 1;
+    while (this.isOfFace(to, row)) to += 1;
+    return Array.from({ length: to - from }, (_, i) => from + i);
+  }
+
+  /** A coordinate of the middle of a row. */
+  middle(row, axis) {
+    const count = this.isTriangle(row) ? 3 : 4;
+    return [0, 1, 2, 3].slice(0, count).reduce((total, which) => total + this.corner(row, which)[axis], 0) / count;
   }
 
   cell(name, row) {
     if (name === 'patch') return String(this.patches[row]);
     if (name === 'side') return this.sides[row] === 1 ? 'back' : 'front';
-    if (name === 'area') return String(Number(this.area[row].toPrecision(4)));
+    const total = (of) => this.rowsOf(row).reduce((sum, i) => sum + this.area[i] * of(i), 0);
+    if (name === 'area') return String(Number(total(() => 1).toPrecision(4)));
     const axis = ['x', 'y', 'z'].indexOf(name);
-    if (axis >= 0) {
-      const count = this.isTriangle(row) ? 3 : 4;
-      const sum = [0, 1, 2, 3].slice(0, count).reduce((total, which) => total + this.corner(row, which)[axis], 0);
-      return String(Number((sum / count).toPrecision(5)));
-    }
-    const value = this.ends(name, row) ?? this.numbers.get(name)?.[row];
-    return value === undefined || Number.isNaN(value) ? '' : String(Number(value.toPrecision(4)));
-  }
-
-  /** The ends of an interval of which the half-width is known. */
-  ends(name, row) {
-    if (!name.startsWith('ci_') || this.numbers.has(name)) return undefined;
-    const value = this.numbers.get(name.replace(/^ci_(low|high)/, 'radiosity'))[row];
-    return value * Math.max(1 + (name.startsWith('ci_low') ? -1 : 1) * this.halfWidths[row], 0);
+    if (axis >= 0) return String(Number((total((i) => this.middle(i, axis)) / total(() => 1)).toPrecision(5)));
+    const value = this.number(name)[row];
+    return Number.isNaN(value) ? '' : String(Number(value.toPrecision(4)));
   }
 }

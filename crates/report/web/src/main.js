@@ -12,11 +12,15 @@ import { View } from './view.js';
 const TINY = 1e-6;
 /** Rows of the list of the worst. */
 const LISTED = 20;
+/** Half-widths beyond this say no more than that nothing is known. */
+const BEYOND = 10;
+/** Above this many cells sensors are not drawn until asked for. */
+const CELLS_UP_TO = 50;
 /** Above this many faces the edges of patches are not drawn until asked for. */
 const GRID_UP_TO = 400;
 
 /** Parts of the page that a run changes. */
-const PARTS = ['head', 'maps', 'known', 'sensors', 'sources', 'sensitivities', 'checks', 'energy', 'model', 'origin'];
+const PARTS = ['head', 'maps', 'known', 'planes', 'sensors', 'sources', 'sensitivities', 'checks', 'energy', 'model', 'origin'];
 /** Between two questions for news, and where the page is not in sight [ms]. */
 const PAUSES = { visible: 2000, hidden: 15000 };
 /** Questions without an answer after which the run is over. */
@@ -36,10 +40,19 @@ class Page {
     view.showGrid(element('grid').checked);
     element('save').hidden = result.csv === undefined;
     element('marks-row').hidden = result.sensors === null;
+    if (result.sensors !== null) this.markSensors();
     this.dials = result.sources === null ? null : new Dials(result, () => this.remix());
     this.listWorst();
     this.listen();
     this.recolour();
+  }
+
+  /** Shows sensors at first where they are few, and not planes of points alone. */
+  markSensors() {
+    const { facts: { summary }, sensors: { size } } = this.result;
+    const onPlanes = (summary.planes ?? []).reduce((sum, plane) => sum + plane.points, 0);
+    element('marks').checked = size <= CELLS_UP_TO && onPlanes < size;
+    this.view.showSensors(element('marks').checked);
   }
 
   listen() {
@@ -150,7 +163,7 @@ class Page {
     const one = pinned !== null && pinned < result.size && result.has('surface') ? surface(pinned) : null;
     const parts = histogram(range.values, result.area, range, one === null ? undefined : (face) => surface(face) === one);
     element('bars').innerHTML = drawing(parts);
-    element('counted').textContent = one === null ? 'Parts of the area of all patches. Keep a patch to see those of its surface.' : `Parts of the area of ${one}.`;
+    element('counted').textContent = one === null ? `Parts of the area of all patches.${result.has('surface') ? ' Keep a patch to see those of its surface.' : ''}` : `Parts of the area of ${one}.`;
   }
 
   explain(quantity, { words, entries, ticks, unknown }) {
@@ -164,7 +177,7 @@ class Page {
       legend.append(bar, row);
     }
     const swatches = [...(entries ?? [])];
-    if (unknown) swatches.push({ colour: UNKNOWN, words: 'no number: no walk gives an estimate' });
+    if (unknown) swatches.push({ colour: UNKNOWN, words: unknown });
     for (const { colour, words: meaning } of swatches) {
       const line = make('p', '', { class: 'swatch' });
       line.append(make('span', '', { style: `background: rgb(${colour})` }), meaning);
@@ -240,15 +253,8 @@ class Page {
   listWorst() {
     const { result } = this;
     const widths = result.relativeHalfWidth();
-    const hits = result.has('hits') ? result.number('hits') : null;
-    const least = TINY * result.area.reduce((sum, area) => sum + area, 0);
-    const [worse, listed] = [(a, b) => widths[b] - widths[a] || a - b, []];
-    for (let i = 0; i < result.size; i += 1) {
-      if (!Number.isFinite(widths[i]) || result.area[i] <= least || (hits !== null && hits[i] <= 0)) continue;
-      if (listed.length === LISTED && worse(listed.at(-1), i) <= 0) continue;
-      listed.push(i);
-      listed.sort(worse).splice(LISTED);
-    }
+    const percent = (width) => (width > BEYOND ? `beyond ${100 * BEYOND} %` : `${(100 * width).toPrecision(3)} %`);
+    const listed = result.worst(LISTED, TINY * result.area.reduce((sum, area) => sum + area, 0));
     const body = element('worst');
     body.replaceChildren();
     for (const face of listed) {
@@ -261,7 +267,7 @@ class Page {
       });
       const first = make('td');
       first.append(button);
-      row.append(first, make('td', result.has('surface') ? result.cell('surface', face) : ''), make('td', `${(100 * widths[face]).toPrecision(3)} %`), make('td', result.has('hits') ? result.cell('hits', face) : ''));
+      row.append(first, make('td', result.has('surface') ? result.cell('surface', face) : ''), make('td', percent(widths[face])), make('td', result.has('hits') ? result.cell('hits', face) : ''));
       body.append(row);
     }
   }

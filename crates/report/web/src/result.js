@@ -36,7 +36,7 @@ export class Result {
       this.columns = columns(csv);
       this.size = this.columns.patch.length;
       this.channels = 'radiosity' in this.columns ? [''] : ['_r', '_g', '_b'];
-      this.area = this.number('area');
+      this.area = this.areas();
     }
     this.sources = null;
     this.sensors = null;
@@ -94,18 +94,69 @@ export class Result {
     return Float64Array.from(parts[0], (_, i) => parts.reduce((sum, part) => sum + part[i], 0) / parts.length);
   }
 
-  /** Half of the interval's width over the estimate, the largest of the channels. */
+  /** The quantity whose half-widths are shown: that of the headline; of a net flux its irradiance. */
+  get judged() {
+    return this.facts.summary.headline.quantity === 'radiosity' ? 'radiosity' : 'irradiance';
+  }
+
+  /** What half-widths of each channel are divided by at least: that of the headline; of a mixture 1 % of its mean. */
+  floors() {
+    if (this.mixed === null) return [this.facts.summary.headline.floor].flat();
+    const total = (of) => this.area.reduce((sum, area, i) => sum + area * (of(i) || 0), 0);
+    return this.channels.map((channel) => {
+      const values = this.number(this.judged + channel);
+      return (0.01 * total((i) => values[i])) / total(() => 1);
+    });
+  }
+
+  /** Half of the interval's width over the estimate or the floor, the largest of the channels, as the headline has it; NaN without an estimate. */
   relativeHalfWidth() {
     if (this.halfWidths) return this.halfWidths;
     this.halfWidths = new Float64Array(this.size).fill(-Infinity);
-    for (const c of this.channels) {
-      const [low, high, value] = ['ci_low', 'ci_high', 'radiosity'].map((name) => this.number(name + c));
+    const names = this.judged === 'radiosity' ? ['ci_low', 'ci_high', 'radiosity'] : ['irradiance_low', 'irradiance_high', 'irradiance'];
+    const floors = this.floors();
+    this.channels.forEach((channel, c) => {
+      const [low, high, value] = names.map((name) => this.number(name + channel));
       for (let i = 0; i < this.size; i += 1) {
-        const width = value[i] === 0 && high[i] === low[i] ? 0 : (high[i] - low[i]) / 2 / value[i];
+        const width = high[i] === low[i] ? 0 : (high[i] - low[i]) / 2 / Math.max(value[i], floors[c]);
         this.halfWidths[i] = Math.max(this.halfWidths[i], width);
       }
-    }
+    });
     return this.halfWidths;
+  }
+
+  /** Rows with the largest half-widths, at most so many: of patches that walks have hit and that are larger than `least` [m²], each once. */
+  worst(count, least) {
+    const widths = this.relativeHalfWidth();
+    const hits = this.has('hits') ? this.number('hits') : null;
+    const [worse, listed] = [(a, b) => widths[b] - widths[a] || a - b, []];
+    for (let i = 0; i < this.size; i += 1) {
+      if (!Number.isFinite(widths[i]) || (hits !== null && hits[i] <= 0)) continue;
+      if (listed.length === count && worse(listed.at(-1), i) <= 0) continue;
+      if (this.isOfFace(i - 1, i) || Number(this.cell('area', i)) <= least) continue;
+      listed.push(i);
+      listed.sort(worse).splice(count);
+    }
+    return listed;
+  }
+
+  /** Whether a row is of the same face as another: the cells of a group are rows of one face. */
+  isOfFace(row, other) {
+    const { patch, side } = this.columns;
+    return row >= 0 && row < this.size && patch[row] === patch[other] && (!side || side.at(row) === side.at(other));
+  }
+
+  /** The area of every row as it is drawn [m²]: half the length of the product of its diagonals. A group of cells has several rows. */
+  areas() {
+    const { corners } = this;
+    const areas = new Float64Array(this.size);
+    for (let face = 0, at = 0; face < this.size; face += 1, at += 12) {
+      const [ux, uy, uz] = [corners[at + 6] - corners[at], corners[at + 7] - corners[at + 1], corners[at + 8] - corners[at + 2]];
+      const [vx, vy, vz] = [corners[at + 9] - corners[at + 3], corners[at + 10] - corners[at + 4], corners[at + 11] - corners[at + 5]];
+      const [x, y, z] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+      areas[face] = Math.sqrt(x * x + y * y + z * z) / 2;
+    }
+    return areas;
   }
 
   /** By face, a number that the faces on one side of a surface share. */
@@ -119,9 +170,10 @@ export class Result {
     });
   }
 
-  /** Whether a face is a triangle: its fourth corner repeats the third. */
+  /** Whether a face is a triangle: its fourth corner repeats the third. Cells of sensors are none. */
   isTriangle(face) {
     const { corners } = this;
+    if (face >= this.size) return false;
     const at = 12 * face + 6;
     return corners[at] === corners[at + 3] && corners[at + 1] === corners[at + 4] && corners[at + 2] === corners[at + 5];
   }

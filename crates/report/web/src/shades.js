@@ -1,6 +1,6 @@
 // What can be shown of the faces: quantities with units, and the colours that stand for them.
 
-import { areaQuantile, encode, scale, tone, UNKNOWN } from './colours.js';
+import { areaQuantile, bend, encode, scale, tone, UNKNOWN } from './colours.js';
 
 const FLAGS = [
   ['unsampled', 'no walk gives an estimate: numbers are missing', UNKNOWN],
@@ -18,7 +18,7 @@ export function quantities(result) {
     { key: 'radiosity', label: 'Radiosity', unit: light, of: (channel) => result.quantity('radiosity', channel) },
     { key: 'irradiance', label: 'Irradiance', unit: flux, of: (channel) => result.quantity('irradiance', channel) },
     { key: 'std_error', label: 'Standard error of the radiosity', unit: light, of: (channel) => result.quantity('std_error', channel) },
-    { key: 'half_width', label: 'Relative half-width of the interval', unit: '', percent: true, of: () => result.relativeHalfWidth() },
+    { key: 'half_width', label: `Relative half-width of the ${result.judged}`, unit: '', percent: true, of: () => result.relativeHalfWidth() },
     { key: 'hits', label: 'Hits', unit: '', of: () => result.number('hits') },
     { key: 'flags', label: 'Flags', unit: '', flags: true },
   ];
@@ -36,14 +36,17 @@ export function shade(result, { quantity, channel, logarithmic, stops, even }) {
 function picture(result, stops, even) {
   const count = result.channels.length;
   const channels = [0, 1, 2].map((c) => c % count);
-  const exposure = channels.map((c) => result.facts.view.exposure[c] * 2 ** stops);
-  const white = result.channels.map((_, c) => brief((result.facts.view.white[c] * result.facts.view.exposure[c]) / exposure[c]));
+  const { view: { exposure, white: brightest }, contrast } = result.facts;
+  const gain = 2 ** stops;
+  const white = result.channels.map((_, c) => brief(brightest[c] / gain));
   const words = `White is ${white.join(', ')} ${result.facts.summary.units.radiosity} and above${white.length > 1 ? ' (red, green, blue)' : ''}.`;
   const light = even ? result.even : flat(result);
   const bytes = new Uint8Array(3 * (light.length / count));
   const shown = [0, 0, 0];
   for (let i = 0; i < bytes.length / 3; i += 1) {
-    for (let c = 0; c < 3; c += 1) shown[c] = light[count * i + channels[c]] * exposure[c];
+    for (let c = 0; c < 3; c += 1) shown[c] = light[count * i + channels[c]] * exposure[channels[c]];
+    bend(shown, contrast);
+    for (let c = 0; c < 3; c += 1) shown[c] *= gain;
     tone(shown);
     for (let c = 0; c < 3; c += 1) bytes[3 * i + c] = encode(shown[c]);
   }
@@ -82,8 +85,11 @@ function numbers(result, quantity, values, logarithmic) {
     high = Math.max(high, value);
   }
   if (low > high) [low, high] = [0, 0];
-  // A linear scale ends where 97 % of the area does, so that a lamp does not hide the room.
-  const top = logarithmic ? high : Math.max(areaQuantile(values, result.area, 0.97), low);
+  // A linear scale ends where 97 % of the area that does not emit does, so that neither a lamp nor a window hides the room.
+  const emittances = result.channels.map((channel) => result.number('emittance' + channel));
+  const dark = (i) => emittances.every((emittance) => emittance[i] === 0);
+  const most = areaQuantile(values, result.area, 0.97, dark) || areaQuantile(values, result.area, 0.97);
+  const top = logarithmic ? high : Math.max(most, low);
   const bottom = logarithmic ? Math.max(low, high * 1e-6) : Math.min(0, low);
   const form = logarithmic ? Math.log : (value) => value;
   const [from, span] = [form(bottom), form(top) - form(bottom) || 1];
@@ -99,7 +105,9 @@ function numbers(result, quantity, values, logarithmic) {
   const middle = logarithmic ? Math.sqrt(bottom * top) : (bottom + top) / 2;
   const ticks = [bottom, middle, top].map(written);
   if (top < high) ticks[2] = `≥ ${ticks[2]}`;
-  return { bytes, legend: { ticks, unknown }, range: { values, bottom, top, logarithmic } };
+  // A page of many patches knows no interval of H where they emit or are black.
+  const missing = quantity.percent && result.facts.compact ? 'no number, or none kept in this page; see patches.csv' : 'no number: no walk gives an estimate';
+  return { bytes, legend: { ticks, unknown: unknown && missing }, range: { values, bottom, top, logarithmic } };
 }
 
 /** A number in four digits. */

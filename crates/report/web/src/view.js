@@ -1,7 +1,7 @@
 // The scene in three dimensions: turned by pointer or keys, cut by a plane, asked for the face under a point.
 
 import {
-  BufferAttribute, BufferGeometry, ColorManagement, DoubleSide, LinearSRGBColorSpace, LineBasicMaterial, LineLoop, LineSegments, Mesh,
+  Box3, BufferAttribute, BufferGeometry, ColorManagement, DoubleSide, LinearSRGBColorSpace, LineBasicMaterial, LineLoop, LineSegments, Mesh,
   MeshBasicMaterial, PerspectiveCamera, Plane, Scene, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
@@ -15,6 +15,10 @@ const SENSOR = 0x00c896;
 const FLIGHT = 0.6;
 /** Faces below this part of the mean radiosity are dark. */
 const DARK = 1e-3;
+/** How far corners stand out beyond their faces, as a part of the scene's size and at most of an edge: no light shines through where the corner of one
+ * face is on the edge of another. */
+const OVERLAP = 1e-4;
+const OVERLAP_OF_EDGE = 0.1;
 /** A step of a walk, as a part of the scene's size. */
 const STEP = 0.03;
 
@@ -54,16 +58,19 @@ export class View {
   orderFaces(places) {
     const { result } = this;
     const dark = this.darkFaces();
+    const overlap = OVERLAP * new Box3().setFromArray(result.corners).getSize(new Vector3()).length();
+    const grown = new Float32Array(12);
     let at = 0;
     for (const wanted of [false, true]) {
       for (let face = 0; face < result.size; face += 1) {
         if (dark[face] !== wanted) continue;
+        grow(grown, result.corners.subarray(12 * face, 12 * face + 12), result.isTriangle(face) ? 3 : 4, overlap);
         for (let second = 1; second <= (result.isTriangle(face) ? 1 : 2); second += 1) {
           this.faceOf[at] = face;
           this.secondOf[at] = second;
           for (let corner = 0; corner < 3; corner += 1) {
             const which = corner === 0 ? 0 : second + corner - 1;
-            for (let axis = 0; axis < 3; axis += 1) places[9 * at + 3 * corner + axis] = result.corners[12 * face + 3 * which + axis];
+            for (let axis = 0; axis < 3; axis += 1) places[9 * at + 3 * corner + axis] = grown[3 * which + axis];
           }
           at += 1;
         }
@@ -381,6 +388,21 @@ export class View {
       this.geometry.setDrawRange(0, 3 * this.shownFaces().length);
       this.renderer.render(this.scene, this.camera);
     });
+  }
+}
+
+/** The corners of a face, each moved outwards by `overlap` along both of its edges. */
+function grow(grown, corners, count, overlap) {
+  grown.set(corners);
+  for (let which = 0; which < count; which += 1) {
+    for (const other of [(which + 1) % count, (which + count - 1) % count]) {
+      const [x, y, z] = [0, 1, 2].map((axis) => corners[3 * which + axis] - corners[3 * other + axis]);
+      const length = Math.sqrt(x * x + y * y + z * z) || 1;
+      const part = Math.min(overlap / length, OVERLAP_OF_EDGE);
+      grown[3 * which] += part * x;
+      grown[3 * which + 1] += part * y;
+      grown[3 * which + 2] += part * z;
+    }
   }
 }
 

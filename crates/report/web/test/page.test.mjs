@@ -3,15 +3,19 @@
 //     PAGES=FOLDER node --test crates/report/web/test        as scripts/test-page.sh does it
 //
 // FOLDER holds `run`, the result of configs/lamps.toml, `mix`, what `radwalk combine` makes of it with FACTORS, and `dark`, where one
-// source alone emits; each with its report.html.
+// source alone emits; each with its report.html. `many` has a page of rounded numbers.
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import test from 'node:test';
 
+import { bend } from '../src/colours.js';
+import { CompactResult } from '../src/compact.js';
 import { load } from '../src/data.js';
 import { histogram } from '../src/histogram.js';
+import { columns } from '../src/result.js';
+import { quantities, shade } from '../src/shades.js';
 
 const FOLDER = process.env.PAGES;
 const COLUMNS = ['emittance', 'radiosity', 'std_error', 'ci_low', 'ci_high', 'irradiance', 'irradiance_error'];
@@ -85,4 +89,58 @@ test('a histogram holds all of the known area, each patch where its light is', (
   assert.deepEqual([linear[0], linear[3], linear.at(-1)], [3 / 20, 3 / 20, 14 / 20]);
   const log = histogram(values, area, { bottom: 1, top: 100, logarithmic: true }, (i) => i !== 5);
   assert.deepEqual([log[0], log[16], log.at(-1)], [3 / 10, 3 / 10, 4 / 10]);
+});
+
+test('the worst patch of the list is that of the headline, and each is listed once', async () => {
+  const run = await open('run');
+  const { headline } = run.facts.summary;
+  const listed = run.worst(20, 0);
+  const width = run.relativeHalfWidth()[listed[0]];
+  assert.ok(Math.abs(width - headline.worst) <= 1e-9 * width, `${width}, not ${headline.worst}`);
+  assert.equal(run.cell('patch', listed[0]), String(headline.worst_patch));
+  assert.equal(new Set(listed.map((row) => run.cell('patch', row) + (run.columns.side?.at(row) ?? ''))).size, listed.length);
+  run.mix([0.3, 1.7, 1]);
+  assert.ok(run.worst(20, 0).every((row) => run.relativeHalfWidth()[row] > 0));
+});
+
+test('cells of sensors are no triangles, and areas of rows are those of the table', async () => {
+  const run = await open('run');
+  assert.equal(run.isTriangle(run.size), false);
+  run.area.forEach((area, i) => assert.ok(Math.abs(area - Number(run.cell('area', i))) <= 1e-5 * area));
+});
+
+test('a page of many patches knows the irradiance of what emits or is black', async () => {
+  const many = await open('many');
+  const [table, told] = [columns(readFileSync(join(FOLDER, 'many', 'patches.csv'), 'utf8')), many.number('irradiance')];
+  assert.ok(many.facts.compact.rows === table.patch.length);
+  const known = told.filter((value, i) => {
+    const truth = table.irradiance[i] === '' ? NaN : Number(table.irradiance[i]);
+    assert.ok(Number.isNaN(truth) ? Number.isNaN(value) : Math.abs(value - truth) <= 1e-3 * truth, `${value}, not ${truth}`);
+    return !Number.isNaN(value) && (many.number('emittance')[i] > 0 || many.number('reflectance')[i] === 0);
+  });
+  assert.ok(known.length > 1000);
+});
+
+test('cells of a group show the area and the middle of their patch', () => {
+  const square = (x) => [x, 0, 0, x + 1, 0, 0, x + 1, 1, 0, x, 1, 0];
+  const grouped = Object.assign(Object.create(CompactResult.prototype), {
+    size: 3, patches: [7, 7, 8], columns: { patch: [7, 7, 8] }, corners: Float32Array.from([0, 1, 2].flatMap(square)),
+  });
+  grouped.area = grouped.areas();
+  assert.deepEqual([0, 1, 2].map((row) => grouped.cell('area', row)), ['2', '2', '1']);
+  assert.deepEqual([0, 1, 2].map((row) => grouped.cell('x', row)), ['1', '1', '2.5']);
+});
+
+test('pictures have the contrast of the program, and scales leave emitters out', async () => {
+  const light = [0.25, 0.5, 0];
+  bend(light, [1, 2]);
+  assert.deepEqual(light, [0.125, 0.25, 0]);
+  bend(light, [0.2, 2]);
+  assert.deepEqual(light, [0.125, 0.25, 0]);
+  const run = await open('run');
+  assert.ok(run.facts.contrast[0] > 0 && run.facts.contrast[1] >= 1);
+  const radiosity = quantities(run).find(({ key }) => key === 'radiosity');
+  const { range: { top } } = shade(run, { quantity: radiosity, channel: 'mean', logarithmic: false });
+  const emits = run.quantity('emittance', 'mean');
+  assert.ok(top <= run.quantity('radiosity', 'mean').reduce((most, value, i) => (emits[i] > 0 ? most : Math.max(most, value)), 0));
 });
