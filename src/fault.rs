@@ -84,8 +84,11 @@ pub(crate) enum Fault {
     #[error("no worker is left ({0}); see the messages above, then run the job again")]
     NoWorkers(String),
     /// A file would be written over.
-    #[error("{} is there already (nothing is replaced unless asked for); move it away", path.display())]
+    #[error("{} is there already (nothing is replaced unless asked for); replace it with --force", path.display())]
     Taken { path: PathBuf },
+    /// A copy would be written over another.
+    #[error("{} is there already (it would be lost); move it away", path.display())]
+    CopyTaken { path: PathBuf },
     /// A file cannot be written.
     #[error("cannot write {} ({source}); choose a place that can be written", path.display())]
     NotWritten { path: PathBuf, source: std::io::Error },
@@ -183,8 +186,12 @@ impl Fault {
             Fault::Share(_) | Fault::NoWalks | Fault::OpenPatches { .. } => 2,
             Fault::NoWord { .. } | Fault::Moved { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
             Fault::Listen(error) if error.is_usage() => 2,
+            Fault::NoPage(error) if error.is_usage() => 2,
             Fault::NoStatus(_) => 2,
-            Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
+            Fault::Taken { .. }
+            | Fault::CopyTaken { .. }
+            | Fault::NotWritten { .. }
+            | Fault::Unsaid { .. } => 2,
             Fault::LogLevel { .. } | Fault::MixedUnits { .. } => 2,
             Fault::Results(error) => exit_code_of(error),
             Fault::TallyAlone { fault, .. } => fault.exit_code(),

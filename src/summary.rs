@@ -27,7 +27,7 @@ pub(crate) fn write(
 ) -> Result<(), Fault> {
     if checkpoint.tally.counts.walks == 0 {
         warn!(
-            "no walk was finished, so nothing is written to {}; what is there is from before",
+            "no walk was finished, so no result is written to {}; one that is there is from before",
             output.path().display()
         );
         return Ok(());

@@ -111,7 +111,7 @@ Examples:
 /// Under the help of `radwalk lamp`.
 pub(super) const LAMP: &str = "\
 Examples:
-  radwalk lamp downlight.ies                                 flux, efficacy, beam angles; out/downlight/polar.svg
+  radwalk lamp downlight.ies                                 flux, efficacy, beam angles; out/downlight.ies/polar.svg
   radwalk lamp street.ldt --svg street.svg --json            the same as JSON on stdout";
 
 /// Under the help of `radwalk daylight`.

@@ -96,6 +96,7 @@ impl Command {
     /// The voice that the command's messages have.
     pub(crate) fn voice(&self) -> Voice {
         let of = |out: &OutArgs, long| Voice::new(out.json, out.quiet, long);
+        let told = |told: &ToldArgs| Voice::new(told.json, told.quiet, false);
         match self {
             Command::Run(args) => of(&args.work.out, true),
             Command::Coordinate(args) => of(&args.work.out, true),
@@ -108,22 +109,21 @@ impl Command {
             Command::Exact(args) => of(&args.out, false),
             Command::Factors(args) => of(&args.out, false),
             Command::Daylight(args) => of(&args.out, false),
-            Command::Sky(args) => Voice::new(false, args.quiet, false),
+            Command::Sky(args) => told(&args.told),
             Command::Compare(args) => of(&args.out, false),
             Command::Plan(args) => Voice::new(args.json, false, false),
             Command::Status(args) => Voice::new(args.json, false, false),
             Command::Diff(args) => Voice::new(args.json, false, false),
-            Command::Merge(args) => Voice::new(false, args.made.quiet, false),
-            Command::Combine(args) => Voice::new(false, args.made.quiet, false),
+            Command::Merge(args) => told(&args.made.told),
+            Command::Combine(args) => told(&args.made.told),
             Command::Lamp(args) => Voice::new(args.json, args.quiet, false),
             Command::Audit(args) => Voice::new(false, args.quiet, false),
-            Command::Report(args) => Voice::new(false, args.quiet, false),
+            Command::Report(args) => told(&args.told),
+            Command::New(args) => told(&args.told),
             Command::Check(args) => Voice::new(args.json, args.quiet, false),
-            Command::Reproduce(_)
-            | Command::Stability(_)
-            | Command::Replay(_)
-            | Command::New(_)
-            | Command::Help(_) => Voice::new(false, false, false),
+            Command::Reproduce(_) | Command::Stability(_) | Command::Replay(_) | Command::Help(_) => {
+                Voice::new(false, false, false)
+            }
         }
     }
 }

@@ -1,11 +1,12 @@
 //! What each command takes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use job::OutputFile;
 use results::daylight::DaylightFile;
 use results::factors::{MatrixFile, SparseFile};
+use voice::{emit, say};
 
 use super::values::{
     NamedLamp, altitude, azimuth, count, factor, illuminance, lamp, output_file, part, periods, rays,
@@ -29,7 +30,7 @@ pub(crate) struct MeshArgs {
 }
 
 impl MeshArgs {
-    /// Every change as KEY=VALUE.
+    /// Every change as KEY=VALUE, with the option that was typed in a line of its own.
     ///
     /// # Errors
     /// Where some light is in lm or lx, and some in W.
@@ -41,11 +42,12 @@ impl MeshArgs {
         }
         typed.extend(lumens.then(|| "light=luminous".to_owned()));
         typed.extend(self.light.iter().map(|NamedLamp { name, power, .. }| {
-            let name = name.replace('\\', "\\\\").replace('"', "\\\"");
-            format!("import.material.\"{name}\".power={power}")
+            let quoted = name.replace('\\', "\\\\").replace('"', "\\\"");
+            let unit = if lumens { "lm" } else { "W" };
+            format!("import.material.\"{quoted}\".power={power}\n--light {name}={power}{unit}")
         }));
-        typed.extend(self.sky.map(|sky| format!("import.sky={sky}")));
-        typed.extend(self.strict.then(|| "import.strict=true".to_owned()));
+        typed.extend(self.sky.map(|sky| format!("import.sky={sky}\n--sky={sky}")));
+        typed.extend(self.strict.then(|| "import.strict=true\n--strict".to_owned()));
         Ok(typed)
     }
 }
@@ -118,15 +120,36 @@ pub(crate) struct MadeArgs {
     /// Replace results that are in the output folder
     #[arg(long)]
     pub force: bool,
-    /// Say nothing but errors
-    #[arg(long, short)]
-    pub quiet: bool,
+    #[command(flatten)]
+    pub told: ToldArgs,
 }
 
 impl MadeArgs {
     /// The options of a command that shows no progress.
     pub(crate) fn out(&self) -> OutArgs {
-        OutArgs { out: None, force: self.force, quiet: self.quiet, json: false }
+        OutArgs { out: None, force: self.force, quiet: self.told.quiet, json: self.told.json }
+    }
+}
+
+/// How a command tells what it has written.
+#[derive(Args)]
+pub(crate) struct ToldArgs {
+    /// Say nothing but errors
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Report progress as JSON lines on stderr
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl ToldArgs {
+    /// Tells where a result is, and `lines` to people.
+    pub(crate) fn tell(&self, out: &Path, lines: &[String]) {
+        if self.json {
+            emit(&serde_json::json!({"event": "done", "out": out}));
+        } else if !self.quiet {
+            lines.iter().for_each(|line| say(line));
+        }
     }
 }
 
@@ -333,9 +356,8 @@ pub(crate) struct ReportArgs {
     pub run: PathBuf,
     #[command(flatten)]
     pub export: ExportArgs,
-    /// Say nothing but errors
-    #[arg(long, short)]
-    pub quiet: bool,
+    #[command(flatten)]
+    pub told: ToldArgs,
 }
 
 #[derive(Args)]
@@ -504,9 +526,8 @@ pub(crate) struct SkyArgs {
     /// Replace the file
     #[arg(long)]
     pub force: bool,
-    /// Say nothing but errors
-    #[arg(long, short)]
-    pub quiet: bool,
+    #[command(flatten)]
+    pub told: ToldArgs,
 }
 
 /// A file of factors.
@@ -663,6 +684,11 @@ pub(crate) struct NewArgs {
     /// Where to write the job and its scene
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub out: PathBuf,
+    /// Replace what is there
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub told: ToldArgs,
 }
 
 #[derive(Args)]

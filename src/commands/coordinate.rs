@@ -125,7 +125,12 @@ impl Prepared {
         let phase = Phase::begin("reading the scene");
         let job = choose::read(asked)?;
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
-        let kept = resume.then(|| results::stored_partition(&folder)).flatten();
+        // A result that stands beside the pilot of this job is the one that the job replaces.
+        let resume_walks = resume && !results::is_being_replaced(&folder, &job)?;
+        let kept = match resume_walks && job.auto.is_some() {
+            true => results::stored_partition(&folder)?,
+            false => None,
+        };
         let host = Hosted { folder: &folder, replace: out.force || resume, exports: &export.export, open };
         let mut pilot = PilotWorkers::new(&host, resume, &phase);
         let read = choose::choose_for(job, asked, &phase, (kept, &mut pilot));
@@ -165,7 +170,7 @@ impl Prepared {
             workers_before: 0,
             latest: Latest::Foreign,
         };
-        if resume {
+        if resume_walks {
             phase.now("reading the checkpoint");
             prepared.resume()?;
         }
@@ -194,8 +199,12 @@ impl Prepared {
         Ok(())
     }
 
-    /// Keeps what the pilot has chosen before the first walk, so that a run that is stopped early resumes without another pilot.
+    /// Keeps what the pilot has chosen before the first walk, so that a run that is stopped early resumes without another pilot. The result of
+    /// another run is not replaced by the tally of no walk: `pilot.bin` keeps the choice until there are walks.
     fn keep_choice(&mut self) -> Result<(), Fault> {
+        if self.latest == Latest::Foreign && results::has_tally(self.output.path()) {
+            return Ok(());
+        }
         let nothing = Past::none(self.experiment.tally());
         self.output.keep(&self.identity.checkpoint(nothing), self.latest)?;
         self.latest = Latest::Good;

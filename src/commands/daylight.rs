@@ -35,9 +35,6 @@ pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
     }
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
     let folder = OutputFolder::claim(&path, &DAYLIGHT_FILES, args.out.force || args.rounds.resume)?;
-    if args.out.force {
-        folder.remove(&DAYLIGHT_FILES)?;
-    }
     signals::catch();
     let executor = open_executor(&args.rounds, &question.scene, &folder)?;
     phase.now("counting walks from the sensors to the sky");

@@ -1,5 +1,7 @@
 //! `radwalk factors`: exchange factors between groups of faces, and the heat between them.
 
+use std::path::{Path, PathBuf};
+
 use radiosity::Experiment;
 use report::OutputFolder;
 use results::Round;
@@ -29,9 +31,6 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     let question = question(args, None)?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
     let folder = OutputFolder::claim(&path, &FILES, args.out.force || args.rounds.resume)?;
-    if args.out.force {
-        folder.remove(&FILES)?;
-    }
     drop(phase);
     signals::catch();
     let executor = open_executor(&args.rounds, &question.scene, &folder)?;
@@ -98,11 +97,8 @@ fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Resu
     let exports: Vec<SparseFile> = args.export.iter().map(|&word| word.into()).collect();
     question.check_exports(&exports).map_err(results::Error::from)?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
-    let files = sparse_files();
-    let folder = OutputFolder::claim(&path, &files, args.out.force || args.rounds.resume)?;
-    if args.out.force {
-        folder.remove(&files)?;
-    }
+    check_parts(&args.join, &path)?;
+    let folder = OutputFolder::claim(&path, &sparse_files(), args.out.force || args.rounds.resume)?;
     signals::catch();
     phase.now("counting rows");
     let team = args.rounds.team.team();
@@ -111,12 +107,7 @@ fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Resu
         !signals::stop_asked()
     };
     let watcher = RowWatcher { threads: team.workers * team.threads as usize, watch: &mut watch };
-    let counted = count_rows(&question, asked, &folder, args.rounds.resume, &args.join, watcher);
-    if counted.is_err() && !args.join.is_empty() {
-        // Parts that do not fit leave nothing behind, so that the corrected command finds its folder empty.
-        folder.remove(&files)?;
-    }
-    let counted = counted?;
+    let counted = count_rows(&question, asked, &folder, args.rounds.resume, &args.join, watcher)?;
     if counted.interrupted {
         drop(phase);
         warn!("interrupted; the rows that are done are kept, go on with --resume");
@@ -142,6 +133,15 @@ fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Resu
         say(&format!("written to {}", folder.path().display()));
     }
     Ok(if answer.reached() == Some(false) { Outcome::TargetMissed } else { Outcome::Done })
+}
+
+/// Refuses to write over the rows of a part that they are to be read from.
+fn check_parts(parts: &[PathBuf], out: &Path) -> Result<(), results::Error> {
+    let place = |path: &Path| path.canonicalize().ok();
+    match parts.iter().find(|part| place(part).is_some_and(|part| Some(part) == place(out))) {
+        Some(part) => Err(FactorsFault::JoinedIntoPart { part: part.clone() }.into()),
+        None => Ok(()),
+    }
 }
 
 /// Says what was found, and where it is.

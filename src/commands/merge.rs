@@ -39,7 +39,8 @@ fn merge_factors(args: &MergeArgs, phase: Phase) -> Result<Outcome, Fault> {
     }
     merged.write(&folder)?;
     answer.write(&folder, &matrices_in(first))?;
-    if !args.made.quiet {
+    args.made.told.tell(folder.path(), &[]);
+    if !(args.made.told.quiet || args.made.told.json) {
         tell(&answer, &folder);
     }
     Ok(Outcome::Done)

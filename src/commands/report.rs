@@ -1,7 +1,7 @@
 //! `radwalk report`: makes table, summary, picture and page again, from the tally alone.
 
 use results::{RunOutput, StoredRun};
-use voice::{Phase, say};
+use voice::Phase;
 
 use crate::args::ReportArgs;
 use crate::build::GIT;
@@ -13,8 +13,6 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("estimating every patch");
     RunOutput::new(&args.run, true, &args.export.export, GIT)?.rebuild(&kept, &|doing| phase.now(doing))?;
     drop(phase);
-    if !args.quiet {
-        say(&format!("written to {}", args.run.display()));
-    }
+    args.told.tell(&args.run, &[format!("written to {}", args.run.display())]);
     Ok(Outcome::Done)
 }

@@ -3,7 +3,6 @@
 use radiosity::daylight::SkyPatches;
 use report::write_atomically;
 use sky::{Dome, EFFICACY, Encoding, Matrix, Sky, SkyUnit, SunPosition, Year};
-use voice::say;
 
 use crate::args::SkyArgs;
 use crate::fault::{Fault, Outcome};
@@ -25,13 +24,9 @@ pub(crate) fn sky(args: &SkyArgs) -> Result<Outcome, Fault> {
     };
     let encoding = if args.binary { Encoding::Float } else { Encoding::Ascii };
     write_atomically(&args.out, |file| matrix.write(encoding, file))?;
-    if !args.quiet {
-        say(&format!(
-            "{what} in {} patches and the ground: wrote {}",
-            dome.patches().count(),
-            args.out.display()
-        ));
-    }
+    let line =
+        format!("{what} in {} patches and the ground: wrote {}", dome.patches().count(), args.out.display());
+    args.told.tell(&args.out, &[line]);
     Ok(Outcome::Done)
 }
 

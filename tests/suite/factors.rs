@@ -445,7 +445,7 @@ fn what_cannot_be_counted_is_refused() {
     for (words, message) in [
         ("coloured.toml --reflections", "choose --channel"),
         ("corner.toml --groups doubled.toml", "patch 1 is in group \"a\" and in group \"b\""),
-        ("corner.toml --groups missing.toml", "there is no such file"),
+        ("corner.toml --groups missing.toml", "choose by-patch, by-surface, by-material"),
         ("corner.toml --groups by-surface --temperatures cold.toml", "write kelvin"),
         (
             "corner.toml --groups by-surface --temperatures left-out.toml",

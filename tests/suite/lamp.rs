@@ -1,16 +1,21 @@
 //! `radwalk lamp`: what it says, draws and refuses.
 
 use std::fs;
+use std::process::Stdio;
 
 use serde_json::Value;
 use tempfile::tempdir;
 
-use crate::support::{self, run};
+use crate::support::{self, radwalk, run};
 
 const STRIP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/photometry/tests/lamps/strip.ldt");
 
 fn path(folder: &tempfile::TempDir, name: &str) -> String {
     support::path(folder, name).to_str().unwrap().to_owned()
+}
+
+fn stdout_of(args: &[&str]) -> String {
+    run(args).1
 }
 
 #[test]
@@ -26,6 +31,7 @@ fn a_luminaire_is_described_and_drawn() {
     // What is there is replaced where that is asked for.
     let (code, _, stderr) = run(&["lamp", STRIP, "--out", &out]);
     assert!(code == 2 && stderr.contains("polar.svg is there already"), "{stderr}");
+    assert!(stderr.contains("--force") && stdout_of(&["lamp", STRIP, "--out", &out]).is_empty());
     let (code, stdout, stderr) = run(&["lamp", STRIP, "--out", &out, "--force", "--quiet"]);
     assert_eq!((code, &stdout[..], &stderr[..]), (0, "", ""));
 
@@ -34,6 +40,21 @@ fn a_luminaire_is_described_and_drawn() {
     let json: Value = serde_json::from_str(&stdout).unwrap();
     assert_eq!((code, &json["lamps"][1]["flux"]), (0, &4450.0.into()));
     assert_eq!(fs::read_to_string(svg).unwrap(), curve);
+}
+
+/// Files of one luminaire in two formats have folders of their own, and JSON alone draws nothing.
+#[test]
+fn curves_go_to_folders_of_full_names() {
+    let folder = tempdir().unwrap();
+    let lamp = |words: &[&str]| {
+        let mut command = radwalk();
+        command.current_dir(&folder).args(["lamp", STRIP]).args(words).stdout(Stdio::null());
+        assert!(command.status().unwrap().success());
+    };
+    lamp(&["--json"]);
+    assert!(!folder.path().join("out").exists());
+    lamp(&["-q"]);
+    assert!(folder.path().join("out/strip.ldt/polar.svg").exists());
 }
 
 #[test]

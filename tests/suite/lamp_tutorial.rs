@@ -82,7 +82,7 @@ fn every_line_of_the_tutorial_is_what_the_program_says() {
             radwalk_in(&folder, &words[1..]);
         }
     }
-    for drawing in ["out/downlight/polar.svg", "street.svg"] {
+    for drawing in ["out/downlight.ies/polar.svg", "street.svg"] {
         assert!(fs::read_to_string(path(&folder, drawing)).unwrap().starts_with("<svg"), "{drawing}");
     }
     let run = || {

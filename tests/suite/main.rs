@@ -48,6 +48,7 @@ mod plan;
 mod planes;
 mod refusals;
 mod relay;
+mod replaced;
 mod report;
 mod resume;
 mod rooms;

@@ -192,3 +192,20 @@ fn a_view_that_shows_nothing_is_reported_before_the_run() {
     let (code, _, stderr) = run(&["check", JOB, "--set", "view.fov=40"]);
     assert!(code == 2 && stderr.contains("fov without eye"), "{stderr}");
 }
+
+#[test]
+fn new_names_what_it_writes_and_replaces_it_with_force_alone() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "new");
+    let new =
+        |kind: &str, more: &[&str]| run(&[&["new", kind, "--out", out.to_str().unwrap()], more].concat());
+    let (code, stdout, _) = new("schema", &[]);
+    let schema = out.join("schema/job.json");
+    assert!(code == 0 && stdout.matches(schema.to_str().unwrap()).count() == 2, "{stdout}");
+    assert_eq!(new("box", &["-q"]), (0, String::new(), String::new()));
+    std::fs::write(out.join("box.toml"), "mine").unwrap();
+    let (code, _, stderr) = new("box", &[]);
+    assert!(code == 2 && stderr.contains("replace it with --force"), "{stderr}");
+    assert_eq!(new("box", &["--force"]).0, 0);
+    assert_ne!(std::fs::read_to_string(out.join("box.toml")).unwrap(), "mine");
+}

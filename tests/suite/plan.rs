@@ -135,3 +135,12 @@ fn a_run_says_that_workers_have_no_chain_and_what_would_give_them_one() {
     assert!(stderr.contains("2 of 10 workers will have nothing to do: the job has 8 chains"), "{stderr}");
     assert!(stderr.contains("batch_paths = 8000 in [method] 10 workers would have one"), "{stderr}");
 }
+
+/// Bytes are written with a space before their unit, however few they are.
+#[test]
+fn units_stand_apart_from_numbers() {
+    let (code, stdout, stderr) = run(&["plan", "tests/data/cube54.toml", "--paths", "20000"]);
+    assert_eq!(code, 0, "{stderr}");
+    let joined = |word: &&str| word.ends_with('B') && word.len() > 2;
+    assert_eq!(stdout.split([' ', ',', '\n']).find(joined), None, "{stdout}");
+}

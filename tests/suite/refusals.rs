@@ -53,6 +53,27 @@ fn bad_usage_is_refused() {
     let message = refused(2, &["run", "configs/no-such-job.toml"]);
     assert!(message.contains("no-such-job.toml"));
     refused(2, &["run", "tests/data/cube54.toml", "--set", "budget.paths=0"]);
+    for page in ["--metrics", "--watch"] {
+        let folder = tempdir().unwrap();
+        let out = path(&folder, "out");
+        let args =
+            ["run", "tests/data/cube54.toml", page, "nonsense", "--quiet", "--out", out.to_str().unwrap()];
+        assert!(refused(2, &args).contains(&format!("write {page} HOST:PORT")));
+    }
+    let folder = tempdir().unwrap();
+    let dark = path(&folder, "dark.obj");
+    fs::write(&dark, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    for option in ["--sky=5000", "--strict"] {
+        let message = refused(2, &["run", "configs/cornell.toml", option]);
+        assert!(message.contains(&format!("cornell.toml with {option}: ")), "{message}");
+    }
+    let strict = refused(2, &["run", dark.to_str().unwrap(), "--strict"]);
+    assert!(strict.contains("--light") && strict.contains("--sky"), "{strict}");
+    let access = path(&folder, "access.json");
+    fs::write(&access, "{}").unwrap();
+    let early = refused(2, &["status", access.to_str().unwrap()]);
+    assert!(early.contains("has not reported yet") && early.trim().ends_with("ask again"), "{early}");
+    assert!(!refused(2, &["lamp", "configs"]).contains(".toml"));
     refused(2, &["run", "tests/data/cube54.toml", "--set", "bugdet.paths=10"]);
     refused(
         2,

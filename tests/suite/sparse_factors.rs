@@ -368,6 +368,29 @@ fn what_cannot_be_counted_is_refused() {
     assert!(code == 2 && stderr.contains("give --sparse"), "{stderr}");
 }
 
+/// Parts are neither written over while they are read, nor is anything replaced by what does not fit.
+#[test]
+fn parts_that_cannot_be_joined_leave_what_is_there() {
+    let folder = folder(1);
+    let rows = |out: &str| fs::read(path(&folder, out).join("factors.rows")).unwrap();
+    for (out, words) in [("a", "--rays 10 --part 1/2"), ("b", "--rays 10 --part 2/2"), ("whole", "--rays 20")]
+    {
+        assert_eq!(count(&folder, out, words).0, 0);
+    }
+    let [a, b, missing] = ["a", "b", "missing"].map(|name| path(&folder, name).display().to_string());
+    for (out, parts, message) in [
+        ("a", format!("{a},{b}"), "--out is among the folders of --join"),
+        ("whole", format!("{a},{missing}"), "no rows were counted in"),
+        ("whole", a.clone(), "give all parts"),
+    ] {
+        let before = rows(out);
+        let (code, stderr) = count(&folder, out, &format!("--rays 10 --force --join {parts}"));
+        assert!(code == 2 && stderr.contains(message), "{stderr}");
+        assert!(rows(out) == before && path(&folder, "whole/factors.mtx").exists(), "{message}");
+    }
+    assert_eq!(count(&folder, "whole", &format!("--rays 10 --force --join {a},{b}")).0, 0);
+}
+
 /// Who brings factors to a command for runs is told what they are.
 #[test]
 fn factors_are_no_run() {

@@ -105,6 +105,14 @@ fn json_streams_hold_nothing_but_json() {
         (2, &["plan", JOB, "--set", "budget.path=1"]),
         (2, &["status", &fresh("nothing")]),
         (2, &["diff", &used, &fresh("nothing")]),
+        (0, &["new", "box", "--out", &fresh("new")]),
+        (2, &["new", "box", "--out", &fresh("new")]),
+        (0, &["new", "box", "--force", "--out", &fresh("new")]),
+        (0, &["new", "schema", "--out", &fresh("new")]),
+        (0, &["sky", "--cie", "1", "--out", &fresh("sky.mtx")]),
+        (2, &["sky", "--cie", "1", "--out", &fresh("sky.mtx")]),
+        (0, &["merge", &used, "--out", &fresh("merged")]),
+        (0, &["report", &used]),
         (0, &["compare", JOB, "--rays", "4096", "--runs", "2", "--workers", "1", "--out", &compared]),
     ] {
         let (got, _, stderr) = run(&[args, &["--json"]].concat());
@@ -118,6 +126,8 @@ fn json_streams_hold_nothing_but_json() {
         if code >= 2 {
             let last = last.expect("a failure is told");
             assert_eq!((&last["event"], &last["level"]), (&"error".into(), &"error".into()), "{args:?}");
+        } else if ["new", "sky", "merge", "report"].contains(&args[0]) {
+            assert_eq!(last.expect("what is written is told")["event"], "done", "{args:?}");
         }
     }
 }

@@ -16,7 +16,7 @@ pub enum Error {
         file: PathBuf,
     },
     /// The path is a folder.
-    #[error("{}: this is a folder, not a file; name the .toml file in it", file.display())]
+    #[error("{}: this is a folder, not a file; name the file in it", file.display())]
     Folder {
         /// The path as asked for.
         file: PathBuf,
@@ -208,7 +208,7 @@ pub enum SourceSpot {
     Line(usize),
     /// An element of a file without lines, such as a face of a mesh.
     Element(String),
-    /// An override, as typed after `--set`.
+    /// An override, as it was typed: `--set` and what follows, or another option.
     Override(String),
 }
 
@@ -219,7 +219,7 @@ impl fmt::Display for SourceLocation {
             SourceSpot::File => write!(f, "{file}")?,
             SourceSpot::Line(line) => write!(f, "{file}:{line}")?,
             SourceSpot::Element(element) => write!(f, "{file}: {element}")?,
-            SourceSpot::Override(text) => write!(f, "{file} with --set {text}")?,
+            SourceSpot::Override(text) => write!(f, "{file} with {text}")?,
         }
         if self.key.is_empty() { Ok(()) } else { write!(f, ": {}", self.key) }
     }

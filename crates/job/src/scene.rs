@@ -320,10 +320,16 @@ impl SceneFile {
     pub fn locate(&self, error: SceneError) -> Error {
         let (place, problem) = match error {
             SceneError::Surface { surface, key, problem } => (self.locate_key(surface, key), problem),
-            SceneError::Whole(problem) => (
-                SourceLocation { file: self.path.clone(), spot: SourceSpot::File, key: String::new() },
-                problem,
-            ),
+            SceneError::Whole(mut problem) => {
+                // A mesh file has none of the keys that a scene file is lit by.
+                if self.has_mesh() && problem.contains("no emitter") {
+                    problem.push_str("; light a mesh by --light NAME=1000lm or --sky");
+                }
+                (
+                    SourceLocation { file: self.path.clone(), spot: SourceSpot::File, key: String::new() },
+                    problem,
+                )
+            }
         };
         Error::Scene { place: Box::new(place), problem }
     }

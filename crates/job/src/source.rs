@@ -126,6 +126,8 @@ fn opened(line: &str) -> Option<&str> {
 #[derive(Debug)]
 struct Override {
     typed: String,
+    /// The option that it was typed as.
+    option: String,
     /// The parts of the dotted key.
     key: Vec<String>,
     value: String,
@@ -226,7 +228,7 @@ impl SourceText {
     /// Where the bytes from `offset` were written; `key` is what they belong to.
     pub(crate) fn place(&self, offset: usize, key: impl Into<String>) -> Box<SourceLocation> {
         let spot = match self.overrides.iter().find(|entry| entry.span.contains(&offset)) {
-            Some(entry) => SourceSpot::Override(entry.typed.clone()),
+            Some(entry) => SourceSpot::Override(entry.option.clone()),
             None => SourceSpot::Line(self.line(offset)),
         };
         Box::new(SourceLocation { file: self.file.clone(), spot, key: key.into() })
@@ -322,7 +324,12 @@ fn key_parts(key: &str) -> Result<Vec<String>, String> {
 }
 
 impl Override {
+    /// Reads `key=value`. A second line may hold the option that stands for it, as `--sky=5000`.
     fn new(typed: &str, start: usize) -> Result<Self, Error> {
+        let (typed, option) = match typed.split_once("\n--") {
+            Some((typed, option)) => (typed, format!("--{option}")),
+            None => (typed, format!("--set {typed}")),
+        };
         let fault =
             |problem: &str| Error::Override { text: typed.replace('\n', "\\n"), problem: problem.into() };
         if typed.contains('\n') {
@@ -334,7 +341,14 @@ impl Override {
             return Err(fault("there is no value"));
         }
         let shifted = format!("{:start$}v = {value}", "");
-        Ok(Override { typed: typed.into(), key, value: value.into(), span: start..shifted.len(), shifted })
+        Ok(Override {
+            typed: typed.into(),
+            option,
+            key,
+            value: value.into(),
+            span: start..shifted.len(),
+            shifted,
+        })
     }
 
     /// Puts the value where its key says, in tables that need not exist yet.

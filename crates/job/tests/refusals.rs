@@ -391,7 +391,7 @@ fn unreadable_files() {
         &["missing.toml: ", "no such file"],
     );
     let is_folder = load(folder.path(), &[]).unwrap_err().to_string();
-    assert_says("folder", &is_folder, &["refused-files: ", "a folder", "name the .toml file"]);
+    assert_says("folder", &is_folder, &["refused-files: ", "a folder", "name the file"]);
     let latin = folder.write("latin.toml", b"seed = 1\nname = \"caf\xe9\"\n");
     assert_says(
         "latin",

@@ -30,6 +30,13 @@ pub enum NoPage {
     },
 }
 
+impl NoPage {
+    /// Whether what was typed is no address at all, so that nothing was tried.
+    pub fn is_usage(&self) -> bool {
+        matches!(self, NoPage::Listen { source, .. } if source.kind() == io::ErrorKind::InvalidInput)
+    }
+}
+
 /// Listens at an address that an option gives; a port alone means the loopback address.
 pub(crate) fn listen(address: &str, option: &'static str) -> Result<(TcpListener, SocketAddr), NoPage> {
     let address = at_loopback(address);

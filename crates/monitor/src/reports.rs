@@ -12,7 +12,7 @@ use tracing::debug;
 use crate::address::{NoPage, listen};
 use crate::metrics::metrics;
 use crate::run_status::RunStatus;
-use crate::scrape::{TextPage, publish};
+use crate::scrape::{HttpResponse, Request, TextPage, publish};
 use crate::status::{Description, Report, STATUS, WorkerStatus, beside};
 
 /// The time between two reports.
@@ -29,7 +29,12 @@ pub fn open_metrics(address: &str) -> Result<(TextPage, SocketAddr), NoPage> {
     let (listener, bound) = listen(address, "--metrics")?;
     let page = TextPage::default();
     let served = page.clone();
-    publish(listener, "metrics", move |request| served.answer(request))
+    let is_local = bound.ip().is_loopback();
+    let answer = move |request: &Request<'_>| match is_local && !request.is_to_here() {
+        true => HttpResponse::text("403 Forbidden", "The page is for this machine, by its local names.\n"),
+        false => served.answer(request),
+    };
+    publish(listener, "metrics", answer)
         .map_err(|source| NoPage::System { doing: "starting a thread", source })?;
     Ok((page, bound))
 }
@@ -118,5 +123,27 @@ impl Drop for Reports {
             // A file that was never written is not there.
             let _ = std::fs::remove_file(file);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Read, Write};
+    use std::net::TcpStream;
+
+    use super::*;
+
+    #[test]
+    fn a_page_of_this_machine_has_only_its_local_names() {
+        let (page, bound) = open_metrics("0").unwrap();
+        page.set("radwalk_workers 2\n".into());
+        let asked = |host: &str| {
+            let mut stream = TcpStream::connect(bound).unwrap();
+            write!(stream, "GET /metrics HTTP/1.1\r\nHost: {host}\r\n\r\n").unwrap();
+            let mut answer = String::new();
+            stream.read_to_string(&mut answer).unwrap();
+            answer.contains("radwalk_workers 2")
+        };
+        assert_eq!(["localhost:9", "127.0.0.1", "evil.example"].map(asked), [true, true, false]);
     }
 }

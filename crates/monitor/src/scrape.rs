@@ -5,7 +5,7 @@
 //! pools and an executor.
 
 use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::{IpAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -38,6 +38,22 @@ impl Request<'_> {
         let fields = self.head.lines().skip(1).filter_map(|line| line.split_once(':'));
         fields.into_iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, value)| value.trim())
     }
+
+    /// Whether the host that is asked for is this machine by one of its local names. A page from elsewhere may have given
+    /// the loopback address a name of its own.
+    pub(crate) fn is_to_here(&self) -> bool {
+        self.header("host").is_none_or(is_here)
+    }
+}
+
+/// Whether a host with its port is this machine by one of its local names.
+fn is_here(host: &str) -> bool {
+    let name = match host.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|letter| letter.is_ascii_digit()) => name,
+        _ => host,
+    };
+    let name = name.trim_start_matches('[').trim_end_matches(']');
+    name == "localhost" || name.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
 }
 
 /// An answer to a request.
@@ -191,6 +207,18 @@ mod tests {
             // A connection that is closed early may be reset.
             let _ = stream.write_all(request.as_bytes()).and_then(|()| stream.read_to_string(&mut answer));
             answer
+        }
+    }
+
+    #[test]
+    fn hosts_are_here_by_their_own_names() {
+        for host in ["localhost", "localhost:7600", "127.0.0.1:80", "[::1]:7600", "127.3.2.1"] {
+            assert!(is_here(host), "{host}");
+        }
+        for host in
+            ["evil.example", "evil.example:80", "10.0.0.1:80", "localhost.evil.example", "[::2]:1", ""]
+        {
+            assert!(!is_here(host), "{host}");
         }
     }
 

@@ -76,12 +76,14 @@ pub enum JobState {
 
 /// The error that nothing is known of a job.
 #[derive(Debug, thiserror::Error)]
-#[error("nothing is known of a job at {} ({reason}); give the output folder of a job, or its access file", of.display())]
+#[error("nothing is known of a job at {} ({reason}); {remedy}", of.display())]
 pub struct NoStatus {
     /// The access file or output folder that was given.
     pub of: PathBuf,
     /// The reason why nothing is known.
     pub reason: String,
+    /// What to do.
+    pub remedy: &'static str,
 }
 
 /// The report of a running job, or the summary of one that has ended.
@@ -94,7 +96,8 @@ pub fn find(of: &Path) -> Result<JobState, NoStatus> {
     if !of.is_dir() {
         candidates.insert(0, beside(of));
     }
-    let unknown = |reason: String| NoStatus { of: of.into(), reason };
+    let remedy = "give the output folder of a job, or its access file";
+    let unknown = |reason: String| NoStatus { of: of.into(), reason, remedy };
     if !of.exists() && !candidates[0].exists() {
         return Err(unknown(
             "there is nothing by that name, and access files are removed when a job ends".into(),
@@ -115,6 +118,10 @@ pub fn find(of: &Path) -> Result<JobState, NoStatus> {
             "no coordinator reports: it writes results now, or the job ended without summary.json, which radwalk report OUT --export summary makes"
                 .into(),
         )),
+        Err(_) if of.is_file() => Err(NoStatus {
+            remedy: "ask again",
+            ..unknown("its coordinator has not reported yet: it does so two seconds after its walks begin".into())
+        }),
         Err(_) => {
             Err(unknown("no job has reported there: reports begin with its walks, when its patches are chosen".into()))
         }

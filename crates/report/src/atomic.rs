@@ -13,18 +13,20 @@ use crate::error::Error;
 /// What marks a file that is still being written; one that a crash leaves behind is recognised by it.
 const TEMPORARY: (&str, &str) = (".radwalk-", ".tmp");
 
-/// What radwalk writes into an output folder beside the files that a job may choose; all of them may stand beside each other.
-const OWN_FILES: [&str; 9] = [
-    "partition.toml",
-    "pilot.bin",
-    "pilot.arrivals.bin",
-    "round.bin",
-    "exact.csv",
-    "tally.bin",
-    "tally.previous.bin",
-    "access.json",
-    "status.json",
-];
+/// What commands write into an output folder beside the files that a job may choose; all of them may stand beside each other. Several names of one
+/// kind are in one line.
+const OWN_FILES: &str = "tally.bin tally.previous.bin partition.toml pilot.bin pilot.arrivals.bin round.bin
+    sensors.csv sources.csv sensitivities.csv planes.csv planes.svg planes.png
+    access.json status.json access.status.json
+    exact.csv exact_r.csv exact_g.csv exact_b.csv
+    exact.json exact_r.json exact_g.json exact_b.json
+    exact-factors.csv exact-factors_r.csv exact-factors_g.csv exact-factors_b.csv
+    factors.csv factors.json factors.counts.json factors.rows groups.csv thermal.csv
+    factors.mtx factors.npz smoothed.npz factors.parquet factors.vf factors.idf
+    vfsparse.inp svf.inp vf.nc.inp F globalFaceFaces subMap constructMap constructMapDim
+    annual.csv annual.ill annual-error.ill coefficients.mtx coefficients.float.mtx
+    daylight.json daylight.counts.json daylight.npz daylight.parquet calendar.svg maps.svg
+    polar.svg";
 
 /// Writes a file through a temporary one in the same folder: a reader sees the old content or the whole new
 /// one, and what was written survives a loss of power once this returns.
@@ -180,6 +182,8 @@ impl OutputFolder {
         if !force && entries.iter().any(in_the_way) {
             return Err(Error::OutputExists { path: path.to_path_buf() });
         }
+        // A folder that cannot be written to is refused before hours of walks, not behind them.
+        temporary_in(path).map_err(Error::io("write to", path))?;
         for entry in entries.iter().filter(|entry| is_temporary(entry)) {
             fs::remove_file(entry).map_err(Error::io("remove", entry))?;
         }
@@ -308,7 +312,7 @@ fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
 /// Whether radwalk wrote this: a regular file of a name of its own.
 fn is_own(path: &Path) -> bool {
     let chosen = OutputFile::ALL.iter().map(|file| file.name());
-    let is_result = OWN_FILES.into_iter().chain(chosen).any(|name| path.ends_with(name));
+    let is_result = OWN_FILES.split_whitespace().chain(chosen).any(|name| path.ends_with(name));
     (is_result || is_temporary(path) || is_of_view(path)) && !path.is_dir()
 }
 
@@ -469,6 +473,13 @@ mod tests {
         OutputFolder::claim(dir.path(), &["exact.csv"], false).unwrap();
         OutputFolder::claim(dir.path(), &["tally.bin"], true).unwrap();
         assert_eq!(fs::read_to_string(dir.path().join("tally.bin")).unwrap(), "precious");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_folder_that_cannot_be_written_to_is_refused_at_once() {
+        let error = OutputFolder::claim(Path::new("/proc/self"), &[], true).unwrap_err();
+        assert!(error.to_string().starts_with("cannot write to /proc/self: "), "{error}");
     }
 
     #[test]

@@ -164,18 +164,22 @@ pub(crate) fn find(
         fits(&checkpoint).map_err(|fault| CheckpointError { path, fault })?;
         Ok(checkpoint)
     };
-    let (current, previous) = (folder.join(CURRENT), folder.join(PREVIOUS));
-    if !current.exists() && !previous.exists() {
+    if !has_tally(folder) {
         return Ok(None);
     }
     match read(CURRENT) {
         Ok(checkpoint) => Ok(Some(ResumePoint { checkpoint, passed_over: None })),
         Err(error) => match read(PREVIOUS) {
             Ok(checkpoint) => Ok(Some(ResumePoint { checkpoint, passed_over: Some(error) })),
-            Err(other) if !current.exists() => Err(other),
+            Err(other) if !folder.join(CURRENT).exists() => Err(other),
             Err(_) => Err(error),
         },
     }
+}
+
+/// Whether a folder has the tally of some run.
+pub fn has_tally(folder: &Path) -> bool {
+    [CURRENT, PREVIOUS].iter().any(|file| folder.join(file).exists())
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
@@ -232,9 +236,10 @@ pub(crate) fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Late
     if latest == Latest::Foreign {
         let views = pictures_in(folder);
         let views: Vec<&str> = views.iter().map(String::as_str).collect();
-        folder.remove(&[&derived()[..], &[PREVIOUS, PILOT, ARRIVALS], &views].concat())?;
+        folder.remove(&[&derived()[..], &[PREVIOUS, ARRIVALS], &views].concat())?;
     }
-    Ok(())
+    // The pilot goes last: a process that dies before takes the new tally for the one that it replaces, and walks again.
+    Ok(folder.remove(&[PILOT])?)
 }
 
 /// Writes checkpoints beside a run, in a thread of its own: the run only pays for a copy of its books.

@@ -45,7 +45,7 @@ mod text;
 mod views;
 
 pub use audit::{Audit, Extent, Wrong, audit};
-pub use checkpoints::{CURRENT, Identity, Keeper, Latest, unix_seconds};
+pub use checkpoints::{CURRENT, Identity, Keeper, Latest, has_tally, unix_seconds};
 pub use combine::{combine, mix};
 pub use diff::{Comparison, Difference, JobDifference, compare};
 pub use error::Error;
@@ -57,6 +57,7 @@ pub use outputs::{LivePage, RunOutput, units};
 pub use parallel::cores as all_threads;
 pub use pilot::{
     Chosen, EndedGroups, PILOT, PilotBooks, PilotRunner, PilotStage, StageResult, choose, choose_by,
+    is_being_replaced,
 };
 pub use protocol::Ending;
 pub use replica::Replica;

@@ -27,7 +27,6 @@ use crate::checkpoints::{
     SOURCES, derived,
 };
 use crate::error::Error;
-use crate::pilot::{ARRIVALS, PILOT};
 use crate::settings::Settings;
 use crate::stored_run::StoredRun;
 use crate::views;
@@ -65,7 +64,8 @@ impl RunOutput {
     /// # Errors
     /// Where it holds results that may not be `replace`d.
     pub fn new(path: &Path, replace: bool, exports: &[OutputFile], git: &'static str) -> Result<Self, Error> {
-        let files = [&[CURRENT, PREVIOUS, PILOT, ARRIVALS][..], &derived()].concat();
+        // A pilot alone is no result that would be lost.
+        let files = [&[CURRENT, PREVIOUS][..], &derived()].concat();
         let folder = OutputFolder::claim(path, &files, replace)?.into();
         Ok(RunOutput { folder, exports: exports.into(), git })
     }

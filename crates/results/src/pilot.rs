@@ -12,7 +12,7 @@ use judge::partition::{
 use radiosity::{IndexChoice, Scene, Space};
 
 pub(crate) use self::arrivals::ARRIVALS;
-pub use self::books::{PILOT, PilotBooks};
+pub use self::books::{PILOT, PilotBooks, is_being_replaced};
 use self::stage::StageSpec;
 pub use self::stage::{EndedGroups, PilotStage, StageResult};
 pub use self::steps::PilotRunner;

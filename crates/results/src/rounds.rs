@@ -1,6 +1,7 @@
 //! Walks that are counted round by round: each round is a job of the cluster, its counts are kept in the output folder, and what the next one walks
 //! follows from all counts so far. The walks of the round under way are kept in `round.bin`.
 
+use std::cell::Cell;
 use std::io;
 use std::sync::Arc;
 use std::time::Instant;
@@ -126,17 +127,19 @@ pub(crate) trait RoundCounts {
 }
 
 /// Walks round after round of a job until all is counted, and says whether that is so: `walk` walks a round, and returns nothing where a signal ended
-/// it; `watch` is told what part of the walks is done.
+/// it; `watch` is told what part of the walks is done. The files `replaced` of an earlier result are removed before anything is kept.
 ///
 /// # Errors
 /// Those of `walk`, and where counts cannot be written.
 pub(crate) fn walk_rounds<E: From<Error>>(
     counts: &mut impl RoundCounts,
     (job, build): (&Job, &str),
-    folder: &OutputFolder,
+    (folder, replaced): (&OutputFolder, &[&str]),
     walk: &mut dyn FnMut(Round<'_>) -> Result<Option<RoundResult>, E>,
     watch: &dyn Fn(f64),
 ) -> Result<bool, E> {
+    let replaced = Cell::new(replaced);
+    let remove_replaced = || folder.remove(replaced.take());
     while let Some(RoundPlan { experiment, settings, walks, parts: [before, behind] }) = counts.next()? {
         let identity = Identity::new(job, &settings, &experiment, build)?;
         let watch = |done| watch(before + (behind - before) * done as f64 / walks as f64);
@@ -153,12 +156,14 @@ pub(crate) fn walk_rounds<E: From<Error>>(
         };
         let keep = |prefix: &Tally| {
             let prefix = PackedTally::of(prefix);
+            remove_replaced()?;
             StoredRound { walks: digest, prefix, cost: cost(0, 0.0) }.write(folder)
         };
         let budget = &job.budget;
         let round = Round { identity, experiment, budget, walks, past, keep: &keep, watch: &watch };
         let Some(RoundResult { tally, cpu_seconds }) = walk(round)? else { return Ok(false) };
         counts.add(&tally, cost(tally.counts.rays, cpu_seconds));
+        remove_replaced().map_err(Error::from)?;
         counts.keep(folder)?;
         folder.remove(&[ROUND]).map_err(Error::from)?;
     }

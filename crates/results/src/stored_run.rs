@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use job::Partition;
-use protocol::{Checkpoint, CheckpointError};
+use protocol::{Checkpoint, CheckpointError, CheckpointFault};
 use radiosity::{Estimates, Experiment, sensitivity::Influences, sensors::Readings};
 
-use crate::checkpoints::{CURRENT, PREVIOUS};
+use crate::checkpoints::{CURRENT, PREVIOUS, has_tally};
 use crate::daylight::DAYLIGHT_COUNTS;
 use crate::error::Error;
 use crate::factors::{COUNTS, ROWS};
@@ -60,12 +60,21 @@ impl StoredRun {
     }
 }
 
-/// The partition that a pilot has chosen for the run in a folder. `None` where there is no usable tally, or
-/// there was no pilot.
-pub fn stored_partition(run: &Path) -> Option<Partition> {
-    let read = |name: &str| Checkpoint::read(&run.join(name)).ok();
-    let kept = read(CURRENT).or_else(|| read(PREVIOUS))?;
-    replica::partition(&kept.book.job).ok().flatten()
+/// The partition that a pilot has chosen for the run in a folder; `None` where there is no tally yet.
+///
+/// # Errors
+/// Where no tally there can be used, and where it is that of a job without a pilot.
+pub fn stored_partition(run: &Path) -> Result<Option<Partition>, Error> {
+    if !has_tally(run) {
+        return Ok(None);
+    }
+    let path = run.join(CURRENT);
+    let read = |path: &Path| Checkpoint::read(path);
+    let kept = read(&path).or_else(|error| read(&run.join(PREVIOUS)).map_err(|_| error))?;
+    let partition = replica::partition(&kept.book.job).map_err(|reason| unusable(run, &kept, reason))?;
+    // A pilot that was kept beside this tally would pass for that of a run which replaces it.
+    let foreign = || CheckpointError { path, fault: CheckpointFault::ForeignScene }.into();
+    partition.ok_or_else(foreign).map(Some)
 }
 
 /// What tells of results that are no run, and who reads them.

@@ -119,7 +119,11 @@ pub(crate) const LAMP: [Key; 10] = [
         light,
         "In place of a file: light from far away, on a plane across it [lx]; a number, or [red, green, blue].",
     ),
-    Key::new("diameter", positive, "With `illuminance`: the angle that the lamp takes up [°]. Default: 0."),
+    Key::new(
+        "diameter",
+        positive,
+        "With `illuminance`: the angle that the lamp takes up [°]. Default: parallel light.",
+    ),
     Key::new("position", point, "The centre of its luminous opening [m]."),
     Key::new("aim", point, "The direction of γ = 0, of any length. Default: down."),
     Key::new(
@@ -144,7 +148,7 @@ pub(crate) const PLANE: [Key; 9] = [
         "About the distance of the points [m]: they are the middles of equal cells.",
     )
     .required(),
-    Key::new("height", || json!({"type": "number"}), "Raises the plane along u × v [m]. Default: 0."),
+    Key::new("height", || json!({"type": "number"}), "Raises it upwards, across u and v [m]. Default: 0."),
     Key::new("normal", point, "The direction that the points face. Default: across u and v, upwards."),
     Key::new("measure", measures, MEASURED),
     Key::new("demand", || table(&DEMAND), DEMANDED),

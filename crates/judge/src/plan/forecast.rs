@@ -2,7 +2,7 @@
 
 use job::{Job, Target};
 use radiosity::{Estimates, Experiment, instruments::Memory};
-use report::words::{duration, quantity};
+use report::words::{bytes, duration, quantity};
 use report::{Units, target_scope};
 use serde_json::{Value, json};
 
@@ -153,17 +153,16 @@ impl<'a> RunForecast<'a> {
         lines.extend(self.bound.iter().map(|bound| of_bound(bound, units)));
         let (paths, rays) = (quantity(self.paths(self.walks) as f64), quantity(self.rays()));
         lines.push(format!("so: {paths} paths, about {rays} rays"));
-        let [surfaces, index, tally] = [self.memory.surfaces, self.memory.index, self.tally_bytes]
-            .map(|bytes| format!("{}B", quantity(bytes as f64)));
+        let [surfaces, index, tally] =
+            [self.memory.surfaces, self.memory.index, self.tally_bytes].map(|size| bytes(size as u64));
         lines.push(format!(
             "memory: {surfaces} for surfaces, {index} for the index of rays, {tally} for a tally"
         ));
-        let worker = |bytes| format!("a worker of one thread holds {}B at its peak", quantity(bytes));
+        let worker = |size: f64| format!("a worker of one thread holds {} at its peak", bytes(size as u64));
         lines.extend(self.costs.memory_bytes.map(worker));
         lines.push("  workers       time   results in all   per second".into());
         lines.extend(self.demands.iter().map(|demand| {
-            let [all, rate] =
-                [demand.traffic_bytes, demand.bytes_per_second].map(|b| format!("{}B", quantity(b)));
+            let [all, rate] = [demand.traffic_bytes, demand.bytes_per_second].map(|size| bytes(size as u64));
             format!("{:>9} {:>10} {all:>16} {rate:>12}", demand.workers, duration(demand.seconds))
         }));
         lines.push("times are for processors like this one, all alike, with one thread a worker".into());

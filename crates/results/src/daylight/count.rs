@@ -10,6 +10,7 @@ use radiosity::{
 use report::OutputFolder;
 use sky::SkyPatchCounts;
 
+use super::answer::FILES;
 use super::question::DaylightQuestion;
 use super::stored::{COUNTS, DaylightCounts};
 use crate::error::Error;
@@ -61,7 +62,8 @@ pub fn count<E: From<Error>>(
         false => DaylightCounts::none(question),
     };
     let mut looks = DaylightRounds { question, counts, under_way: None };
-    let done = walk_rounds(&mut looks, (&question.job, build), folder, walk, watch)?;
+    let replaced: &[&str] = if resume { &[] } else { &FILES };
+    let done = walk_rounds(&mut looks, (&question.job, build), (folder, replaced), walk, watch)?;
     Ok(looks.end(done))
 }
 

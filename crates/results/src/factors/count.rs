@@ -7,6 +7,7 @@ use radiosity::{
 };
 use report::OutputFolder;
 
+use super::answer::FILES;
 use super::counted::{COUNTS, Counted};
 use super::question::FactorsQuestion;
 use super::stored::FactorCounts;
@@ -34,7 +35,8 @@ pub fn count<E: From<Error>>(
         looks.counts.add(&kept.rows);
         looks.cost = kept.cost;
     }
-    let done = walk_rounds(&mut looks, (&question.job, build), folder, walk, watch)?;
+    let replaced: &[&str] = if resume { &[] } else { &FILES };
+    let done = walk_rounds(&mut looks, (&question.job, build), (folder, replaced), walk, watch)?;
     let FactorsRounds { counts, cost, .. } = looks;
     Ok(Counted { seeds: vec![question.job.seed], counts, cost, interrupted: !done })
 }

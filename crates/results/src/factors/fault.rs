@@ -45,6 +45,14 @@ pub enum FactorsFault {
         /// The name of the group.
         name: String,
     },
+    /// There are no such groups.
+    #[error(
+        "--groups {typed}: there is no such file (and it is none of the words); choose by-patch, by-surface, by-material, or a file of [[group]] tables"
+    )]
+    NoGroups {
+        /// The groups as the user typed them.
+        typed: String,
+    },
     /// A pair names what is no group.
     #[error(
         "--pairs {typed}: this is no pair of groups; write FROM:TO with two of {known}, TO also \"escape\" or \"back\""
@@ -117,6 +125,21 @@ pub enum FactorsFault {
     MergedCounts {
         /// The path of the file.
         path: PathBuf,
+    },
+    /// A part would be written over.
+    #[error(
+        "--out is among the folders of --join ({}: its rows would be replaced while they are read); choose another --out",
+        part.display()
+    )]
+    JoinedIntoPart {
+        /// The folder of the part.
+        part: PathBuf,
+    },
+    /// A folder of --join has no rows.
+    #[error("no rows were counted in {} (--join takes output folders of `radwalk factors --sparse`); name others, or count there", folder.display())]
+    NoRows {
+        /// The path of the folder.
+        folder: PathBuf,
     },
     /// The scene cannot repeat at these steps.
     #[error(transparent)]

@@ -1,8 +1,10 @@
 //! `pilot.bin`: what the stages of a pilot have come to and what was chosen by them, so that a choice that is stopped goes on from there.
 
 use std::io::{self, Write as _};
+use std::path::Path;
 use std::sync::Arc;
 
+use job::Job;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
 use radiosity::Tally;
 use report::OutputFolder;
@@ -10,6 +12,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::stage::{EndedGroups, PilotStage, StageResult};
+use super::steps::choice;
+use crate::checkpoints::has_tally;
 use crate::error::Error;
 use crate::packed_tally::{PackedTally, sealed, unsealed};
 
@@ -23,6 +27,9 @@ pub struct PilotBooks {
     stages: Vec<StoredStage>,
     /// The digest of the job whose choice it is.
     choice: [u8; 32],
+    /// Whether that is the job of this process.
+    #[serde(skip)]
+    is_of_job: bool,
     /// What the steps of the choice came to, in their order.
     steps: Vec<Vec<u8>>,
     /// Whether the run goes on with what an earlier one has left, if anything.
@@ -71,6 +78,7 @@ impl PilotBooks {
         (prefix, groups): (&Tally, &EndedGroups),
         folder: &OutputFolder,
     ) -> Result<(), Error> {
+        self.begin(stage.job)?;
         let hash = stage.hash();
         let at = self.stages.iter().position(|kept| kept.hash == hash).unwrap_or_else(|| {
             self.stages.push(StoredStage { hash, prefix: PackedTally::of(prefix), groups: Vec::new() });
@@ -82,6 +90,18 @@ impl PilotBooks {
         kept.groups.extend(further.iter().map(PackedTally::of));
         let content = sealed(self).map_err(unpackable)?;
         Ok(folder.write(PILOT, |file| file.write_all(&content))?)
+    }
+
+    /// Keeps of which job the choice is, and gives up the steps of another.
+    fn begin(&mut self, job: &Job) -> Result<(), Error> {
+        if let (false, Some(auto)) = (self.is_of_job, &job.auto) {
+            let choice = choice((job, auto))?;
+            if self.choice != choice {
+                (self.choice, self.steps) = (choice, Vec::new());
+            }
+            self.is_of_job = true;
+        }
+        Ok(())
     }
 
     /// What a step of the choice of a job came to, where it is kept.
@@ -111,6 +131,16 @@ impl PilotBooks {
         let written = report::write_soon(&folder.file(PILOT), &content);
         written.map_err(|source| Error::System { doing: "keeping what a pilot has chosen", source })
     }
+}
+
+/// Whether the tally in a folder is that of a run which a job with `--force` was to replace: a pilot of this job is kept beside it.
+///
+/// # Errors
+/// Where the job is too large.
+pub fn is_being_replaced(folder: &Path, job: &Job) -> Result<bool, Error> {
+    let Some(auto) = job.auto.as_ref().filter(|_| has_tally(folder)) else { return Ok(false) };
+    let Some(books) = unsealed::<PilotBooks>(&folder.join(PILOT)) else { return Ok(false) };
+    Ok(books.choice == choice((job, auto))?)
 }
 
 fn unpackable(error: CodecError) -> Error {

@@ -168,7 +168,9 @@ impl<'c, E: From<Error>> Steps<'c, E> {
 }
 
 /// The digest of all that the choice for a job depends on.
-fn choice((job, Auto { surfaces, kinds, constant, linear }): (&Job, &Auto)) -> Result<[u8; 32], Error> {
+pub(super) fn choice(
+    (job, Auto { surfaces, kinds, constant, linear }): (&Job, &Auto),
+) -> Result<[u8; 32], Error> {
     let job_hash = Settings::of(job).job_hash([0; 32], job.seed);
     let open = (surfaces, kinds, constant, linear);
     let all = (job.scene.spec(), open, job_hash, job.budget.paths, &job.total_target);

@@ -17,7 +17,8 @@ use radiosity::{
 use report::OutputFolder;
 
 use super::super::question::FactorsQuestion;
-use super::journal::{Heading, Journal, StoredRow, join};
+use super::answer::sparse_files;
+use super::journal::{Heading, Journal, ROWS, StoredRow, join};
 use super::{RowWalks, SparseAsked};
 use crate::error::Error;
 
@@ -73,6 +74,10 @@ pub fn count_rows(
         join(parts, folder, &heading)?;
     }
     let mut journal = Journal::open(folder, &heading, resume || !parts.is_empty())?;
+    if !resume {
+        let replaced: Vec<&str> = sparse_files().into_iter().filter(|&file| file != ROWS).collect();
+        folder.remove(&replaced)?;
+    }
     let count = Count {
         rows: &rows,
         sequence: Sequence::new(question.job.seed),

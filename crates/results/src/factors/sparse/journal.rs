@@ -110,6 +110,19 @@ fn seal(row: usize, content: &[u8]) -> [u8; 8] {
     hasher.finalize().as_bytes()[..8].try_into().expect("digests have 32 bytes")
 }
 
+/// Writes the lines before the rows.
+fn begin(file: &mut impl Write, heading: &Heading) -> io::Result<()> {
+    writeln!(file, "{WORDS}")?;
+    serde_json::to_writer(&mut *file, heading)?;
+    writeln!(file)
+}
+
+/// Writes the record of a row.
+fn write_row(file: &mut impl Write, number: usize, content: &[u8]) -> io::Result<()> {
+    let parts = [&(content.len() as u32).to_le_bytes()[..], &seal(number, content), content];
+    parts.iter().try_for_each(|part| file.write_all(part))
+}
+
 /// A file of rows that more are written to.
 pub(super) struct Journal {
     file: BufWriter<File>,
@@ -133,11 +146,7 @@ impl Journal {
             return Ok(Journal { file: BufWriter::with_capacity(1 << 18, file), path, next });
         }
         // A file without its first lines could not be gone on with.
-        folder.write(ROWS, |file| {
-            writeln!(file, "{WORDS}")?;
-            serde_json::to_writer(&mut *file, heading)?;
-            writeln!(file)
-        })?;
+        folder.write(ROWS, |file| begin(file, heading))?;
         let file = OpenOptions::new().append(true).open(&path).map_err(failed)?;
         let file = BufWriter::with_capacity(1 << 18, file);
         Ok(Journal { file, path, next: heading.rows.start })
@@ -159,10 +168,8 @@ impl Journal {
 
     /// Adds the content of the next row.
     pub(super) fn add(&mut self, content: &[u8]) -> Result<(), Error> {
-        let seal = seal(self.next, content);
-        let parts = [&(content.len() as u32).to_le_bytes()[..], &seal, content];
         self.next += 1;
-        parts.iter().try_for_each(|part| self.file.write_all(part)).map_err(|source| self.failed(source))
+        write_row(&mut self.file, self.next - 1, content).map_err(|source| self.failed(source))
     }
 
     /// Hands all over to the system, which keeps it where this process is killed.
@@ -233,32 +240,60 @@ impl RowsReader {
 /// Where files cannot be read or written, and where the parts are not those of one whole.
 pub(super) fn join(folders: &[PathBuf], folder: &OutputFolder, whole: &Heading) -> Result<(), Error> {
     let mut parts = Vec::with_capacity(folders.len());
-    for folder in folders {
-        parts.push((RowsReader::open(&folder.join(ROWS))?, folder));
+    for part in folders {
+        parts.push((RowsReader::open(&part.join(ROWS)).map_err(|error| no_rows(error, part))?, part));
     }
     parts.sort_by_key(|(part, _)| part.heading.rows.start);
-    let mut journal = Journal::open(folder, whole, false)?;
-    for (part, path) in &mut parts {
+    check_parts(&parts, whole)?;
+    let mut damaged = None;
+    let joined = folder.draft(ROWS, |file| {
+        begin(file, whole)?;
+        for (part, path) in &mut parts {
+            while part.next().inspect_err(|_| damaged = Some(path.join(ROWS)))?.is_some() {
+                write_row(file, part.next - 1, &part.content)?;
+            }
+        }
+        Ok(())
+    });
+    match (joined, damaged) {
+        (Err(report::Error::Io { source, .. }), Some(path)) => Err(Error::Rows { path, source }),
+        (joined, _) => {
+            joined?.place()?;
+            Ok(folder.sync()?)
+        }
+    }
+}
+
+/// The error of a folder that may have no rows.
+fn no_rows(error: Error, folder: &Path) -> Error {
+    match error {
+        Error::Rows { source, .. } if source.kind() == io::ErrorKind::NotFound => {
+            FactorsFault::NoRows { folder: folder.into() }.into()
+        }
+        error => error,
+    }
+}
+
+/// Checks that parts in the order of their rows are those of one whole.
+fn check_parts(parts: &[(RowsReader, &PathBuf)], whole: &Heading) -> Result<(), FactorsFault> {
+    let mut next = whole.rows.start;
+    for (part, path) in parts {
         let refused =
             |reason: &str| FactorsFault::Unmergeable { path: path.join(ROWS), reason: reason.into() };
         if (Heading { rows: whole.rows.clone(), ..part.heading.clone() }) != *whole {
-            return Err(refused("they are of another question; join parts of this one").into());
+            return Err(refused("they are of another question; join parts of this one"));
         }
-        if part.heading.rows.start != journal.next {
+        if part.heading.rows.start != next {
             return Err(refused(
                 "the rows before them are in none of the folders, or in two; give each part once",
-            )
-            .into());
+            ));
         }
-        let read = |source| Error::Rows { path: path.join(ROWS), source };
-        while part.next().map_err(read)?.is_some() {
-            journal.add(&part.content)?;
-        }
+        next = part.heading.rows.end;
     }
-    if journal.next != whole.rows.end {
+    if next != whole.rows.end {
         let path = parts.last().map_or_else(PathBuf::new, |(_, path)| path.join(ROWS));
         let reason = "the rows behind them are in none of the folders; give all parts".into();
-        return Err(FactorsFault::Unmergeable { path, reason }.into());
+        return Err(FactorsFault::Unmergeable { path, reason });
     }
-    journal.close()
+    Ok(())
 }
