@@ -235,16 +235,20 @@ impl Prepared {
         Ok(Some(showing))
     }
 
-    /// Leads workers through the job to its end, and writes what came of it.
+    /// Leads workers through the job to its end, and writes what came of it. Whatever that is, no more workers are let in.
     fn drive(self, executor: Executor, session: &SessionArgs, out: &OutArgs) -> Result<Outcome, Fault> {
+        let done = self.drive_by(&executor, session, out);
+        executor.close();
+        done
+    }
+
+    fn drive_by(self, executor: &Executor, session: &SessionArgs, out: &OutArgs) -> Result<Outcome, Fault> {
         let station = executor.station(&self.identity, &self.experiment)?;
-        self.search_ahead(&executor);
+        self.search_ahead(executor);
         let page = session.metrics.as_deref().map(open_page).transpose()?;
         let reports = Reports::new(self.description(), self.output.path(), executor.access_file(), page);
         let showing = self.showing(session, out)?;
-        let done = self.serve(station, out, (reports, showing));
-        executor.close();
-        done
+        self.serve(station, out, (reports, showing))
     }
 
     /// Searches for what light reaches while workers of this machine start and build a large scene: every look at such a scene asks for it.
