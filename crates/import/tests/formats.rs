@@ -782,7 +782,10 @@ fn rows_that_are_not_in_a_gltf_make_no_faces() {
     let note = "primitives whose vertices or indices are not in the file, left out: 2";
     assert!(imported.notes.iter().any(|found| found.contains(note)), "{:?}", imported.notes);
     let instancing = r#"[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":1}}}},{"mesh":0}]"#;
-    let copies = text.replace(r#"[{"mesh":0}]"#, instancing).replace(r#""nodes":[0]"#, r#""nodes":[0,1]"#);
+    let copies = text
+        .replace(r#"[{"mesh":0}]"#, instancing)
+        .replace(r#""nodes":[0]"#, r#""nodes":[0,1]"#)
+        .replace(r#""count":4000000"#, r#""count":4000000,"sparse":{"count":0}"#);
     let imported = scene("a.gltf", copies.as_bytes(), &Options::default()).unwrap();
     assert_eq!(imported.spec.surfaces.len(), 1);
     let note = "transforms of copies that are not in the file, left out: 1";
