@@ -146,7 +146,7 @@ pub(crate) fn map_name(name: &str, channels: usize) -> String {
 
 /// The planes that are grids, with the names of their maps. In colour the mean of the channels is drawn; a point of which a channel is unknown
 /// has no value.
-fn grids<'a>(readings: &'a Readings<'_>) -> impl Iterator<Item = (String, PlaneGrid)> {
+fn grids(readings: &Readings<'_>) -> impl Iterator<Item = (String, PlaneGrid)> {
     let (sensors, channels) = (readings.sensors(), readings.channels());
     sensors.planes().filter_map(move |plane| {
         let spec = &sensors.specs()[plane];
