@@ -4,6 +4,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Child, Stdio};
 
+use report::OutputFolder;
+use results::daylight::DAYLIGHT_FILES;
+use results::factors::{FILES, sparse_files};
+
 use crate::support::{TABLES, answer, finish, path, radwalk, run, run_job, signal, wait_for};
 use tempfile::tempdir;
 
@@ -130,6 +134,15 @@ fn counts_are_not_replaced_before_there_are_others() {
         assert!(run(&[&words[..], &["--force", "--seed", "7"]].concat()).0 < 2);
         assert!(fs::read(out.join(table)).unwrap() != before, "{table}");
     }
+}
+
+#[test]
+fn folders_know_the_files_of_every_command() {
+    let folder = tempdir().unwrap();
+    for name in [&FILES[..], &DAYLIGHT_FILES, &sparse_files()].concat() {
+        fs::write(path(&folder, name), "").unwrap();
+    }
+    OutputFolder::claim(folder.path(), &[], false).unwrap();
 }
 
 #[test]
