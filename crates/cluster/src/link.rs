@@ -80,7 +80,9 @@ pub(crate) fn connect(access: &Access) -> Result<(Ear, ResultSender), WorkerErro
                 Ok(session) => return Ok(halves(stream, session)?),
                 // The coordinator may have had too many strangers; or it is gone, and a tunnel or balancer answers in its place.
                 Err(CodecError::Io(source)) => source,
-                Err(CodecError::Closed) => io::Error::new(ErrorKind::ConnectionAborted, "the connection closes at once"),
+                Err(CodecError::Closed) => {
+                    io::Error::new(ErrorKind::ConnectionAborted, "the connection closes at once")
+                }
                 Err(CodecError::Foreign(foreign)) => return Err(WorkerError::Impostor(foreign)),
                 Err(failure) => return Err(failure.into()),
             },

@@ -48,11 +48,7 @@ pub(crate) fn read_emittance(value: Value<'_>) -> Result<Spectrum, Error> {
 }
 
 /// The box around surfaces, sensors, and lamps that have a place.
-pub(crate) fn sky_box(
-    spec: &SceneSpec,
-    sensors: &[SensorSpec],
-    emittance: Spectrum,
-) -> Vec<SurfaceSpec> {
+pub(crate) fn sky_box(spec: &SceneSpec, sensors: &[SensorSpec], emittance: Spectrum) -> Vec<SurfaceSpec> {
     let of_sensor = |sensor: &SensorSpec| match &sensor.shape {
         &SensorShape::Quad { corner, corner_u, corner_v, .. } => {
             vec![corner, corner_u, corner_v, corner_u + corner_v - corner]

@@ -111,7 +111,7 @@ mod tests {
         sensors::{SensorShape, SensorSpec},
     };
 
-    /// What breaks a limit, if anything does: in a job with a sensor, and, if the method allows for it, in one with groups.
+    /// What breaks a limit, if anything does: in a job with a sensor, and in one with groups, if the method allows for them.
     fn breach(job: &Job) -> Option<&'static str> {
         let middle = SensorShape::Point { point: [0.5, 0.5, 0.4].into(), normal: [0.3, 0.1, -1.0].into() };
         let sensor = SensorSpec { name: "middle".into(), shape: middle };
@@ -128,7 +128,8 @@ mod tests {
             experiment.clone().with_groups(&all, if even { &all } else { &[] }).ok()
         };
         let of_groups = groups(&experiment).and_then(|experiment| breach_of(job, &experiment));
-        of_groups.or_else(|| breach_of(job, &experiment.with_sensors(&[sensor]).unwrap()))
+        let sensors: &[SensorSpec] = if experiment.is_biased() { &[] } else { &[sensor] };
+        of_groups.or_else(|| breach_of(job, &experiment.with_sensors(sensors).unwrap()))
     }
 
     /// The tally of some walks, and whether it keeps the limits.

@@ -414,7 +414,10 @@ fn a_relay_never_uses_the_number_of_a_lease_twice() {
         world.pass(TICK);
         world.settle();
         let todo = world.workers.remove(&(relay, worker)).unwrap();
-        assert!(!todo.is_empty() && todo.iter().all(|(lease, _)| seen.insert(*lease)), "{todo:?}, before: {seen:?}");
+        assert!(
+            !todo.is_empty() && todo.iter().all(|(lease, _)| seen.insert(*lease)),
+            "{todo:?}, before: {seen:?}"
+        );
         let now = world.now;
         let actions = world.lead(relay).unwrap().on_lost(worker, "gone", now);
         world.act(relay, actions);

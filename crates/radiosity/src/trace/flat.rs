@@ -283,9 +283,8 @@ fn guess<R: Real, const LAYERED: bool>(flat: &Flat, starts: &Starts) -> Guess {
         other: [f32::INFINITY; SKETCHED],
     };
     for row in &starts.origin {
-        for lane in 0..SKETCHED {
-            let is_near = row[lane].abs() <= flat.reach;
-            guess.other[lane] = if is_near { guess.other[lane] } else { f32::NEG_INFINITY };
+        for (other, coordinate) in guess.other.iter_mut().zip(row) {
+            *other = if coordinate.abs() <= flat.reach { *other } else { f32::NEG_INFINITY };
         }
     }
     // In any order: facets at the same t are not ordered here.
