@@ -189,7 +189,9 @@ fn on_discs<R: Real>(radius: [R; 3], [x, y, z]: [R; 3], points: &[u64]) -> [R; 3
 fn entered<R: Real>([least, most]: [[f64; 3]; 2], (mut origin, way): ([R; 3], [R; 3]), far: R) -> [R; 3] {
     let (mut enters, mut leaves) = (R::splat(f64::NEG_INFINITY), R::splat(f64::INFINITY));
     for axis in 0..3 {
-        let [a, b] = [least, most].map(|side| (R::splat(side[axis]) - origin[axis]) / way[axis]);
+        // Closures would not be compiled for the instruction set.
+        let a = (R::splat(least[axis]) - origin[axis]) / way[axis];
+        let b = (R::splat(most[axis]) - origin[axis]) / way[axis];
         let is_first = a.lt(b);
         enters = enters.max(R::select(is_first, a, b));
         let last = R::select(is_first, b, a);
