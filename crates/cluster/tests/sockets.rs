@@ -258,7 +258,7 @@ fn a_worker_goes_on_when_either_of_its_results_is_taken_or_dropped() {
     });
 }
 
-/// A tunnel or a balancer whose coordinator is gone takes connections and closes them: nobody was found, who could be lost.
+/// A tunnel or a balancer takes connections and closes them where its coordinator is gone. A worker has then found nobody whom it could lose.
 #[test]
 fn what_closes_every_connection_is_no_coordinator() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();

@@ -120,6 +120,20 @@ fn points(rng: &mut WalkRng, count: usize) -> SensorSpec {
     SensorSpec { name: "points".into(), shape: SensorShape::Points { points, grid: [count as u32, 1] } }
 }
 
+/// H at twelve points, with its standard error.
+fn at_points(spec: &SceneSpec) -> Vec<[f64; 2]> {
+    let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
+    let sensor = points(&mut Sequence::new(5).walk(0), 12);
+    let experiment = Experiment::new(scene, Method::shooting(Estimator::Collision)).unwrap();
+    let experiment = experiment.with_sensors(&[sensor]).unwrap();
+    let mut board = experiment.board();
+    experiment.walk(&Sequence::new(2), 0..65_536, &mut board);
+    let tally = board.take().unwrap();
+    let readings = Readings::new(&experiment, &tally, 0.95).unwrap();
+    let known = |cell: usize| readings.cell(cell)[0];
+    (0..12).map(|cell| [known(cell).irradiance.unwrap(), known(cell).std_error.unwrap_or(0.0)]).collect()
+}
+
 /// In black surroundings nothing is left to chance at points: I cos θ / d², to rounding, whatever the number of walks.
 #[test]
 fn light_at_points_is_exact() {
@@ -250,18 +264,7 @@ fn light_from_far_away_comes_through_the_sky() {
     let by_walks =
         all.each_ref().map(|spec| irradiances(spec, Method::shooting(Estimator::Collision), 400_000));
     let by_chains = all.each_ref().map(|spec| irradiances(spec, chains.clone(), 32));
-    let at_points = all.each_ref().map(|spec| {
-        let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
-        let sensor = points(&mut Sequence::new(5).walk(0), 12);
-        let experiment = Experiment::new(scene, Method::shooting(Estimator::Collision)).unwrap();
-        let experiment = experiment.with_sensors(&[sensor]).unwrap();
-        let mut board = experiment.board();
-        experiment.walk(&Sequence::new(2), 0..65_536, &mut board);
-        let tally = board.take().unwrap();
-        let readings = Readings::new(&experiment, &tally, 0.95).unwrap();
-        let known = |cell: usize| readings.cell(cell)[0];
-        (0..12).map(|cell| [known(cell).irradiance.unwrap(), known(cell).std_error.unwrap_or(0.0)]).collect()
-    });
+    let at_points = all.each_ref().map(at_points);
     for [both, sky, lamps] in [by_walks, by_chains, at_points] {
         // The fronts of the ground and of the roof, or points.
         let count = if lamps.len() == 12 { 12 } else { 5 };
@@ -372,18 +375,7 @@ fn sensors_add_the_light_of_faces_and_of_lamps() {
     let at = |list: Vec<LampSpec>, emittance: f64| {
         let mut spec = cube(0.0);
         spec.surfaces[2].cell_emittance.push((1, emittance.into()));
-        let experiment = Experiment::new(
-            Scene::build(&with_lamps(spec, list), IndexChoice::Auto).unwrap(),
-            Method::shooting(Estimator::Collision),
-        );
-        let sensor = points(&mut Sequence::new(5).walk(0), 12);
-        let experiment = experiment.unwrap().with_sensors(&[sensor]).unwrap();
-        let mut board = experiment.board();
-        experiment.walk(&Sequence::new(2), 0..65_536, &mut board);
-        let tally = board.take().unwrap();
-        let readings = Readings::new(&experiment, &tally, 0.95).unwrap();
-        let known = |cell: usize| readings.cell(cell)[0];
-        (0..12).map(|cell| [known(cell).irradiance.unwrap(), known(cell).std_error.unwrap_or(0.0)]).collect()
+        at_points(&with_lamps(spec, list))
     };
     let [both, lamps, faces]: [Vec<[f64; 2]>; 3] =
         [at(vec![lamp.clone()], 2.0), at(vec![lamp], 0.0), at(Vec::new(), 2.0)];
