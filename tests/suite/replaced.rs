@@ -159,6 +159,6 @@ fn results_of_all_commands_may_stand_beside_each_other() {
         let (code, _, stderr) = run(&[words, &place].concat());
         assert_eq!(code, 0, "{words:?}: {stderr}");
     }
-    // Results of the same command are in the way all the same.
+    // An earlier result of the same command is refused as before.
     assert_eq!(run(&[&["exact", cube][..], &place].concat()).0, 2);
 }

@@ -34,7 +34,7 @@ pub(crate) struct PointLamps {
     cones: Option<Box<LightCones>>,
     list: Vec<PointLamp>,
     /// Whether the last six surfaces stand for the sky, which is nearer than distant lamps and hides none.
-    has_sky: bool,
+    pub(super) has_sky: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -374,7 +374,7 @@ impl Scene {
         }
         let ray = Ray { origin, direction: towards, from };
         let hit = self.closest_hit(&ray);
-        let is_sky = |surface: u32| self.parts.lamps.has_sky && surface as usize + 6 >= self.surfaces().len();
+        let is_sky = |surface: u32| surface as usize >= self.surfaces_before_sky();
         // A lamp in the plane of a surface hangs just in front of it.
         let is_free = hit.is_none_or(|hit| {
             hit.t >= distance * (1.0 - NEAR) || distance.is_infinite() && is_sky(hit.surface)

@@ -393,14 +393,7 @@ impl Scene {
     /// around the room, not in it.
     pub fn surfaces_before_sky(&self) -> usize {
         let all = self.surfaces().len();
-        let is_side = |number: usize| {
-            let piece = self.faces().first_piece_on(number as u32, Side::Front);
-            let face = piece.map(|piece| self.faces().piece(piece));
-            face.is_some_and(|face| !face.reflectance.is_lit() && face.emittance.is_lit())
-                && self.surface_name(number as u32) == SKY
-        };
-        let before = all.saturating_sub(6);
-        if all > 6 && (before..all).all(is_side) { before } else { all }
+        if self.parts.lamps.has_sky { all - SKY_SIDES } else { all }
     }
 
     /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances, lamps, panes.
@@ -555,13 +548,16 @@ fn extent(spec: &SceneSpec) -> [DVec3; 2] {
     [corners().fold(DVec3::INFINITY, DVec3::min), corners().fold(DVec3::NEG_INFINITY, DVec3::max)]
 }
 
-/// Whether the last six surfaces stand for the sky ([`Scene::surfaces_before_sky`]).
+/// The surfaces that stand for the sky.
+const SKY_SIDES: usize = 6;
+
+/// Whether the last surfaces stand for the sky ([`Scene::surfaces_before_sky`]).
 fn has_sky(spec: &SceneSpec) -> bool {
     let is_side = |surface: &crate::SurfaceSpec| {
         let is_black = !surface.reflectance.is_lit();
         is_black && surface.emittance.is_lit() && surface.name.as_deref() == Some(SKY)
     };
-    spec.surfaces.len() > 6 && spec.surfaces.iter().rev().take(6).all(is_side)
+    spec.surfaces.len() > SKY_SIDES && spec.surfaces.iter().rev().take(SKY_SIDES).all(is_side)
 }
 
 /// By how much a facet is larger than its surface, on every edge [m]: 2⁻⁴⁶ of the largest coordinate or
