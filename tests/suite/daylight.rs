@@ -37,6 +37,11 @@ normal = [0, 0, 1]
 name    = "desk"
 quad    = [[1,1,0.5], [2,1,0.5], [1,2,0.5]]
 patches = [2, 2]
+
+[[sensor]]
+name   = "facade"
+point  = [10, 0, 5]
+normal = [0, -1, 0]
 "#;
 
 const WEATHER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/weather/made.epw");
@@ -58,21 +63,21 @@ fn summary(out: &Path) -> Value {
 }
 
 /// In the open the daylight factor is 100 %, within six standard errors; the light of dull hours is the product of both matrices, coefficients and skies, as `dctimestep`
-/// would have it. Under the roof there is less, and ends of intervals enclose the figures.
+/// would have it. Under the roof there is less, and ends of intervals enclose the figures. What faces up has a level.
 #[test]
 fn a_year_in_the_open_is_the_weather() {
     let folder = tempdir().unwrap();
     let (code, stdout, stderr) = daylight(&folder, "out", "--paths 4e6 --tolerance 0.03");
     assert_eq!(code, 0, "{stderr}");
-    assert!(stdout.contains("daylight of 5 places in 576 hours"), "{stdout}");
+    assert!(stdout.contains("daylight of 6 places in 576 hours"), "{stdout}");
     let out = path(&folder, "out");
     let table = columns(&out.join("annual.csv"));
     let column = |name: &str| numbers(&table[name]);
-    assert_eq!(table["sensor"], ["open", "desk", "desk", "desk", "desk"]);
+    assert_eq!(table["sensor"], ["open", "desk", "desk", "desk", "desk", "facade"]);
     assert!((column("daylight_factor")[0] - 100.0).abs() < 2.0, "{:?}", column("daylight_factor"));
     for name in ["daylight_factor", "mean", "autonomy", "useful", "excess", "daylight_100", "daylight_750"] {
         let [low, value, high] = ["_low", "", "_high"].map(|end| column(&format!("{name}{end}")));
-        assert!((0..5).all(|i| 0.0 <= low[i] && low[i] <= value[i] && value[i] <= high[i]), "{name}");
+        assert!((0..6).all(|i| 0.0 <= low[i] && low[i] <= value[i] && value[i] <= high[i]), "{name}");
         assert!((1..5).all(|i| name == "useful" || value[i] <= value[0]), "{name}: {value:?}");
     }
     let lines = |name: &str| -> Vec<Vec<f64>> {
@@ -85,7 +90,7 @@ fn a_year_in_the_open_is_the_weather() {
         run(&["sky", "--weather", WEATHER, "--no-sun", "--ground", "0", "--out", sky.to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
     let numbers = mtx(&sky);
-    assert_eq!((numbers.len(), numbers[0].len(), light.len(), light[0].len()), (146, 576, 5, 576));
+    assert_eq!((numbers.len(), numbers[0].len(), light.len(), light[0].len()), (146, 576, 6, 576));
     // Sky alone: hours without a beam are dull days of the file, the second half of each 48 hours.
     let factors = open_factors(&folder);
     for hour in (0..576).filter(|hour| hour % 48 >= 24) {
@@ -104,7 +109,10 @@ fn a_year_in_the_open_is_the_weather() {
     let summary = summary(&out);
     assert_eq!((summary["hours"].as_u64(), summary["patches"].as_u64()), (Some(576), Some(145)));
     assert_eq!((&summary["reached"], &summary["back"]), (&Value::Bool(true), &Value::from(0.0)));
-    assert_eq!(mtx(&out.join("coefficients.mtx")).len(), 5);
+    assert_eq!(mtx(&out.join("coefficients.mtx")).len(), 6);
+    let levels = summary["levels"].as_array().unwrap();
+    let planes: Vec<&Value> = levels.iter().map(|level| &level["sensor"]).collect();
+    assert_eq!(planes, ["open", "desk"], "a facade has no level");
 }
 
 /// π·p of the plane in the open, patch by patch: π in all.

@@ -261,6 +261,18 @@ fn what_cannot_be_told_apart_is_refused() {
     says(&room(&folder, "[sensitivity]\nmaterials = []"), &[], &["names no material", "room.toml:9"]);
 }
 
+/// Before a pilot walks: nothing is chosen, and no folder is made.
+#[test]
+fn a_source_that_cannot_be_is_refused_at_once() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let job = room(&folder, "[[source]]\nname = \"dark\"\nsurfaces = [\"floor\"]\n");
+    let (code, _, stderr) =
+        run(&["run", job.to_str().unwrap(), "--set", "scene.patches=auto", "--out", out.to_str().unwrap()]);
+    assert!(code == 2 && stderr.contains("no patch that emits"), "{code} {stderr}");
+    assert!(!stderr.contains("chosen") && !out.exists(), "{stderr}");
+}
+
 #[test]
 fn factors_that_cannot_be_are_refused() {
     let folder = tempdir().unwrap();

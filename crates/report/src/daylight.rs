@@ -193,7 +193,7 @@ pub struct DaylightSummary {
     pub occupied: [u32; 2],
     /// By what part of themselves yearly means change where reflected sun comes from one patch in place of four: the median and the most.
     pub sun_smear: [f64; 2],
-    /// The level of each sensor by EN 17037.
+    /// The level by EN 17037 of each sensor that faces up.
     pub levels: Vec<LevelSummary>,
     /// Wall time of walking [s].
     pub seconds: f64,

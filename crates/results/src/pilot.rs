@@ -5,11 +5,11 @@ mod books;
 mod stage;
 mod steps;
 
-use job::{Auto, Cut, Forecast, Job, Partition};
+use job::{Auto, Cut, Forecast, Job, MethodTable, Partition};
 use judge::partition::{
     Basis, Choice, CutCandidates, Grid, Grouped, MeshLight, SurfaceLight, doublings, fewest, shared_noise,
 };
-use radiosity::{IndexChoice, Scene, Space};
+use radiosity::{Experiment, IndexChoice, Scene, Space};
 
 pub(crate) use self::arrivals::ARRIVALS;
 pub use self::books::{PILOT, PilotBooks, is_being_replaced};
@@ -120,8 +120,9 @@ pub fn choose_by<E: From<Error>>(
 ) -> Result<Option<Chosen>, E> {
     let Some(auto) = &job.auto else { return Ok(None) };
     let most = job.budget.paths;
+    let scene = scene_of_parts(job)?;
     let steps = Steps::new((job, auto), runner);
-    let mut pilots = Pilots { job, threads, steps, scene: None, counted: [0, 0] };
+    let mut pilots = Pilots { job, threads, steps, scene, counted: [0, 0] };
     let Some(target) = &job.total_target else {
         let chosen = pilots.choose(auto, Plan { walks: most, most, aim: 0.0 })?;
         return Ok(Some(chosen.controlled((job, auto), threads, &mut pilots.steps)?));
@@ -148,6 +149,19 @@ pub fn choose_by<E: From<Error>>(
         let growth = (forecast.total() / target.total_error).powi(3) as u64;
         walks = most.min(needed.saturating_mul(growth.clamp(GROWTH, GROWTH * GROWTH)));
     }
+}
+
+/// The scene of a job that has sensors or groups of patches, by which the pilot's is built: what the scene cannot have of them is refused before
+/// a walk is taken.
+fn scene_of_parts(job: &Job) -> Result<Option<Scene>, Error> {
+    let sensors = job.scene.sensors();
+    if sensors.is_empty() && job.sources.is_empty() && job.sensitivity.is_empty() {
+        return Ok(None);
+    }
+    let experiment = Experiment::new(job.build_scene()?, MethodTable::default().walks())?
+        .with_sensors(sensors)?
+        .with_groups(&job.sources, &job.sensitivity)?;
+    Ok(Some(experiment.scene().clone()))
 }
 
 /// What a pilot is for.

@@ -171,9 +171,13 @@ impl<'a> DaylightAnswer<'a> {
         Matrix { rows: self.places.len(), columns: self.question.dome.size(), numbers }
     }
 
-    /// The level of each sensor by EN 17037: by the lower ends of intervals, and by the upper ones.
+    /// The level by EN 17037 of each sensor that faces up, as the planes of the standard do: by the lower ends of intervals, and by the upper ones.
     fn levels(&self) -> Vec<LevelSummary> {
+        /// The cosine of a degree.
+        const FACES_UP: f64 = 0.999_847_7;
         let sensors = self.question.coefficients.sensors();
+        let faces_up =
+            |sensor: usize| sensors.cells_of(sensor).all(|cell| sensors.cell(cell).normal.z >= FACES_UP);
         let level = |sensor: usize, end: fn(BoundedValue) -> f64| {
             let plane: Vec<[f64; TARGETS.len()]> =
                 sensors.cells_of(sensor).map(|cell| self.places[cell].metrics.daylight.map(end)).collect();
@@ -184,7 +188,7 @@ impl<'a> DaylightAnswer<'a> {
             low: level(number, |known| known.low),
             high: level(number, |known| known.high),
         };
-        sensors.specs().iter().enumerate().map(summary).collect()
+        sensors.specs().iter().enumerate().filter(|(number, _)| faces_up(*number)).map(summary).collect()
     }
 
     fn summary(&self) -> DaylightSummary {
