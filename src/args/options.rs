@@ -104,6 +104,14 @@ pub(crate) struct OutArgs {
     pub json: bool,
 }
 
+impl OutArgs {
+    /// Tells where a result is, and `lines` to people.
+    pub(crate) fn tell(&self, out: &Path, mut lines: Vec<String>) {
+        lines.push(format!("written to {}", out.display()));
+        tell([self.json, self.quiet], out, &lines);
+    }
+}
+
 /// What is written beside the files that the job names.
 #[derive(Args)]
 pub(crate) struct ExportArgs {
@@ -145,11 +153,16 @@ pub(crate) struct ToldArgs {
 impl ToldArgs {
     /// Tells where a result is, and `lines` to people.
     pub(crate) fn tell(&self, out: &Path, lines: &[String]) {
-        if self.json {
-            emit(&serde_json::json!({"event": "done", "out": out}));
-        } else if !self.quiet {
-            lines.iter().for_each(|line| say(line));
-        }
+        tell([self.json, self.quiet], out, lines);
+    }
+}
+
+/// Tells programs by an event where a result is, and people by lines.
+fn tell([json, quiet]: [bool; 2], out: &Path, lines: &[String]) {
+    if json {
+        emit(&serde_json::json!({"event": "done", "out": out}));
+    } else if !quiet {
+        lines.iter().for_each(|line| say(line));
     }
 }
 

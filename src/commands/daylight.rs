@@ -6,7 +6,7 @@ use results::daylight::{DAYLIGHT_FILES, DaylightAnswer, DaylightFile, DaylightQu
 use results::{Round, all_threads};
 use sky::Wanted;
 use tracing::{info, warn};
-use voice::{Phase, say};
+use voice::Phase;
 
 use crate::args::DaylightArgs;
 use crate::build::BUILD;
@@ -54,9 +54,6 @@ pub(crate) fn daylight(args: &DaylightArgs) -> Result<Outcome, Fault> {
     answer.write(&folder, &exports)?;
     drop(phase);
     answer.warnings().iter().for_each(|warning| warn!("{warning}"));
-    if !args.out.quiet {
-        answer.lines().iter().for_each(|line| say(line));
-        say(&format!("written to {}", folder.path().display()));
-    }
+    args.out.tell(folder.path(), answer.lines());
     Ok(if answer.reached() { Outcome::Done } else { Outcome::TargetMissed })
 }

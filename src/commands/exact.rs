@@ -4,7 +4,7 @@ use job::{FaceGroups, Grouping};
 use report::{OutputFolder, Verdict};
 use results::ExactAnswer;
 use tracing::warn;
-use voice::{Phase, say};
+use voice::Phase;
 
 use crate::args::ExactArgs;
 use crate::choose::load_written;
@@ -24,6 +24,7 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let names = (scene.faces().len() <= MOST_FACTORS)
         .then(|| FaceGroups::of(&Grouping::ByPatch, &job.scene, &scene).map(|groups| groups.names))
         .transpose()?;
+    let mut lines = Vec::new();
     for (answer, [table, page, factors]) in answers.iter().zip(files) {
         let ExactAnswer { columns, summary, .. } = answer;
         folder.write(table, |file| report::write_exact(file, scene.faces(), columns))?;
@@ -32,19 +33,17 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
             folder
                 .write(factors, |file| report::write_exact_factors(file, names, |i| answer.factors_of(i)))?;
         }
-        if !args.out.quiet {
-            summary.lines().iter().for_each(|line| say(line));
-            summary
-                .checks
-                .iter()
-                .filter(|check| check.verdict == Verdict::Failed)
-                .for_each(|check| warn!("{}", check.message));
-        }
+        lines.extend(summary.lines());
+        let failed = summary.checks.iter().filter(|check| check.verdict == Verdict::Failed);
+        failed.for_each(|check| warn!("{}", check.message));
+    }
+    if args.out.force {
+        // Those of a scene that was grey before and has colours now, or the other way round.
+        let stale = if scene.channels() == 1 { &CHANNEL_FILES[..] } else { &GREY_FILES };
+        folder.remove(stale.as_flattened())?;
     }
     drop(phase);
-    if !args.out.quiet {
-        say(&format!("written to {}", folder.path().display()));
-    }
+    args.out.tell(folder.path(), lines);
     Ok(Outcome::Done)
 }
 

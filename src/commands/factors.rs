@@ -10,7 +10,7 @@ use results::factors::{
     SparseAsked, SparseFile, count, count_rows, sparse_files,
 };
 use tracing::{info, warn};
-use voice::{Phase, say};
+use voice::Phase;
 
 use crate::args::FactorsArgs;
 use crate::build::BUILD;
@@ -49,9 +49,9 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     }
     let answer = FactorsAnswer::of(&question, counted).map_err(results::Error::from)?;
     answer.write(&folder, &exports)?;
-    if !args.out.quiet {
-        tell(&answer, &folder);
-    }
+    remove_stale(args, &folder, [&sparse_files(), &FILES])?;
+    answer.warnings().iter().for_each(|warning| warn!("{warning}"));
+    args.out.tell(folder.path(), answer.lines());
     Ok(match (answer.interrupted(), answer.reached()) {
         (true, _) => Outcome::Interrupted,
         (false, Some(false)) => Outcome::TargetMissed,
@@ -126,13 +126,21 @@ fn sparse_factors(args: &FactorsArgs, asked: &SparseAsked, phase: Phase) -> Resu
     phase.now("writing matrices");
     let answer = SparseAnswer::of(&question, asked, counted, &folder)?;
     answer.write(&folder, if exports.is_empty() { &[SparseFile::Mtx] } else { &exports })?;
+    remove_stale(args, &folder, [&FILES, &sparse_files()])?;
     drop(phase);
-    if !args.out.quiet {
-        answer.warnings().iter().for_each(|warning| warn!("{warning}"));
-        answer.lines().iter().for_each(|line| say(line));
-        say(&format!("written to {}", folder.path().display()));
-    }
+    answer.warnings().iter().for_each(|warning| warn!("{warning}"));
+    args.out.tell(folder.path(), answer.lines());
     Ok(if answer.reached() == Some(false) { Outcome::TargetMissed } else { Outcome::Done })
+}
+
+/// Removes what factors of the other kind have left, where results may be replaced.
+fn remove_stale(
+    args: &FactorsArgs,
+    folder: &OutputFolder,
+    [other, own]: [&[&str]; 2],
+) -> Result<(), report::Error> {
+    let stale: Vec<&str> = other.iter().filter(|name| !own.contains(name)).copied().collect();
+    if args.out.force { folder.remove(&stale) } else { Ok(()) }
 }
 
 /// Refuses to write over the rows of a part that they are to be read from.
@@ -142,11 +150,4 @@ fn check_parts(parts: &[PathBuf], out: &Path) -> Result<(), results::Error> {
         Some(part) => Err(FactorsFault::JoinedIntoPart { part: part.clone() }.into()),
         None => Ok(()),
     }
-}
-
-/// Says what was found, and where it is.
-pub(crate) fn tell(answer: &FactorsAnswer, folder: &OutputFolder) {
-    answer.warnings().iter().for_each(|warning| warn!("{warning}"));
-    answer.lines().iter().for_each(|line| say(line));
-    say(&format!("written to {}", folder.path().display()));
 }

@@ -3,10 +3,10 @@
 use report::OutputFolder;
 use results::factors::{self, FILES, FactorsFault, is_counted, matrices_in};
 use results::{RunOutput, StoredRun};
+use tracing::warn;
 use voice::Phase;
 
 use crate::args::MergeArgs;
-use crate::commands::factors::tell;
 use crate::fault::{Fault, Outcome};
 use crate::summary::write_made;
 
@@ -39,9 +39,7 @@ fn merge_factors(args: &MergeArgs, phase: Phase) -> Result<Outcome, Fault> {
     }
     merged.write(&folder)?;
     answer.write(&folder, &matrices_in(first))?;
-    args.made.told.tell(folder.path(), &[]);
-    if !(args.made.told.quiet || args.made.told.json) {
-        tell(&answer, &folder);
-    }
+    answer.warnings().iter().for_each(|warning| warn!("{warning}"));
+    args.made.out().tell(folder.path(), answer.lines());
     Ok(Outcome::Done)
 }

@@ -101,6 +101,16 @@ fn differences_of_jobs_come_first() {
     let (code, stdout, _) = diff(&a, &table, &["--json"]);
     let found: Value = serde_json::from_str(&stdout).unwrap();
     assert_eq!((code, &found["agree"], &found["jobs"][0]["subject"]), (0, &true.into(), &"method".into()));
+    // What was cut off is too dark.
+    let short = path(&folder, "short");
+    let cutoff =
+        ["--set", "method.estimator=infinite", "--set", "method.infinite={end=\"cutoff\",threshold=0.3}"];
+    run_job(JOB, &short, &[&["--paths", "200000"], &cutoff[..]].concat());
+    let (_, stdout, _) = diff(&short, &table, &[]);
+    assert!(
+        stdout.starts_with("the jobs differ in end: Cutoff { threshold: 0.3 } against no walk is cut off"),
+        "{stdout}"
+    );
     // Other scenes, and other patches.
     let [dim, other] = ["dim", "other"].map(|name| path(&folder, name));
     let scene = std::fs::read_to_string("configs/scenes/cube54.toml").unwrap();

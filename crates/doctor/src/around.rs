@@ -279,29 +279,65 @@ impl Around {
     /// Says for some surfaces which side looks into a room, and not at something close by, at other surfaces that `is_own`, or
     /// out of the scene.
     pub fn shine(&self, surfaces: &[u32], is_own: impl Fn(u32) -> bool) -> Vec<Shine> {
+        let close = 0.02 * extent(&self.scene);
+        let far = |hit: Hit| hit.t >= close && !is_own(hit.surface);
+        let decide = |[front, back]: [f64; 2]| match () {
+            () if back > 2.0 * front + 0.05 => Shine::Back,
+            () if front > 2.0 * back + 0.05 => Shine::Front,
+            () => Shine::Either,
+        };
+        self.of_sides(surfaces, far).map(decide).collect()
+    }
+
+    /// Says for some shells which side of their surfaces alone looks out: the rays of the other one meet surfaces that `is_own` and little else.
+    pub fn shells(&self, shells: &[Vec<u32>], is_own: impl Fn(u32) -> bool) -> Vec<Shine> {
+        /// The part of the rays within that a shell holds at least, and the part of those outside that meet other things at least.
+        const SHUT: f64 = 0.8;
+        const OUT: f64 = 0.05;
+        let all = shells.concat();
+        let mut own = self.of_sides(&all, |hit| is_own(hit.surface));
+        let mut others = self.of_sides(&all, |hit| !is_own(hit.surface));
+        let mut decide = |shell: &Vec<u32>| {
+            let areas: Vec<f64> = shell.iter().map(|&number| self.area(number)).collect();
+            let mean = |of_sides: &mut dyn Iterator<Item = [f64; 2]>| {
+                let mut sums = [0.0; 2];
+                for (area, sides) in areas.iter().zip(of_sides) {
+                    sums = [0, 1].map(|side| sums[side] + area * sides[side]);
+                }
+                sums.map(|sum| sum / areas.iter().sum::<f64>())
+            };
+            let (own, others) = (mean(&mut own), mean(&mut others));
+            match [0, 1].map(|side| own[side] >= SHUT && others[1 - side] >= OUT) {
+                [true, false] => Shine::Back,
+                [false, true] => Shine::Front,
+                _ => Shine::Either,
+            }
+        };
+        shells.iter().map(&mut decide).collect()
+    }
+
+    fn area(&self, surface: u32) -> f64 {
+        let surface = &self.scene.surfaces()[surface as usize];
+        let [u, v] = surface.edges();
+        u.cross(v).length() * if surface.is_triangle() { 0.5 } else { 1.0 }
+    }
+
+    /// The parts of the rays from the front and the back of each of some surfaces that meet what `counts`.
+    fn of_sides(&self, surfaces: &[u32], counts: impl Fn(Hit) -> bool) -> impl Iterator<Item = [f64; 2]> {
         // Fewer than 4 rays of a side say nothing.
         const MOST_RAYS: usize = 400_000;
         let rays = (MOST_RAYS / (2 * surfaces.len()).max(1)).clamp(4, 32);
-        let close = 0.02 * extent(&self.scene);
-        let side = |number: u32, side: Side| {
+        let part = move |number: u32, side: Side| {
             let surface = &self.scene.surfaces()[number as usize];
             let mut draws = Draws::new(0xA2D ^ (u64::from(number) << 1) ^ (side == Side::Back) as u64);
-            let far = (0..rays).filter(|_| {
+            let counted = (0..rays).filter(|_| {
                 let origin = surface.point(surface.point_in_cell(0, [draws.uniform(), draws.uniform()]));
                 let ray = Ray { origin, direction: surface.direction(side, draws.bits()), from: number };
-                self.scene.closest_hit(&ray).is_some_and(|hit| hit.t >= close && !is_own(hit.surface))
+                self.scene.closest_hit(&ray).is_some_and(&counts)
             });
-            far.count() as f64 / rays as f64
+            counted.count() as f64 / rays as f64
         };
-        let decide = |&number: &u32| {
-            let [front, back] = [Side::Front, Side::Back].map(|of| side(number, of));
-            match () {
-                () if back > 2.0 * front + 0.05 => Shine::Back,
-                () if front > 2.0 * back + 0.05 => Shine::Front,
-                () => Shine::Either,
-            }
-        };
-        surfaces.iter().map(decide).collect()
+        surfaces.iter().map(move |&number| [Side::Front, Side::Back].map(|side| part(number, side)))
     }
 }
 

@@ -46,7 +46,7 @@ pub use groups::{GROUP_ANGLE, GroupLimits, groups};
 pub use mesh::{DEFAULT_REFLECTANCE, LostProperty, MAX_TRIANGLES, Material, Mesh, Triangle};
 pub use notes::setting;
 pub use options::{Faults, MaterialOverride, Options, SidesChoice, UpAxis, matches};
-pub use scene::{Imported, Spots};
+pub use scene::{Imported, OpenSides, Spots};
 
 /// The formats of mesh files, chosen by the extension of the file's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,6 +86,9 @@ impl Format {
     }
 }
 
+/// What a file begins with that stands for another one in a repository.
+const LFS_POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
+
 /// Reads a mesh. `curve_error` bounds how far the facets of curved MGF surfaces may lie inside them, in parts of the
 /// radius.
 ///
@@ -99,6 +102,14 @@ pub fn read(
     files: &mut Files<'_>,
 ) -> Result<Mesh, Error> {
     let content = text::without_mark(content);
+    if content.starts_with(LFS_POINTER) {
+        let fault = error::UnplacedError::new(
+            "the file is a pointer of Git LFS",
+            "it names a file that is kept elsewhere",
+            "fetch that by `git lfs pull`",
+        );
+        return Err(fault.at(path, FileSpot::File));
+    }
     let mut mesh = match format {
         Format::Obj => obj::read(path, content, files),
         Format::Gltf => gltf::read(path, content, files),

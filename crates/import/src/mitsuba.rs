@@ -58,6 +58,7 @@ pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Me
             .filter_map(|node| Some((node.attribute("id")?, node)))
             .collect(),
         numbers: HashMap::new(),
+        names: HashMap::new(),
         dark: Vec::new(),
         mesh: Mesh::default(),
         parts: MeshParts::default(),
@@ -99,6 +100,8 @@ struct MitsubaReader<'a, 'f, 'x> {
     named: HashMap<&'x str, Node<'x, 'x>>,
     /// The numbers of materials that have been read, by their place in the file and whether they emit.
     numbers: HashMap<(usize, [u64; 3]), u32>,
+    /// The names of materials, and how many have asked for each.
+    names: HashMap<String, u32>,
     /// The names of shapes whose radiance is not read.
     dark: Vec<String>,
     mesh: Mesh,
@@ -281,10 +284,23 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
                 material.name = shape.attribute("id").unwrap_or("emitter").to_owned();
             }
         }
+        material.name = self.free_name(material.name);
         self.mesh.materials.push(material);
         let number = self.mesh.materials.len() as u32 - 1;
         self.numbers.insert(key, number);
         number
+    }
+
+    /// A name that no material has: options would change all that share one.
+    fn free_name(&mut self, name: String) -> String {
+        let mut free = name.clone();
+        while self.names.contains_key(&free) {
+            let count = self.names.get_mut(&name).expect("the name is taken");
+            *count += 1;
+            free = format!("{name}.{count}");
+        }
+        self.names.insert(free.clone(), 1);
+        free
     }
 
     /// Takes the diffuse part of a material.

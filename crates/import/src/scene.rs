@@ -32,13 +32,21 @@ pub struct Imported {
     pub parts: Vec<u32>,
     /// The textures of the materials, whose means are in their reflectances.
     pub textures: Vec<Option<String>>,
-    /// Of each material: the factor by which its emittance grows where one of its sides is found to be the only one that shines;
-    /// `None` where the file or the options say which sides are active.
-    pub open_sides: Vec<Option<f64>>,
+    /// Of each material: whether lamps of it may be found to shine to one side; `None` where the file or the options say which sides are active.
+    pub open_sides: Vec<Option<OpenSides>>,
     /// Whether the light of the file is in lumens.
     pub luminous: bool,
     /// The unit that the file is likely to be written in, and its length [m], where that is not the one taken.
     pub likely_unit: Option<(&'static str, f64)>,
+}
+
+/// Sides of a lamp that surroundings may decide on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpenSides {
+    /// The factor by which its emittance grows where one side is found to be the only one that shines.
+    pub factor: f64,
+    /// Whether the file says both, as Blender writes of nearly everything: then a side is none that looks into a closed shell alone.
+    pub both_said: bool,
 }
 
 /// The spots of surfaces in a file.
@@ -174,7 +182,7 @@ impl Mesh {
             names: self.materials.iter().map(|material| material.name.clone()).collect(),
             parts: Vec::with_capacity(faces.len()),
             textures: self.materials.iter().map(|material| material.texture.clone()).collect(),
-            open_sides: finish.of.iter().map(Finish::open_sides).collect(),
+            open_sides: finish.of.iter().map(|finish| finish.open_sides(format)).collect(),
             luminous: self.luminous || format == Format::Mgf,
             likely_unit,
         };
@@ -528,8 +536,8 @@ pub(crate) struct Finish {
     /// Whether the reflectance is the file's, and whether the emittance is.
     pub(crate) own_reflectance: bool,
     pub(crate) own_emittance: bool,
-    /// Whether neither the file nor an option says which sides are active.
-    open_sides: bool,
+    /// The sides that the file says, if it does; `None` where an option says them.
+    said_sides: Option<Option<Sides>>,
 }
 
 /// Where the power of a material is given.
@@ -633,7 +641,7 @@ impl Finish {
             is_clear: material.lost.contains(&LostProperty::Clearness),
             own_reflectance: true,
             own_emittance: true,
-            open_sides: options.sides == SidesChoice::File && material.sides.is_none(),
+            said_sides: (options.sides == SidesChoice::File).then_some(material.sides),
         };
         let entries = options.materials.iter().enumerate();
         entries
@@ -655,7 +663,7 @@ impl Finish {
         }
         if let Some(choice) = entry.sides {
             self.sides = sides(choice, written);
-            self.open_sides = choice == SidesChoice::File && written.is_none();
+            self.said_sides = (choice == SidesChoice::File).then_some(written);
         }
     }
 
@@ -668,11 +676,14 @@ impl Finish {
         self.leave_out.unwrap_or(self.is_clear && self.own_reflectance && !self.emits())
     }
 
-    /// The factor by which its emittance grows where one side is found to be the only one that shines; `None` where its sides are
-    /// given.
-    fn open_sides(&self) -> Option<f64> {
+    /// What surroundings may decide of its sides in a file of this format; `None` where they are given.
+    fn open_sides(&self, format: Format) -> Option<OpenSides> {
         let factor = if self.power.is_some() { self.sides.count() } else { 1.0 };
-        self.open_sides.then_some(factor)
+        match self.said_sides? {
+            None => Some(OpenSides { factor, both_said: false }),
+            Some(Sides::Both) if format == Format::Gltf => Some(OpenSides { factor, both_said: true }),
+            Some(_) => None,
+        }
     }
 }
 

@@ -1178,6 +1178,28 @@ fn spectra_of_mitsuba_are_read_or_named() {
     assert_eq!(notes, [words]);
 }
 
+/// Materials without a name of their own are told apart by options.
+#[test]
+fn nameless_materials_of_mitsuba_have_names_of_their_own() {
+    let shape = |colour: &str| {
+        format!(
+            r#"<shape type="disk"><bsdf type="diffuse"><rgb name="reflectance" value="{colour}"/></bsdf></shape>"#
+        )
+    };
+    let mesh = mitsuba("", &["0.1", "0.2", "0.3"].map(shape).concat());
+    let names: Vec<&str> = mesh.materials.iter().map(|material| &*material.name).collect();
+    assert_eq!(names, ["wall", "default", "default.2", "default.3"]);
+}
+
+#[test]
+fn a_pointer_of_git_lfs_is_called_one() {
+    let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n";
+    for name in ["a.glb", "a.obj", "a.xml"] {
+        let error = read(name, pointer.as_bytes()).unwrap_err().to_string();
+        assert!(error.contains("pointer of Git LFS") && error.contains("git lfs pull"), "{error}");
+    }
+}
+
 /// References to media are no materials; those to emitters are emitters; an alias is another name.
 #[test]
 fn references_of_mitsuba_mean_what_they_lead_to() {
@@ -1185,7 +1207,8 @@ fn references_of_mitsuba_mean_what_they_lead_to() {
         <shape type="disk"><ref name="interior" id="fog"/><ref id="glow"/><ref id="paint"/></shape>"#;
     let mesh = mitsuba(r#"<rgb name="reflectance" value="0.8"/>"#, shape);
     let disk = &mesh.materials[mesh.triangles.last().unwrap().material as usize];
-    assert_eq!((disk.reflectance, &*disk.name), (0.8.into(), "wall"));
+    // A name of its own, so that options tell it from the wall that does not emit.
+    assert_eq!((disk.reflectance, &*disk.name), (0.8.into(), "wall.2"));
     assert_eq!(disk.emittance, (2.0 * std::f64::consts::PI).into());
     assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
 }

@@ -47,13 +47,13 @@ pub enum Error {
     },
     /// A scene in a format that no reader exists for.
     #[error(
-        "{}: {format} scenes are unknown (no reader exists for them); write the scene as .toml, or export it as {formats}",
+        "{}: {format} are unknown (no reader exists for them); write the scene as .toml, or export it as {formats}",
         file.display(), formats = MESH_FORMATS
     )]
     SceneFormat {
         /// The path as asked for.
         file: PathBuf,
-        /// The format, as the file's name tells it.
+        /// Such files, as their names tell it.
         format: String,
     },
     /// A mesh that cannot be used.

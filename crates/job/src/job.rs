@@ -479,7 +479,15 @@ fn read_scene(
         why: "a job solves one scene",
         remedy: "scene = \"….toml\", relative to the job file".into(),
     })?;
-    let path = job.parent().unwrap_or(Path::new("")).join(value.string()?);
+    let written = value.string()?;
+    if written.is_empty() {
+        return Err(value.refuse(
+            "no file is named".into(),
+            "a job solves one scene",
+            "write the path of a scene",
+        ));
+    }
+    let path = job.parent().unwrap_or(Path::new("")).join(written);
     load_scene_with(&path, options).map_err(|error| match error {
         Error::Missing { file } if file == path => value.refuse(
             format!("there is no file {}", file.display()),

@@ -1,11 +1,12 @@
 //! Light for a mesh whose file has none, and the sides to which its lamps shine.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use doctor::{Around, ClosedRoom, Lightless, Shine};
 use glam::DVec3;
-use import::{Format, Imported, MaterialOverride, Options, setting};
-use radiosity::{Shape, Sides, Spectrum, SurfaceSpec};
+use import::{Format, Imported, MaterialOverride, OpenSides, Options, setting};
+use radiosity::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::error::Error;
 use crate::imports::read_mesh;
@@ -58,12 +59,13 @@ pub(crate) fn read_lit(path: &Path, format: Format, options: &Options) -> Result
     let mut sky = options.sky;
     let dark = first.is_none() && !by_hand;
     // A scene that cannot be looked at is refused when it is built, with its place.
-    let around = if dark || has_open_lamps(&imported) { Around::of(&imported.spec).ok() } else { None };
-    if let Some(around) = around.as_ref().filter(|_| dark) {
-        let (note, above) = light(&mut imported, around);
+    if dark && let Ok(around) = Around::of(&imported.spec) {
+        let (note, above) = light(&mut imported, &around);
         (first, sky) = (Some(note), above);
-    } else if let Some(around) = around {
-        aim_lamps(&mut imported, &around);
+    } else if !dark {
+        let mut lamps = OpenLamps::default();
+        lamps.add(&imported, 0);
+        imported.notes.extend(lamps.aim(&mut imported.spec));
     }
     imported.luminous |= first.is_some();
     imported.notes.splice(0..0, first);
@@ -133,54 +135,86 @@ pub(crate) fn bounds(surfaces: &[SurfaceSpec]) -> (DVec3, DVec3) {
     corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
 }
 
-/// Whether some faces emit, neither file nor options say to which side, and others do not emit.
-fn has_open_lamps(imported: &Imported) -> bool {
-    let surfaces = &imported.spec.surfaces;
-    open_lamps(imported).next().is_some() && surfaces.iter().any(|surface| !surface.emittance.is_lit())
+/// Lamps of which neither the file nor options say for certain to which side they shine.
+#[derive(Default)]
+pub(crate) struct OpenLamps {
+    /// The surfaces whose sides nobody says, and the factors by which one side alone is brighter.
+    sheets: Vec<(u32, f64)>,
+    /// Those of which the file says both sides, part by part.
+    shells: Vec<Vec<(u32, f64)>>,
+    /// The material of the first.
+    name: Option<String>,
 }
 
-fn open_lamps(imported: &Imported) -> impl Iterator<Item = u32> {
-    let is_open = |material: u32| imported.open_sides[material as usize].is_some();
-    let lamps = imported.spec.surfaces.iter().zip(&imported.materials);
-    let lamps = lamps
-        .zip(0..)
-        .filter(move |((surface, material), _)| surface.emittance.is_lit() && is_open(**material));
-    lamps.map(|(_, number)| number)
-}
-
-/// Gives lamps without sides one that shines: that which looks into the room, else the front by the order of the corners.
-fn aim_lamps(imported: &mut Imported, around: &Around) {
-    let lamps: Vec<u32> = open_lamps(imported).collect();
-    let materials = &imported.materials;
-    let shine = around.shine(&lamps, |surface| {
-        imported.spec.surfaces[surface as usize].emittance.is_lit()
-            && imported.open_sides[materials[surface as usize] as usize].is_some()
-    });
-    let (mut by_room, mut turned) = (0, 0);
-    for (&lamp, shine) in lamps.iter().zip(shine) {
-        let surface = &mut imported.spec.surfaces[lamp as usize];
-        let factor = imported.open_sides[imported.materials[lamp as usize] as usize].unwrap_or(1.0);
-        surface.sides = Sides::Front;
-        surface.emittance = Spectrum::rgb(surface.emittance.channels().map(|channel| channel * factor));
-        by_room += u32::from(shine != Shine::Either);
-        if shine == Shine::Back {
-            turned += 1;
-            match &mut surface.shape {
-                Shape::Triangle { b, c, .. } => std::mem::swap(b, c),
-                Shape::Parallelogram { corner_u, corner_v, cells, .. } => {
-                    std::mem::swap(corner_u, corner_v);
-                    cells.reverse();
-                }
-                Shape::Divided { .. } => {}
+impl OpenLamps {
+    /// Adds those of a mesh whose surfaces are numbered from `first` on.
+    pub(crate) fn add(&mut self, imported: &Imported, first: usize) {
+        let mut shells: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
+        let lit = |surface: usize| imported.spec.surfaces[surface].emittance.is_lit();
+        for (surface, &material) in imported.materials.iter().enumerate().filter(|(surface, _)| lit(*surface))
+        {
+            let Some(OpenSides { factor, both_said }) = imported.open_sides[material as usize] else {
+                continue;
+            };
+            self.name.get_or_insert_with(|| imported.names[material as usize].clone());
+            let lamp = ((first + surface) as u32, factor);
+            match both_said {
+                true => shells.entry(imported.parts[surface]).or_default().push(lamp),
+                false => self.sheets.push(lamp),
             }
         }
+        self.shells.extend(shells.into_values());
     }
-    let name = &imported.names[imported.materials[lamps[0] as usize] as usize];
-    imported.notes.push(format!(
-        "lamps shine to one side: {} of their faces, {by_room} into the room ({turned} turned round), the others by their front; {} gives both sides",
-        lamps.len(),
-        setting(name, "sides", "2"),
-    ));
+
+    /// Gives them one side that shines, where other surfaces do not emit: that which looks into the room, else the front by the order of the
+    /// corners; where the file says both sides, that which looks out of a shell, else both. Says so.
+    pub(crate) fn aim(&self, spec: &mut SceneSpec) -> Option<String> {
+        let name =
+            self.name.as_ref().filter(|_| spec.surfaces.iter().any(|surface| !surface.emittance.is_lit()))?;
+        // A scene that cannot be looked at is refused when it is built, with its place.
+        let around = Around::of(spec).ok()?;
+        let mut own = vec![false; spec.surfaces.len()];
+        self.sheets
+            .iter()
+            .chain(self.shells.iter().flatten())
+            .for_each(|&(lamp, _)| own[lamp as usize] = true);
+        let is_own = |surface: u32| own[surface as usize];
+        let numbers = |lamps: &Vec<(u32, f64)>| lamps.iter().map(|&(lamp, _)| lamp).collect::<Vec<u32>>();
+        let sheets = self.sheets.iter().zip(around.shine(&numbers(&self.sheets), is_own));
+        let shells = around.shells(&self.shells.iter().map(numbers).collect::<Vec<_>>(), is_own);
+        let shells = self.shells.iter().zip(shells).filter(|(_, shine)| *shine != Shine::Either);
+        let shells = shells.flat_map(|(lamps, shine)| lamps.iter().map(move |lamp| (lamp, shine)));
+        let (mut faces, mut by_room, mut turned) = (0, 0, 0);
+        for (&(lamp, factor), shine) in sheets.chain(shells) {
+            let surface = &mut spec.surfaces[lamp as usize];
+            surface.sides = Sides::Front;
+            surface.emittance = Spectrum::rgb(surface.emittance.channels().map(|channel| channel * factor));
+            faces += 1;
+            by_room += u32::from(shine != Shine::Either);
+            if shine == Shine::Back {
+                turned += 1;
+                turn_round(&mut surface.shape);
+            }
+        }
+        (faces > 0).then(|| {
+            format!(
+                "lamps shine to one side: {faces} of their faces, {by_room} into the room ({turned} turned round), the others by their front; {} gives both sides",
+                setting(name, "sides", "2"),
+            )
+        })
+    }
+}
+
+/// Makes the back of a shape its front.
+fn turn_round(shape: &mut Shape) {
+    match shape {
+        Shape::Triangle { b, c, .. } => std::mem::swap(b, c),
+        Shape::Parallelogram { corner_u, corner_v, cells, .. } => {
+            std::mem::swap(corner_u, corner_v);
+            cells.reverse();
+        }
+        Shape::Divided { .. } => {}
+    }
 }
 
 /// Adds the assumed lamps of a room to an imported mesh.

@@ -172,6 +172,7 @@ fn read_grid(mut table: KeyTable<'_>, measure: Measure) -> Result<SensorShape, E
         read_point(value)
     };
     let [u, v] = [side("u")?, side("v")?];
+    let place_of_v = table.place("v");
     let spacing =
         table.require("spacing", "it is the distance of the points", "spacing = 0.25, in metres")?;
     let place = spacing.place();
@@ -182,12 +183,20 @@ fn read_grid(mut table: KeyTable<'_>, measure: Measure) -> Result<SensorShape, E
     // A work plane looks up, whatever the order of its sides.
     let upwards = if upwards.z < 0.0 { -upwards } else { upwards };
     let along = [u, v].map(|side| (side.length() / spacing).round().max(1.0));
-    if upwards == DVec3::ZERO || !along.iter().all(|&points| points <= MOST_ALONG) {
+    if upwards == DVec3::ZERO {
+        return Err(Error::Refused {
+            place: place_of_v,
+            problem: "u and v lie on a line".into(),
+            why: "the sides of a plane span an area",
+            remedy: "choose another side".into(),
+        });
+    }
+    if !along.iter().all(|&points| points <= MOST_ALONG) {
         return Err(Error::Refused {
             place,
             problem: format!("{} × {} points", along[0], along[1]),
-            why: "the sides of a plane span an area, and a side has 4096 points at most",
-            remedy: "choose other sides, or a larger spacing".into(),
+            why: "a side of a plane has 4096 points at most",
+            remedy: "choose shorter sides, or a larger spacing".into(),
         });
     }
     let horizontal = match measure {

@@ -305,7 +305,7 @@ fn split_override(typed: &str) -> Result<(&str, &str), &'static str> {
 /// The parts of a dotted key, those in quotes as TOML has them. A part without quotes may hold any other letter.
 fn key_parts(key: &str) -> Result<Vec<String>, String> {
     if !key.contains(['"', '\'']) {
-        let parts: Vec<String> = key.split('.').map(str::to_owned).collect();
+        let parts: Vec<String> = key.split('.').map(|part| part.trim().to_owned()).collect();
         let empty = parts.iter().any(String::is_empty);
         return if empty { Err("a part of the key is empty".into()) } else { Ok(parts) };
     }

@@ -157,6 +157,14 @@ fn surfaces_of(value: &Value<'_>, scene: &SceneFile) -> Result<Vec<usize>, Error
 /// Lamps without area by number, or by a name in which `*` stands for any text.
 fn lamps_of(value: &Value<'_>, scene: &SceneFile) -> Result<Vec<usize>, Error> {
     let lamps = &scene.spec().lamps.list;
+    if lamps.is_empty() {
+        let why = "a source holds those of its `lamps`";
+        return Err(value.refuse(
+            "the scene has no [[lamp]]".into(),
+            why,
+            "name `surfaces`, or remove the key",
+        ));
+    }
     if !value.is_string() {
         let last = lamps.len().saturating_sub(1) as u64;
         return Ok(vec![value.integer(0..=last, "the scene's lamps are numbered from 0")? as usize]);

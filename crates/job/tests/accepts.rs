@@ -200,6 +200,11 @@ fn what_nobody_says_is_left_to_the_program() {
     assert_eq!(open(&job, &[]), (unsaid, Space::Continuous, None));
     assert_eq!(open(&by_hand, &[]), (None, Space::Discrete, None));
     assert_eq!(open(&job, &["method.walk=shooting"]), (None, Space::Discrete, None));
+    // Links follow Sobol sequences: random numbers are those of walks.
+    let random = load(&by_hand, &["method.walk=auto".into(), "method.sampler=random".into()]).unwrap();
+    assert_eq!(random.method.walk, WalkKind::Shooting);
+    let spaced = load(&by_hand, &[" budget . paths = 7".into()]).unwrap();
+    assert_eq!(spaced.budget.paths, 7);
     let written = job::load_as_written(&bare, &[]).unwrap();
     assert_eq!((written.auto, written.method, written.total_target), (None, MethodTable::default(), None));
 }

@@ -132,3 +132,116 @@ fn a_table_of_materials_has_all_areas() {
     assert_eq!(emitters[0], ("default", 65.0, 0.5));
     assert_eq!(emitters[1], ("Ceiling", 20.0, 0.8));
 }
+
+/// A lamp of an OBJ file shines to one side where a scene names the file, too; a material that no mesh has is refused.
+#[test]
+fn lamps_of_meshes_in_scenes_shine_to_one_side() {
+    let folder = Folder::new("named-mesh");
+    let lamp = "v 2 2.49 2\nv 2.5 2.49 2\nv 2.5 2.49 2.5\nusemtl lamp\nf 9 10 11\n";
+    folder.write("room.obj", format!("mtllib room.mtl\n{}{lamp}", room(1.0)));
+    folder.write("room.mtl", "newmtl lamp\nKd 0 0 0\nKe 5 5 5\n");
+    folder.write("scene.toml", "[[mesh]]\nfile = \"room.obj\"\n");
+    let scene = |set: &[&str]| {
+        let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
+        load(&folder.path().join("scene.toml"), &set)
+    };
+    let [alone, named] = [read(&folder, &[]), scene(&[]).unwrap()];
+    assert_eq!(named.scene.spec().surfaces.last().unwrap().sides, Sides::Front);
+    assert_eq!(power(&alone), power(&named));
+    let both = scene(&["import.material.lamp.sides=2"]).unwrap();
+    assert_eq!(power(&both), 2.0 * power(&named));
+    let unknown = scene(&["import.material.lump.sides=2"]).unwrap_err().to_string();
+    assert!(unknown.contains("import.material.\"lump\": no mesh has such a material"), "{unknown}");
+}
+
+/// The corners of a box from `low` to `high` and its 12 triangles, whose fronts look outwards.
+fn cuboid(low: [f32; 3], high: [f32; 3]) -> (Vec<[f32; 3]>, Vec<[u16; 3]>) {
+    let corner =
+        |i: usize| std::array::from_fn(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] });
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    ((0..8).map(corner).collect(), triangles.collect())
+}
+
+/// A glTF file of a room, which emits nothing, and of what is in it: a lamp of faces of which the file says that they are two-sided.
+fn gltf(folder: &Folder, lamp: (Vec<[f32; 3]>, Vec<[u16; 3]>)) -> Job {
+    let room = cuboid([0.0; 3], [4.0, 3.0, 5.0]);
+    let (mut bytes, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
+    for (corners, triangles) in [room, lamp] {
+        for (content, kind, component, count) in [
+            (
+                corners.iter().flatten().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>(),
+                "VEC3",
+                5126,
+                corners.len(),
+            ),
+            (
+                triangles.iter().flatten().flat_map(|x| x.to_le_bytes()).collect(),
+                "SCALAR",
+                5123,
+                3 * triangles.len(),
+            ),
+        ] {
+            views.push(format!(
+                r#"{{"buffer":0,"byteOffset":{},"byteLength":{}}}"#,
+                bytes.len(),
+                content.len()
+            ));
+            let bounds = if kind == "VEC3" { r#","min":[0,0,0],"max":[5,5,5]"# } else { "" };
+            accessors.push(format!(
+                r#"{{"bufferView":{},"componentType":{component},"count":{count},"type":"{kind}"{bounds}}}"#,
+                views.len() - 1
+            ));
+            bytes.extend(content);
+            bytes.resize(bytes.len().next_multiple_of(4), 0);
+        }
+    }
+    let mesh = |i: usize| {
+        format!(
+            r#"{{"primitives":[{{"attributes":{{"POSITION":{}}},"indices":{},"material":{i}}}]}}"#,
+            2 * i,
+            2 * i + 1
+        )
+    };
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0,1]}}],"nodes":[{{"mesh":0}},{{"mesh":1}}],
+        "meshes":[{},{}],"materials":[{{"name":"wall","doubleSided":true}},
+        {{"name":"bulb","doubleSided":true,"emissiveFactor":[1,1,1]}}],
+        "buffers":[{{"uri":"a.bin","byteLength":{}}}],"bufferViews":[{}],"accessors":[{}]}}"#,
+        mesh(0),
+        mesh(1),
+        bytes.len(),
+        views.join(","),
+        accessors.join(",")
+    );
+    folder.write("a.bin", bytes);
+    load(&folder.write("a.gltf", json), &[]).unwrap()
+}
+
+/// Exporters say of nearly every material that both sides are active. The inside of a closed lamp keeps its light to itself: its outside shines alone, whichever way
+/// its faces are turned. A sheet of such a material shines to both sides.
+#[test]
+fn closed_lamps_of_two_sided_faces_shine_outwards() {
+    let folder = Folder::new("shells");
+    let (corners, triangles) = cuboid([2.0, 1.5, 2.5], [2.2, 1.7, 2.7]);
+    let inside_out = triangles.iter().map(|&[a, b, c]| [a, c, b]).collect::<Vec<_>>();
+    for (number, triangles) in [triangles.clone(), inside_out].into_iter().enumerate() {
+        let job = gltf(&folder, (corners.clone(), triangles));
+        let lamps: Vec<_> =
+            job.scene.spec().surfaces.iter().filter(|surface| surface.emittance.is_lit()).collect();
+        assert_eq!(lamps.len(), 6, "two triangles a side");
+        // Of the file's axes, y is up: x, −z, y.
+        let middle = glam::DVec3::new(2.1, -2.6, 1.6);
+        for lamp in lamps {
+            let (corner, u, v) = lamp.shape.edges();
+            assert!(
+                lamp.sides == Sides::Front && u.cross(v).dot(corner - middle) > 0.0,
+                "{number}: {lamp:?}"
+            );
+        }
+        let notes = job.scene.notes().join("\n");
+        assert!(notes.contains("lamps shine to one side: 6 of their faces, 6 into the room"), "{notes}");
+    }
+    let sheet = gltf(&folder, (corners, vec![triangles[0]]));
+    assert_eq!(sheet.scene.spec().surfaces.last().unwrap().sides, Sides::Both);
+}

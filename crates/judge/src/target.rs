@@ -64,7 +64,9 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
     });
     let paths_needed = match decisive.next() {
         _ if reached => None,
-        Some((_, accuracy)) => Some(needed(&accuracy)).filter(|paths| paths.is_finite()),
+        Some((_, accuracy)) => {
+            Some(needed(&accuracy).max(target.min_paths as f64)).filter(|paths| paths.is_finite())
+        }
         None => None,
     };
     report::TargetReport {

@@ -119,8 +119,8 @@ pub fn find(of: &Path) -> Result<JobState, NoStatus> {
                 .into(),
         )),
         Err(_) if of.is_file() => Err(NoStatus {
-            remedy: "ask again",
-            ..unknown("its coordinator has not reported yet: it does so two seconds after its walks begin".into())
+            remedy: "ask again, or give an output folder or an access file",
+            ..unknown("no coordinator has reported by it yet: it does so two seconds after its walks begin".into())
         }),
         Err(_) => {
             Err(unknown("no job has reported there: reports begin with its walks, when its patches are chosen".into()))

@@ -9,6 +9,9 @@ use crate::{LampSet, Luminaire, LuminousOpening};
 /// Samples of a plane in a degree.
 const FINE: i32 = 20;
 
+/// Files in which luminaires give more than this many times the flux of their lamps have a placeholder for it, mostly 1 lm.
+const MOST_RATIO: f64 = 10.0;
+
 /// Angles in a vertical plane, around its brightest direction [°].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BeamAngles {
@@ -107,6 +110,12 @@ impl Luminaire {
         let flux = plain(self.distribution.flux());
         // In absolute photometry the stated ratio is of the luminaire's own flux.
         let ratios = self.output_ratio().map_or_else(String::new, |ratio| {
+            if ratio > MOST_RATIO {
+                let lamps = plain(self.distribution.flux() / ratio);
+                return format!(
+                    "; the {lamps} lm of the lamps stand for a number that the file does not have"
+                );
+            }
             let stated =
                 self.stated_ratio.map(|ratio| format!(" (the file says {} %)", plain(100.0 * ratio)));
             format!(", {:.1} % of the lamps' flux{}", 100.0 * ratio, stated.unwrap_or_default())

@@ -4,6 +4,7 @@ mod common;
 #[path = "../../photometry/tests/support/mod.rs"]
 mod support;
 
+mod chains;
 mod cylinders;
 mod daylight;
 mod glare;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 use protocol::Checkpoint;
-use stats::{normal_quantile, student_quantile};
+use stats::{mean_squared_z, normal_quantile, student_quantile};
 
 use crate::checkpoints::CURRENT;
 use crate::error::Error;
@@ -192,17 +192,23 @@ fn read_table(path: &Path, of: Option<&'static str>) -> Result<Vec<PatchRadiosit
     if channels.is_empty() {
         return Err(fault("it has no column of radiosities".into()));
     }
-    let hits = column("hits");
+    let trusted = HitColumns { hits: column("hits"), flags: column("flags") };
     let mut rows = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| fault(error.to_string()))?;
         let place: Vec<String> = places.iter().map(|&i| record[i].to_owned()).collect();
         for &(channel, value, error) in &channels {
-            let value = value_of(&record, value, error, hits).map_err(&fault)?;
+            let value = value_of(&record, value, error, &trusted).map_err(&fault)?;
             rows.push(PatchRadiosity { place: place.clone(), channel, value });
         }
     }
     Ok(rows)
+}
+
+/// The columns that tell whether a standard error means much: scores, of which gathering has as many as births, and flags.
+struct HitColumns {
+    hits: Option<usize>,
+    flags: Option<usize>,
 }
 
 /// A radiosity and its standard error, which is 0 where there is no such column.
@@ -210,18 +216,19 @@ fn value_of(
     record: &StringRecord,
     value: usize,
     error: Option<usize>,
-    hits: Option<usize>,
+    trusted: &HitColumns,
 ) -> Result<Option<(f64, f64)>, String> {
     let number = |i: usize| match &record[i] {
         "" => Ok(None),
         text => text.parse::<f64>().map(Some).map_err(|_| format!("{text:?} is no number")),
     };
     let error = error.map_or(Ok(Some(0.0)), number)?;
-    let hits = hits.map_or(Ok(None), number)?;
+    let hits = trusted.hits.map_or(Ok(None), number)?;
     let value = number(value)?.zip(error);
+    let is_rare = trusted.flags.is_some_and(|flags| record[flags].split('|').any(|flag| flag == "rare"));
+    let few = is_rare || hits.is_some_and(|hits| hits < FEWEST_HITS as f64);
     // What is known without any walk is known well.
-    let few =
-        hits.is_some_and(|hits| hits < FEWEST_HITS as f64) && value.is_none_or(|(_, error)| error > 0.0);
+    let few = few && value.is_none_or(|(_, error)| error > 0.0);
     Ok(value.filter(|_| !few))
 }
 
@@ -270,6 +277,10 @@ fn compare_rows([first, second]: &[ComparedResult; 2], same_tally: bool) -> Comp
         None => normal_quantile(p),
         Some(freedom) => student_quantile(p, freedom),
     };
+    let is_by_chance = |i: usize| {
+        [first, second].iter().any(|side| side.rows[i].value.is_some_and(|(_, error)| error > 0.0))
+    };
+    let by_chance = ranks.iter().filter(|(z, i)| *z != 0.0 || is_by_chance(*i));
     let difference = |&(z, i): &(f64, usize)| {
         let PatchRadiosity { place, channel, value } = &first.rows[i];
         let values = [(*value)?, second.rows[i].value?];
@@ -281,7 +292,7 @@ fn compare_rows([first, second]: &[ComparedResult; 2], same_tally: bool) -> Comp
         compared,
         skipped: first.rows.len() - compared,
         limit,
-        mean_squared: ranks.iter().map(|(z, _)| z * z).sum::<f64>() / compared.max(1) as f64,
+        mean_squared: mean_squared_z(by_chance.map(|(z, _)| *z)).map_or(0.0, |found| found.value),
         beyond: ranks.iter().filter(|(z, _)| z.abs() > limit).count(),
         largest: ranks.iter().take(LISTED).filter_map(difference).collect(),
     }
@@ -326,6 +337,20 @@ mod tests {
         assert_eq!(comparison.beyond, 1, "what is known without error and differs, differs");
         // Φ⁻¹(1 − 0.0005/3), for α/m to first order.
         assert!((comparison.limit - 3.588).abs() < 0.01, "{}", comparison.limit);
+    }
+
+    #[test]
+    fn the_mean_is_of_what_chance_plays_a_part_in() {
+        let sides = [
+            side(&[Some((1.0, 0.3)), Some((2.0, 0.0)), Some((3.0, 0.0))]),
+            side(&[Some((2.0, 0.4)), Some((2.0, 0.0)), Some((3.0, 0.0))]),
+        ];
+        assert_eq!(compare_rows(&sides, false).mean_squared, 4.0);
+        assert_eq!(
+            compare_rows(&sides.map(|side| ComparedResult { rows: side.rows[1..].to_vec(), ..side }), false)
+                .mean_squared,
+            0.0
+        );
     }
 
     #[test]

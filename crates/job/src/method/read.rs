@@ -12,6 +12,7 @@ use super::walks::{read_birth, read_infinite};
 use crate::budget::Budget;
 use crate::document::{KeyTable, Value};
 use crate::error::Error;
+use crate::word::Keyword;
 
 /// The patches that a method is for.
 pub(crate) struct PatchPurpose {
@@ -34,6 +35,7 @@ pub(crate) fn read_method(
     let patch_count = cutting.patches;
     let names = ["space", "basis"].map(|key| table.has_any(&[key]));
     let walk = table.word("walk")?;
+    let is_random = table.says("sampler", Sampler::Random.word());
     let sampler = table.take("sampler");
     let jacobi = table.take("jacobi").map(|value| read_solve(value, walk)).transpose()?.unwrap_or_default();
     let places = ChainKeys { walk: table.place("walk"), batch: table.place("batch_paths") };
@@ -64,7 +66,9 @@ pub(crate) fn read_method(
     if let Some(value) = final_gather {
         method.final_gather = read_final_gather(value, &method, patch_count)?;
     }
-    let note = settle_jacobi(&mut method, &places, (patch_count, cutting.walks_only), budget)?;
+    // Links follow Sobol sequences: who asks for random numbers asks for walks.
+    let walks_only = cutting.walks_only || (is_random && jacobi == Solve::Links);
+    let note = settle_jacobi(&mut method, &places, (patch_count, walks_only), budget)?;
     method.sampler = read_sampler(sampler, walk, &method)?;
     settle_batches(&mut method, &places, budget)?;
     if let Solve::Iterations(iterations) = &mut method.jacobi {

@@ -12,11 +12,11 @@ use radiosity::{Shape, Spectrum, SurfaceSpec, lamps::LampsSpec, surfaces::PaneSp
 use super::SceneFile;
 use super::surface::{can_name_a_surface, read_surface};
 use crate::document::{KeyTable, Value};
-use crate::error::{Error, MESH_FORMATS};
+use crate::error::{Error, MESH_FORMATS, SourceLocation, SourceSpot};
 use crate::imports::{positive, read_mesh};
 use crate::keys::{LISTS, MESH_KEYS, SCENE_KEYS};
 use crate::lamps::read_lamps;
-use crate::lighting::{Lit, read_lit};
+use crate::lighting::{Lit, OpenLamps, read_lit};
 use crate::material::{MaterialTable, Materials, find_material, read_materials};
 use crate::panes::read_panes;
 use crate::plain::{PlainSurface, plain_surfaces};
@@ -171,14 +171,40 @@ impl<'a, 'o> SceneReader<'a, 'o> {
     fn finish(mut self) -> Result<SceneFile, Error> {
         let meshes =
             self.meshes.take().map(|meshes| meshes.tables(LISTS[1])).transpose()?.unwrap_or_default();
+        let mut unused: Vec<&str> = self
+            .options
+            .materials
+            .iter()
+            .map(|entry| &entry.pattern[..])
+            .filter(|_| !meshes.is_empty())
+            .collect();
+        let mut lamps = OpenLamps::default();
         for (number, value) in meshes.into_iter().enumerate() {
             let (file, imported, finish, options) = self.mesh(value, number)?;
+            unused.retain(|pattern| options.materials.iter().all(|entry| entry.pattern != *pattern));
             let first = self.scene.spec.surfaces.len();
+            // The scene's own material is of both sides.
+            if finish.is_none() {
+                lamps.add(&imported, first);
+            }
             self.scene.add(&file, imported, finish.as_deref(), &options);
             let material = finish.and_then(|name| self.materials.get(&name));
             for surface in &mut self.scene.spec.surfaces[first..] {
                 surface.transmittance = material.map_or(Spectrum::BLACK, |material| material.transmittance);
             }
+        }
+        self.scene.notes.extend(lamps.aim(&mut self.scene.spec));
+        if let Some(pattern) = unused.first() {
+            return Err(Error::Refused {
+                place: Box::new(SourceLocation {
+                    file: self.scene.path.clone(),
+                    spot: SourceSpot::File,
+                    key: format!("import.material.{pattern:?}"),
+                }),
+                problem: "no mesh has such a material or part".into(),
+                why: "it would change nothing",
+                remedy: "correct the name, or remove the entry".into(),
+            });
         }
         // Those of meshes stand behind those of the scene.
         let of_meshes = std::mem::replace(&mut self.scene.spec.lamps, self.lamps);
@@ -245,9 +271,9 @@ pub(crate) fn is_toml(path: &Path) -> bool {
 pub(crate) fn unknown_format(path: &Path) -> Error {
     match path.extension() {
         None if path.is_dir() => Error::Folder { file: path.into() },
-        None => Error::SceneFormat { file: path.into(), format: "scenes without extension".into() },
+        None => Error::SceneFormat { file: path.into(), format: "files without extension".into() },
         Some(extension) => {
-            let format = format!(".{}", extension.to_string_lossy().to_lowercase());
+            let format = format!(".{} scenes", extension.to_string_lossy().to_lowercase());
             Error::SceneFormat { file: path.into(), format }
         }
     }

@@ -88,6 +88,12 @@ impl Experiment {
         Some(Arc::clone(self.aim.get_or_init(|| aim)))
     }
 
+    /// Whether chains of links bring direct light by shadow rays.
+    pub(super) fn has_shadow_rays(&self) -> bool {
+        let Method::Chains(Chains { rays, solve: Solve::Links, .. }) = self.method() else { return false };
+        *self.shadow_rays.get_or_init(|| jacobi::has_shadow_rays(&self.scene, *rays))
+    }
+
     /// The H that the walks of one batch give.
     pub(super) fn batch_of_walks(
         &self,

@@ -216,10 +216,11 @@ impl ExtraLink {
     fn new(experiment: &Experiment, tally: &Tally, channel: usize) -> Self {
         let faces = experiment.scene().faces();
         let areas: Vec<f64> = faces.iter().map(|face| face.area).collect();
-        // Beside shadow rays, links carry what is reflected alone.
         let landed: u128 = (0..faces.len()).map(|i| tally.events(i)).sum();
         let ends = landed + u128::from(tally.counts.escaped + tally.counts.absorbed_back);
-        let emits = if ends < u128::from(tally.counts.rays) { 0.0 } else { 1.0 };
+        // Beside shadow rays, links carry what is reflected alone.
+        let emits =
+            if ends < u128::from(tally.counts.rays) && experiment.has_shadow_rays() { 0.0 } else { 1.0 };
         let radiosity: Vec<f64> = faces
             .iter()
             .enumerate()

@@ -90,6 +90,8 @@ pub struct Experiment {
     lamps_at_cells: OnceLock<Arc<LampsAtCells>>,
     /// The part of the rays of a chain that each face shoots, once a chain has asked.
     aim: OnceLock<Arc<[f64]>>,
+    /// Whether shadow rays bring direct light in its chains: rays are also those of lamps, sensors and the final gather.
+    shadow_rays: OnceLock<bool>,
 }
 
 impl Experiment {
@@ -132,6 +134,7 @@ impl Experiment {
             daylight: None,
             lamps_at_cells: OnceLock::new(),
             aim: OnceLock::new(),
+            shadow_rays: OnceLock::new(),
         })
     }
 

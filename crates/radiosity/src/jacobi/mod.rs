@@ -64,6 +64,12 @@ pub(crate) fn chain(
     }
 }
 
+/// Whether shadow rays bring direct light in chains of `rays` rays.
+pub(crate) fn has_shadow_rays(scene: &Scene, rays: u64) -> bool {
+    let faces = FaceTable::new(scene);
+    direct::Direct::where_it_pays(&faces, rays, &|| true).is_some_and(|direct| direct.is_some())
+}
+
 /// Whether `rays` rays see both ways.
 pub(crate) fn reciprocity(scene: &Scene, rng: WalkRng, rays: u64) -> Reciprocity {
     reciprocity::reciprocity(&FaceTable::new(scene), rng, rays)

@@ -21,9 +21,10 @@ pub(crate) struct Straight {
     pub(crate) has_emitted: bool,
 }
 
-/// B of every face [W/m²], channel by channel, until the residual has fallen to this part of the source's, both in the
-/// norm of the inverse diagonal. H_d adds A_i·H_d to the source. Where that has the light that faces emit, it is b = B − E that is found: the
-/// same system without A_i E_i/R_i. `start` is a guess, or empty. `None` once `pool` no longer want it.
+/// B of every face [W/m²], channel by channel. What is solved for is b = B − E, whose source is what comes along the links straight from emitters,
+/// Σ_j K_ij E_j − (Σ_j K_ij + lost area − A_i)·E_i: A_i E_i/R_i of an emitter that is small or nearly black would drown it. The residual falls to
+/// this part of the source's, both in the norm of the inverse diagonal. H_d adds A_i·H_d to the source. Where that has the light that faces emit,
+/// it is the source alone, and b is the answer. `start` is a guess of the answer, or empty. `None` once `pool` no longer want it.
 pub(crate) fn solve(
     links: &Links,
     direct: &Straight,
@@ -44,12 +45,12 @@ type FaceNumbers<const C: usize> = Vec<[f64; C]>;
 struct LinkSystem<'a, const C: usize> {
     links: &'a Links<'a>,
     pool: &'a dyn ThreadPool,
-    /// [m²]; 1 where the face is black, whose B = E is known.
+    /// [m²]; 1 where the face is black, whose b = 0 is known.
     diagonal: FaceNumbers<C>,
-    /// A_i E_i/R_i and A_i·H_d [W]; 0 where black.
-    emission: FaceNumbers<C>,
-    /// What is known of the unknown where a face is black [W/m²].
-    known: FaceNumbers<C>,
+    /// What comes straight from emitters [W]; 0 where black.
+    source: FaceNumbers<C>,
+    /// What the answer has beside b: E, where it goes along links [W/m²].
+    emitted: FaceNumbers<C>,
     reflects: Vec<[bool; C]>,
 }
 
@@ -63,30 +64,38 @@ impl<'a, const C: usize> LinkSystem<'a, C> {
                 r => area * (1.0 - r) / r + total,
             })
         });
-        let emission = rows().enumerate().map(|(i, ((area, _), face))| {
-            std::array::from_fn(|c| match (face.reflectance[c], &direct.irradiance) {
-                (0.0, _) => 0.0,
-                (_, Some(h)) if direct.has_emitted => area * h[c][i],
-                (r, Some(h)) => area * (face.emittance[c] / r + h[c][i]),
-                (r, None) => area * face.emittance[c] / r,
+        let emitted: FaceNumbers<C> = faces
+            .list
+            .iter()
+            .map(|face| match direct.has_emitted {
+                true => [0.0; C],
+                false => std::array::from_fn(|c| face.emittance[c]),
             })
-        });
-        let known = faces.list.iter().map(|face| match direct.has_emitted {
-            true => [0.0; C],
-            false => std::array::from_fn(|c| face.emittance[c]),
-        });
-        LinkSystem {
+            .collect();
+        let of_own = |(i, (emitted, (area, total))): (usize, (&[f64; C], (&f64, &f64)))| {
+            let straight = |c: usize| direct.irradiance.as_ref().map_or(0.0, |h| area * h[c][i]);
+            std::array::from_fn(|c| (area - total) * emitted[c] + straight(c))
+        };
+        let areas = faces.areas.iter().zip(links.total());
+        let mut source: FaceNumbers<C> = emitted.iter().zip(areas).enumerate().map(of_own).collect();
+        if !direct.has_emitted {
+            links.add_incoming(1.0, &emitted, &mut source, pool);
+        }
+        let mut system = LinkSystem {
             links,
             pool,
             diagonal: diagonal.collect(),
-            emission: emission.collect(),
-            known: known.collect(),
+            source: Vec::new(),
+            emitted,
             reflects: faces
                 .list
                 .iter()
                 .map(|face| std::array::from_fn(|c| face.reflectance[c] > 0.0))
                 .collect(),
-        }
+        };
+        system.fix_black(&mut source);
+        system.source = source;
+        system
     }
 
     /// Conjugate gradients, all channels at the same pace; those that are done stay as they are.
@@ -94,10 +103,10 @@ impl<'a, const C: usize> LinkSystem<'a, C> {
         let mut b = self.begin(start);
         let mut image = vec![[0.0; C]; b.len()];
         self.apply(&b, &mut image);
-        let mut rest = self.emission.clone();
+        let mut rest = self.source.clone();
         each(&mut rest, &image, |rest, image, _| *rest -= image);
         self.fix_black(&mut rest);
-        let goal = self.norm(&self.source()).map(|norm| residual * residual * norm);
+        let goal = self.norm(&self.source).map(|norm| residual * residual * norm);
         let mut norm = self.norm(&rest);
         let mut direction = self.scaled(&rest);
         for _ in 0..MOST_STEPS {
@@ -119,30 +128,17 @@ impl<'a, const C: usize> LinkSystem<'a, C> {
             let keep: [f64; C] = std::array::from_fn(|c| if goes_on[c] { norm[c] / before[c] } else { 0.0 });
             each(&mut direction, &self.scaled(&rest), |p, z, c| *p = z + keep[c] * *p);
         }
+        each(&mut b, &self.emitted, |b, emitted, _| *b += emitted);
         Some((0..C).map(|c| b.iter().map(|b| b[c]).collect()).collect())
     }
 
-    /// The right-hand side of the faces that reflect: their own emission and what comes from black emitters, whose B = E is
-    /// known.
-    fn source(&self) -> FaceNumbers<C> {
-        let mut known = self.known.clone();
-        for (b, reflects) in known.iter_mut().zip(&self.reflects) {
-            for c in 0..C {
-                b[c] = if reflects[c] { 0.0 } else { b[c] };
-            }
-        }
-        let mut source = self.emission.clone();
-        self.links.add_incoming(1.0, &known, &mut source, self.pool);
-        self.fix_black(&mut source);
-        source
-    }
-
-    /// The guess, where there is one and the face reflects.
+    /// b by the guess, where there is one and the face reflects; else 0.
     fn begin(&self, start: &[Vec<f64>]) -> FaceNumbers<C> {
-        let mut b = self.known.clone();
+        let mut b = vec![[0.0; C]; self.emitted.len()];
         for (c, start) in start.iter().enumerate() {
-            let reflecting = b.iter_mut().zip(start).zip(&self.reflects).filter(|(_, reflects)| reflects[c]);
-            reflecting.for_each(|((b, start), _)| b[c] = *start);
+            for (i, b) in b.iter_mut().enumerate().filter(|(i, _)| self.reflects[*i][c]) {
+                b[c] = start[i] - self.emitted[i][c];
+            }
         }
         b
     }

@@ -125,7 +125,9 @@ pub(super) fn inside(
 
 /// The eyes whose views are tried: on floors and not on tables, where people can stand if there are such places.
 fn chosen(mut eyes: Vec<Eye>, height: f64) -> Vec<Eye> {
-    if eyes.iter().any(|eye| eye.is_for_people) {
+    // In what is as high as one storey, all other gaps are below furniture.
+    let is_storey = (STANDING[0]..2.0 * STANDING[0]).contains(&height);
+    if is_storey || eyes.iter().any(|eye| eye.is_for_people) {
         eyes.retain(|eye| eye.is_for_people);
     }
     let on_floor_of =

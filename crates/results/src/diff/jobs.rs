@@ -5,7 +5,10 @@ use std::path::Path;
 
 use job::{Beside, Keyword, WalkKind};
 use protocol::Checkpoint;
-use radiosity::{Space, methods::AbsorptionMode};
+use radiosity::{
+    Space,
+    methods::{AbsorptionMode, InfiniteEnd},
+};
 use serde::Deserialize;
 
 use crate::replica;
@@ -68,12 +71,12 @@ impl JobFacts {
         words.join(" ")
     }
 
-    /// How infinite walks end; `None` where walks end by absorption.
-    fn end(&self) -> Option<String> {
+    /// How walks are cut off; `None` where chance alone ends them, and without walks.
+    fn cutoff(&self) -> Option<InfiniteEnd> {
         let method = &self.settings.as_ref()?.method;
         let infinite =
             method.walk != WalkKind::Jacobi && method.estimator.absorption() == AbsorptionMode::Implicit;
-        infinite.then(|| format!("{:?}", method.infinite))
+        Some(method.infinite).filter(|end| infinite && end.is_biased())
     }
 
     /// The factors of the sources; `None` where there is one light.
@@ -120,11 +123,9 @@ pub(super) fn differences([a, b]: [&JobFacts; 2]) -> Vec<JobDifference> {
         let light = [first, second].map(|settings| settings.light.word().into());
         hold("light", light, "the numbers have other units", true);
     }
-    if let (Some(first), Some(second)) = (a.end(), b.end()) {
-        let meaning =
-            "a walk that is cut off leaves patches too dark, by `bias_bound` in patches.csv at most";
-        hold("end", [first, second], meaning, true);
-    }
+    let end = |job: &JobFacts| job.cutoff().map_or("no walk is cut off".into(), |end| format!("{end:?}"));
+    let meaning = "a walk that is cut off leaves patches too dark, by `bias_bound` in patches.csv at most";
+    hold("end", [a, b].map(end), meaning, true);
     let meaning = "the answers are the same, the errors are not";
     hold("method", [a, b].map(JobFacts::method), meaning, false);
     if let Some((first, second)) = both {

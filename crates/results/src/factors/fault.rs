@@ -146,7 +146,7 @@ pub enum FactorsFault {
     Copies(radiosity::SceneError),
     /// Programs that read sparse factors are given these.
     #[error(
-        "view3d, udales, udales-netcdf, energyplus and openfoam are files of sparse factors; give --sparse, too"
+        "parquet, view3d, udales, udales-netcdf, energyplus and openfoam are files of sparse factors; give --sparse, too"
     )]
     SparseExports,
     /// Merged factors have no files to choose.
