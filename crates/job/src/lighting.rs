@@ -138,7 +138,7 @@ pub(crate) fn bounds(surfaces: &[SurfaceSpec]) -> (DVec3, DVec3) {
 /// Lamps of which neither the file nor options say for certain to which side they shine.
 #[derive(Default)]
 pub(crate) struct OpenLamps {
-    /// The surfaces whose sides nobody says, and the factors by which one side alone is brighter.
+    /// The surfaces of which no sides are said. One side alone is brighter by the factor.
     sheets: Vec<(u32, f64)>,
     /// Those of which the file says both sides, part by part.
     shells: Vec<Vec<(u32, f64)>>,

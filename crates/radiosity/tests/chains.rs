@@ -71,8 +71,8 @@ fn a_small_emitter_lights_as_walks_find() {
     assert!(z.iter().all(|z| z.abs() < 6.0) && squares < 2.0, "{squares} {z:?}");
 }
 
-/// Chains that agree on a sheet because none of their rays met it are no more certain beside a faint lamp, whose shadow rays say nothing of how the
-/// light of faces comes: intervals allow for a link to what emits all the same.
+/// Chains may agree on a sheet because none of their rays met it. Intervals allow for a link to what emits. The rays to a faint lamp do not end
+/// that: they are no shadow rays of faces.
 #[test]
 fn a_lamp_makes_rare_patches_no_more_certain() {
     let mut spec = cube_with_sheet(1, 0.05, (DVec3::new(0.3, 0.35, 0.4), 3e-3, 0.05));
