@@ -298,7 +298,8 @@ impl Around {
         let mut own = self.of_sides(&all, |hit| is_own(hit.surface));
         let mut others = self.of_sides(&all, |hit| !is_own(hit.surface));
         let mut decide = |shell: &Vec<u32>| {
-            let areas: Vec<f64> = shell.iter().map(|&number| self.area(number)).collect();
+            let areas: Vec<f64> =
+                shell.iter().map(|&number| self.scene.surfaces()[number as usize].area()).collect();
             let mean = |of_sides: &mut dyn Iterator<Item = [f64; 2]>| {
                 let mut sums = [0.0; 2];
                 for (area, sides) in areas.iter().zip(of_sides) {
@@ -314,12 +315,6 @@ impl Around {
             }
         };
         shells.iter().map(&mut decide).collect()
-    }
-
-    fn area(&self, surface: u32) -> f64 {
-        let surface = &self.scene.surfaces()[surface as usize];
-        let [u, v] = surface.edges();
-        u.cross(v).length() * if surface.is_triangle() { 0.5 } else { 1.0 }
     }
 
     /// The parts of the rays from the front and the back of each of some surfaces that meet what `counts`.

@@ -109,13 +109,13 @@ impl Luminaire {
     fn flux_in_words(&self) -> String {
         let flux = plain(self.distribution.flux());
         // In absolute photometry the stated ratio is of the luminaire's own flux.
+        if let Some(lamps) = self.lamp_flux().filter(|lamps| self.distribution.flux() > MOST_RATIO * lamps) {
+            let lamps = plain(lamps);
+            return format!(
+                "{flux} lm by the integral of the table; the {lamps} lm of the lamps stand for a number that the file does not have"
+            );
+        }
         let ratios = self.output_ratio().map_or_else(String::new, |ratio| {
-            if ratio > MOST_RATIO {
-                let lamps = plain(self.distribution.flux() / ratio);
-                return format!(
-                    "; the {lamps} lm of the lamps stand for a number that the file does not have"
-                );
-            }
             let stated =
                 self.stated_ratio.map(|ratio| format!(" (the file says {} %)", plain(100.0 * ratio)));
             format!(", {:.1} % of the lamps' flux{}", 100.0 * ratio, stated.unwrap_or_default())

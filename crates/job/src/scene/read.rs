@@ -171,13 +171,7 @@ impl<'a, 'o> SceneReader<'a, 'o> {
     fn finish(mut self) -> Result<SceneFile, Error> {
         let meshes =
             self.meshes.take().map(|meshes| meshes.tables(LISTS[1])).transpose()?.unwrap_or_default();
-        let mut unused: Vec<&str> = self
-            .options
-            .materials
-            .iter()
-            .map(|entry| &entry.pattern[..])
-            .filter(|_| !meshes.is_empty())
-            .collect();
+        let mut unused: Vec<&str> = self.options.materials.iter().map(|entry| &entry.pattern[..]).collect();
         let mut lamps = OpenLamps::default();
         for (number, value) in meshes.into_iter().enumerate() {
             let (file, imported, finish, options) = self.mesh(value, number)?;
@@ -194,7 +188,7 @@ impl<'a, 'o> SceneReader<'a, 'o> {
             }
         }
         self.scene.notes.extend(lamps.aim(&mut self.scene.spec));
-        if let Some(pattern) = unused.first() {
+        if let Some(pattern) = unused.first().filter(|_| !self.scene.meshes.is_empty()) {
             return Err(Error::Refused {
                 place: Box::new(SourceLocation {
                     file: self.scene.path.clone(),
