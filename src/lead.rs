@@ -31,7 +31,8 @@ pub(crate) enum Executor {
     Remote(Remote),
 }
 
-/// A listener for workers that are started elsewhere, and the access file that lets them in.
+/// A listener for workers that are started elsewhere, and the access file that lets them in. The file goes with it, however that ends: its key is of
+/// no use any more, and workers learn by this that it is over.
 pub(crate) struct Remote {
     listener: TcpListener,
     access: Access,
@@ -49,19 +50,16 @@ impl Remote {
         file: PathBuf,
     ) -> Result<Self, Fault> {
         let (listener, access) = listen(scene_hash, address, advertise)?;
-        access.write(&file).map_err(|source| Fault::AccessFileWrite { path: file.clone(), source })?;
+        let replaced =
+            access.write(&file).map_err(|source| Fault::AccessFileWrite { path: file.clone(), source })?;
+        signals::remove_on_quitting(access.clone(), file.clone());
+        tell_replaced(replaced, &file);
         info!(
             "listening at {}; start workers with: radwalk work --access {}",
             access.address,
             file.display()
         );
         Ok(Remote { listener, access, file })
-    }
-
-    /// Removes the access file: its key is of no use any more, and workers learn by this that it is over. Where the file is gone, or another
-    /// coordinator's by now, there is nothing to do.
-    fn remove_file(&self) {
-        let _ = self.access.remove(&self.file);
     }
 
     /// Tells the workers that all is done: those of an experiment that was walked, or another of its scene.
@@ -74,7 +72,7 @@ impl Remote {
         budget: &Budget,
         experiment: &Experiment,
     ) -> Result<(), Fault> {
-        self.remove_file();
+        let _ = self.access.remove(&self.file);
         let nothing_left = plan(identity, budget, experiment, vec![], Box::new(|_, _| Look::default()))?;
         let mut coordinator = Coordinator::new(nothing_left, Past::none(experiment.tally()));
         let executor = Executor::Remote(self);
@@ -85,6 +83,20 @@ impl Remote {
                 .map_err(|source| Fault::System { doing: "parting with the workers", source })?;
         }
         Ok(())
+    }
+}
+
+impl Drop for Remote {
+    fn drop(&mut self) {
+        // Where the file is gone, or another coordinator's by now, there is nothing to do.
+        let _ = self.access.remove(&self.file);
+    }
+}
+
+/// Says whose access file another one has replaced.
+pub(crate) fn tell_replaced(address: Option<String>, file: &Path) {
+    if let Some(address) = address {
+        info!("{} let workers in at {address}; from now on it does so here", file.display());
     }
 }
 
@@ -118,13 +130,6 @@ impl Executor {
         match self {
             Executor::Local(_) => None,
             Executor::Remote(remote) => Some(&remote.file),
-        }
-    }
-
-    /// Lets no more workers in.
-    pub(crate) fn close(self) {
-        if let Executor::Remote(remote) = self {
-            remote.remove_file();
         }
     }
 }

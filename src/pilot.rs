@@ -52,7 +52,6 @@ impl<'a> PilotWorkers<'a> {
         if is_run {
             return (Some(output), executor);
         }
-        executor.into_iter().for_each(Executor::close);
         (Some(output), None)
     }
 

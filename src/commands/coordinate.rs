@@ -1,7 +1,7 @@
 //! `radwalk run` and `radwalk coordinate`: a job from file to results.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use job::{Budget, Job, OutputFile};
 use judge::target::looks;
@@ -25,6 +25,9 @@ use crate::{signals, summary};
 /// Between tries to write the results of a run.
 const FINAL_WAITS: [Duration; 4] =
     [Duration::from_secs(1), Duration::from_secs(2), Duration::from_secs(4), Duration::from_secs(8)];
+
+/// The part of a wall time that walks have at least, however long their pilot took.
+const WALKING: f64 = 0.1;
 
 /// A worker takes a second or more to build a scene of more surfaces than this.
 const SEARCHED_AHEAD: usize = 200_000;
@@ -133,7 +136,9 @@ impl Prepared {
         };
         let host = Hosted { folder: &folder, replace: out.force || resume, exports: &export.export, open };
         let mut pilot = PilotWorkers::new(&host, resume, &phase);
+        let began = Instant::now();
         let read = choose::choose_for(job, asked, &phase, (kept, &mut pilot));
+        let pilot_seconds = began.elapsed().as_secs_f64();
         let (output, executor) = pilot.leave(read.is_ok());
         let read = read?;
         tell_notes(&read.job);
@@ -158,9 +163,13 @@ impl Prepared {
         let identity = Identity::new(&job, &settings, &experiment, BUILD)?;
         let output = output.map_or_else(|| host.claim(), Ok)?;
         let past = Past::none(experiment.tally());
+        let mut budget = job.budget;
+        if is_chosen {
+            budget.wall_seconds = budget.wall_seconds.map(|wall| (wall - pilot_seconds).max(WALKING * wall));
+        }
         let mut prepared = Prepared {
             name: job.name,
-            budget: job.budget,
+            budget,
             is_default_target: job.is_default_target,
             settings,
             experiment,
@@ -176,7 +185,7 @@ impl Prepared {
         }
         if is_chosen {
             phase.now("keeping the chosen patches");
-            prepared.keep_choice()?;
+            prepared.keep_choice();
         }
         let executor = executor.map_or_else(|| host.open(prepared.identity.scene_hash), Ok)?;
         Ok((prepared, executor))
@@ -200,15 +209,17 @@ impl Prepared {
     }
 
     /// Keeps what the pilot has chosen before the first walk, so that a run that is stopped early resumes without another pilot. The result of
-    /// another run is not replaced by the tally of no walk: `pilot.bin` keeps the choice until there are walks.
-    fn keep_choice(&mut self) -> Result<(), Fault> {
+    /// another run is not replaced by the tally of no walk: `pilot.bin` keeps the choice until there are walks. A disk that is full may have room again
+    /// by the first checkpoint.
+    fn keep_choice(&mut self) {
         if self.latest == Latest::Foreign && results::has_tally(self.output.path()) {
-            return Ok(());
+            return;
         }
         let nothing = Past::none(self.experiment.tally());
-        self.output.keep(&self.identity.checkpoint(nothing), self.latest)?;
-        self.latest = Latest::Good;
-        Ok(())
+        match self.output.keep(&self.identity.checkpoint(nothing), self.latest) {
+            Ok(()) => self.latest = Latest::Good,
+            Err(error) => warn!("{error}; the run goes on without its patches being kept"),
+        }
     }
 
     fn plan(&self) -> Result<JobPlan, Fault> {
@@ -235,20 +246,14 @@ impl Prepared {
         Ok(Some(showing))
     }
 
-    /// Leads workers through the job to its end, and writes what came of it. Whatever that is, no more workers are let in.
+    /// Leads workers through the job to its end, and writes what came of it.
     fn drive(self, executor: Executor, session: &SessionArgs, out: &OutArgs) -> Result<Outcome, Fault> {
-        let done = self.drive_by(&executor, session, out);
-        executor.close();
-        done
-    }
-
-    fn drive_by(self, executor: &Executor, session: &SessionArgs, out: &OutArgs) -> Result<Outcome, Fault> {
         let station = executor.station(&self.identity, &self.experiment)?;
-        self.search_ahead(executor);
+        self.search_ahead(&executor);
         let page = session.metrics.as_deref().map(open_page).transpose()?;
         let reports = Reports::new(self.description(), self.output.path(), executor.access_file(), page);
         let showing = self.showing(session, out)?;
-        self.serve(station, out, (reports, showing))
+        self.serve((executor, station), out, (reports, showing))
     }
 
     /// Searches for what light reaches while workers of this machine start and build a large scene: every look at such a scene asks for it.
@@ -264,7 +269,7 @@ impl Prepared {
     /// Serves the job to its end and writes what came of it.
     fn serve(
         mut self,
-        station: WorkerEntry,
+        (executor, station): (Executor, WorkerEntry),
         out: &OutArgs,
         (reports, showing): (Reports, Option<Showing>),
     ) -> Result<Outcome, Fault> {
@@ -282,6 +287,8 @@ impl Prepared {
             looked.goes_on
         };
         let left = station.lead(&mut coordinator, turn)?;
+        // No one is there to answer workers that come while results are written.
+        drop(executor);
         display.finish();
         let (identity, latest) = watch.finish();
         let checkpoint = identity.checkpoint(coordinator.into_past());

@@ -11,6 +11,7 @@ use crate::build::BUILD;
 use crate::clock::WalkClock;
 use crate::commands::work::{keep_joining, name, read_access};
 use crate::fault::{Fault, Outcome};
+use crate::lead::tell_replaced;
 use crate::progress::tell_notice;
 use crate::shift::Shift;
 use crate::signals;
@@ -55,11 +56,16 @@ fn join(
     let mut unwritten = None;
     let open = |scene_hash| {
         let own = Access::new(address.into(), BUILD, scene_hash)?;
-        if let Err(error) = own.write(&args.out_access) {
-            let failure = Err(std::io::Error::other(error.to_string()));
-            unwritten = Some(error);
-            return failure;
+        match own.write(&args.out_access) {
+            // The file of this relay's coordinator before is its own.
+            Ok(replaced) => tell_replaced(replaced.filter(|_| last.is_none()), &args.out_access),
+            Err(error) => {
+                let failure = Err(std::io::Error::other(error.to_string()));
+                unwritten = Some(error);
+                return failure;
+            }
         }
+        signals::remove_on_quitting(own.clone(), args.out_access.clone());
         if !args.quiet {
             info!(
                 "relaying at {address}; start workers with: radwalk work --access {}",

@@ -1,6 +1,6 @@
 //! `radwalk work`: one worker process.
 
-use std::io::{ErrorKind, Read};
+use std::io::ErrorKind;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -14,11 +14,11 @@ use crate::fault::{Fault, Outcome};
 use crate::shift::Shift;
 use crate::signals;
 
-/// No access file is longer.
-const MOST_ACCESS_BYTES: u64 = 1 << 16;
-
 /// Between two looks for a coordinator that has gone.
 const RETRY: Duration = Duration::from_millis(500);
+
+/// How long a coordinator is looked for before that is said: one that goes from a pilot to its run is soon there again.
+const SILENCE: Duration = Duration::from_secs(5);
 
 /// How long a coordinator is looked for, unless `--wait` says otherwise.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -60,11 +60,11 @@ pub(crate) fn keep_joining(
             _ if joined || may_come(&fault) => {}
             _ => return Err(fault),
         }
-        match since {
-            Some(since) if since.elapsed() < patience => {}
+        let waited = match since {
+            Some(since) if since.elapsed() < patience => since.elapsed(),
             _ => return Err(fault),
-        }
-        if !std::mem::replace(&mut announced, true) {
+        };
+        if waited >= SILENCE && !std::mem::replace(&mut announced, true) {
             warn!("{fault}; waiting for it");
         }
         std::thread::sleep(RETRY);
@@ -108,15 +108,11 @@ pub(crate) const ACCESS_BY_INPUT: &str = "-";
 
 /// What the coordinator wrote for its workers.
 pub(crate) fn read_access(path: &Path) -> Result<Access, Fault> {
-    let read = || match path.to_str() {
-        Some(ACCESS_BY_INPUT) => {
-            let mut bytes = Vec::new();
-            std::io::stdin().take(MOST_ACCESS_BYTES).read_to_end(&mut bytes)?;
-            Access::from_bytes(&bytes)
-        }
+    let read = match path.to_str() {
+        Some(ACCESS_BY_INPUT) => Access::read_from(std::io::stdin()),
         _ => Access::read(path),
     };
-    read().map_err(|source| Fault::AccessFile { path: path.into(), source })
+    read.map_err(|source| Fault::AccessFile { path: path.into(), source })
 }
 
 /// What the worker process `pid` of this machine is called.

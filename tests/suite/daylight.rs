@@ -51,8 +51,12 @@ const FIGURES: [&str; 6] =
     ["annual.csv", "annual.ill", "annual-error.ill", "coefficients.mtx", "calendar.svg", "maps.svg"];
 
 fn daylight(folder: &TempDir, out: &str, words: &str) -> (i32, String, String) {
+    daylight_in(SCENE, folder, out, words)
+}
+
+fn daylight_in(text: &str, folder: &TempDir, out: &str, words: &str) -> (i32, String, String) {
     let (scene, out) = (path(folder, "scene.toml"), path(folder, out));
-    fs::write(&scene, SCENE).unwrap();
+    fs::write(&scene, text).unwrap();
     let words = words.split_whitespace();
     let first = ["daylight", scene.to_str().unwrap(), "--weather", WEATHER, "--out", out.to_str().unwrap()];
     run(&first.into_iter().chain(words).collect::<Vec<_>>())
@@ -190,10 +194,41 @@ fn a_killed_count_goes_on() {
         assert!(whole == killed, "{file}");
     }
     let (code, _, stderr) = daylight(&folder, "killed", &format!("{words} --resume --seed 7"));
-    assert!(code == 2 && stderr.contains("other surfaces, sensors, weather, seed"), "{stderr}");
+    assert!(code == 2 && stderr.contains("other surfaces, sensors, seed"), "{stderr}");
     fs::write(&counts, fs::read_to_string(&counts).unwrap().replacen('[', "[1,", 1)).unwrap();
     let (code, _, stderr) = daylight(&folder, "killed", &format!("{words} --resume"));
     assert!(code == 2 && stderr.contains("not those of the places"), "{stderr}");
+}
+
+/// Counts are gone on with for a closer tolerance, from more paths, or under another weather; a place inside of a box, which no sky reaches, is told and keeps no
+/// tolerance from being met.
+#[test]
+fn counts_serve_other_questions_of_the_same_walks() {
+    let folder = tempdir().unwrap();
+    let side = |quad: &str| format!("[[surface]]\nmaterial = \"black\"\nsides = 2\nquad = {quad}\n");
+    let box_around_a_point = [
+        side("[[4,4,0], [5,4,0], [4,5,0]]"),
+        side("[[4,4,1], [5,4,1], [4,5,1]]"),
+        side("[[4,4,0], [5,4,0], [4,4,1]]"),
+        side("[[4,5,0], [5,5,0], [4,5,1]]"),
+        side("[[4,4,0], [4,5,0], [4,4,1]]"),
+        side("[[5,4,0], [5,5,0], [5,4,1]]"),
+    ];
+    let inside = "[[sensor]]\nname = \"inside\"\npoint = [4.5, 4.5, 0.5]\nnormal = [0, 0, 1]\n";
+    let scene = [SCENE, &box_around_a_point.concat(), inside].concat();
+    let count = |words: &str| daylight_in(&scene, &folder, "out", words);
+    let (code, _, stderr) = count("--paths 3e5 --tolerance 0.3");
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stderr.contains("1 place receives less than a hundredth of the median's light, the darkest at [4.500, 4.500, 0.500]"), "{stderr}");
+    let walks = || summary(&path(&folder, "out"))["walks"].as_u64().unwrap();
+    let few = walks();
+    let (code, _, stderr) = count("--paths 3e5 --tolerance 0.01 --resume");
+    assert!(code == 1 && stderr.contains("give more --paths, with --resume"), "{stderr}");
+    let (code, _, stderr) = count("--paths 1e7 --tolerance 0.01 --resume");
+    assert!(code == 0 && walks() > 2 * few, "{stderr}");
+    let all = walks();
+    let (code, _, stderr) = count("--paths 1e7 --tolerance 0.3 --resume --ground 0.5");
+    assert!(code == 0 && walks() == all, "{stderr}");
 }
 
 /// A blind below the sky passes a part of it on: the daylight factor of a place below a wide one is its transmittance, within four standard errors of 262,144

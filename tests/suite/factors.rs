@@ -375,6 +375,28 @@ fn heat_flows_from_hot_to_cold() {
     assert!(table["temperature_error"][0].is_empty() && !table["temperature_error"][2].is_empty());
 }
 
+/// A surface's flux is that of all its patches together, which share it by area, whether they are groups of their own or one.
+#[test]
+fn patches_share_the_flux_of_their_surface() {
+    let heat = "environment = 280.0\n[[group]]\nname = \"*\"\ntemperature = 300.0\n\
+                [[group]]\nname = \"z0\"\nflux = 250.0\n";
+    let folder = scenes(&[("heat.toml", heat)]);
+    let heat = path(&folder, "heat.toml");
+    for (groups, patches) in [("by-surface", 1), ("by-patch", 9)] {
+        let out = path(&folder, groups);
+        let words =
+            ["factors", "configs/cube54.toml", "--sparse", "--rays", "2e3", "--quiet", "--groups", groups];
+        let rest = ["--temperatures", heat.to_str().unwrap(), "--out", out.to_str().unwrap()];
+        let (code, _, stderr) = run(&[&words[..], &rest].concat());
+        assert_eq!(code, 0, "{stderr}");
+        let table = columns(&out.join("thermal.csv"));
+        let rows = table["group"].iter().zip(&table["flux"]).filter(|(group, _)| group.starts_with("z0"));
+        let fluxes: Vec<f64> = rows.map(|(_, flux)| flux.parse().unwrap()).collect();
+        assert_eq!(fluxes.len(), patches, "{table:?}");
+        assert!(fluxes.iter().all(|flux| (flux - 250.0 / patches as f64).abs() < 1e-9), "{fluxes:?}");
+    }
+}
+
 /// The shipped oven: two grey plates joined by insulated walls, whose closed form the guide gives.
 #[test]
 fn the_oven_heats_its_load() {

@@ -121,6 +121,47 @@ fn a_coordinator_leaves_the_access_file_of_another_alone() {
     assert!(!access.exists());
 }
 
+/// A file that is no access file is not replaced, let alone removed at the end; that of a coordinator goes with it.
+#[test]
+fn access_files_replace_no_others_and_go_with_their_coordinators() {
+    let folder = tempdir().unwrap();
+    let (notes, out) = (path(&folder, "notes.txt"), path(&folder, "out"));
+    fs::write(&notes, "mine").unwrap();
+    let words = ["coordinate", JOB, "--out", out.to_str().unwrap(), "--access", notes.to_str().unwrap()];
+    let (code, _, stderr) = run(&words);
+    assert!(code == 2 && stderr.contains("no access file") && stderr.contains("--access"), "{stderr}");
+    assert_eq!(fs::read(&notes).unwrap(), b"mine");
+    let access = path(&folder, "access.json");
+    let mut command = radwalk();
+    command.args(["coordinate", JOB, "--quiet", "--access"]).arg(&access).arg("--out").arg(&out);
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    let mut coordinator = command.spawn().unwrap();
+    wait_for("the access file", || access.exists().then_some(()));
+    signal("INT", coordinator.id());
+    assert_eq!(coordinator.wait().unwrap().code(), Some(130));
+    assert!(!access.exists());
+}
+
+/// A process that is to outlive its terminal (`nohup`) is not ended by the hangup; others end in good order.
+#[test]
+fn nohup_outlives_its_terminal() {
+    let folder = tempdir().unwrap();
+    for (shell, expected) in [("trap '' HUP; exec \"$@\"", 0), ("exec \"$@\"", 130)] {
+        let out = path(&folder, &format!("{expected}"));
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", shell, "sh", env!("CARGO_BIN_EXE_radwalk"), "run"]);
+        command
+            .arg(format!("{}/{JOB}", env!("CARGO_MANIFEST_DIR")))
+            .args(["--paths", "40000000", "--quiet", "--out"])
+            .arg(&out);
+        command.args(["--set", "budget.checkpoint_seconds=0.05"]);
+        let run = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        wait_for("a checkpoint", || out.join("tally.bin").exists().then_some(()));
+        signal("HUP", run.id());
+        assert_eq!(finish(run).0, expected, "{shell}");
+    }
+}
+
 /// The command `timeout` signals its child and then the child's group.
 #[test]
 fn a_signal_that_comes_twice_is_one() {

@@ -101,6 +101,33 @@ fn workers_leave_no_trace_in_planes() {
     );
 }
 
+/// A point inside of a cupboard counts in the figures, and the run says where it is.
+#[test]
+fn points_inside_of_furniture_are_told() {
+    let folder = tempdir().unwrap();
+    let side = |name: &str, quad: &str| {
+        format!("[[surface]]\nname = \"{name}\"\nmaterial = \"wall\"\nquad = {quad}\n")
+    };
+    let cupboard = [
+        side("top", "[[0.2,0.2,1.2], [0.8,0.2,1.2], [0.2,0.8,1.2]]"),
+        side("west", "[[0.2,0.2,0], [0.2,0.2,1.2], [0.2,0.8,0]]"),
+        side("east", "[[0.8,0.2,0], [0.8,0.8,0], [0.8,0.2,1.2]]"),
+        side("south", "[[0.2,0.2,0], [0.8,0.2,0], [0.2,0.2,1.2]]"),
+        side("north", "[[0.2,0.8,0], [0.2,0.8,1.2], [0.8,0.8,0]]"),
+    ];
+    for (tables, count) in [(String::new(), 0), (cupboard.concat(), 1)] {
+        let job = room(&folder, 0.6, &[&tables, LAMP, PLANE].concat());
+        let out = path(&folder, &format!("out-{count}"));
+        let summary = run_job(job.to_str().unwrap(), &out, &[]);
+        let dim = &summary["planes"][0]["dim"];
+        assert_eq!(dim["points"].as_u64().unwrap_or(0), count, "{dim}");
+        let told = path(&folder, &format!("told-{count}"));
+        let (_, stdout, _) = run(&["run", job.to_str().unwrap(), "--out", told.to_str().unwrap()]);
+        let note = "note: plane \"desk\": 1 point has less than a hundredth of the mean, the darkest at [0.500, 0.500, 0.800]";
+        assert_eq!(stdout.contains(note), count == 1, "{stdout}");
+    }
+}
+
 /// What is demanded is met, missed or open, in the summary, in words and on the page; in a room where light is reflected, so that figures have
 /// intervals. What no plane could say is refused.
 #[test]
@@ -291,6 +318,20 @@ fn eyes_have_their_glare() {
     assert!(stdout.contains("UGR up to ") && stdout.contains("UGR of 40 met with 99.99 %"), "{stdout}");
     let (code, _, stderr) = run(&["audit", path(&folder, "square").to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
+    // Another one, which the first eye alone sees, below its line of sight: the others tell that a demand is missed, not that it is met.
+    let low = "[[lamp]]\nname = \"low\"\nfile = \"down.ies\"\nposition = [2, 1, 0.5]\naim = [0, -1, 0]\n";
+    let upwards = LAMP.replace("[2, 2, 3]", "[2, 2, 2.9]\naim = [0, 0, 1]");
+    for (lamps, demand, verdict) in [
+        ([LAMP, low].concat(), 5, "UGR of 5 missed with 99.99 %"),
+        ([LAMP, low].concat(), 40, "UGR of 40 open"),
+        (upwards, 19, "no luminaire is seen; UGR of 19 met with 99.99 %"),
+    ] {
+        let lamp = std::fs::read_to_string(&file).unwrap();
+        room(&folder, 0.6, &[&lamps[..], &eyes, &format!("demand = {{ ugr = {demand} }}\n")].concat());
+        std::fs::write(&file, lamp).unwrap();
+        let stdout = text(&format!("{demand}"));
+        assert!(stdout.contains(verdict), "{stdout}");
+    }
     for (tables, words) in [
         (eyes.replace("normal = [1, 0, 0]\n", ""), "an eye looks along a horizontal direction"),
         (eyes.replace("[1, 0, 0]\n", "[1, 0, 1]\n"), "does not look along a horizontal direction"),

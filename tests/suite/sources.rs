@@ -296,3 +296,69 @@ fn factors_that_cannot_be_are_refused() {
     says(&path(&folder, "nowhere"), &["left=1"], "nowhere");
     assert!(!path(&folder, "out-mix").exists());
 }
+
+/// Of two closed rooms with a lamp each, mixtures that change the lamp of one leave the readings and patches of the other as well known as they were: a lamp that
+/// brings nothing there has no error of its own, and what may have stayed out of it is little after so many walks. In colour a lamp
+/// without red takes no part in red at all.
+#[test]
+fn lamps_of_other_rooms_take_no_part() {
+    let folder = tempdir().unwrap();
+    let room = |number: usize| {
+        let x = 2.0 * number as f64;
+        let quads = [
+            format!("[[{x},0,0], [{},0,0], [{x},1,0]]", x + 1.0),
+            format!("[[{x},0,1], [{x},1,1], [{},0,1]]", x + 1.0),
+            format!("[[{x},0,0], [{x},1,0], [{x},0,1]]"),
+            format!("[[{0},0,0], [{0},0,1], [{0},1,0]]", x + 1.0),
+            format!("[[{x},0,0], [{x},0,1], [{},0,0]]", x + 1.0),
+            format!("[[{x},1,0], [{},1,0], [{x},1,1]]", x + 1.0),
+        ];
+        let surface = |(side, quad): (usize, &String)| {
+            let material = if side == 1 { format!("lamp-{number}") } else { "white".into() };
+            format!("[[surface]]\nname = \"r{number}-{side}\"\nmaterial = \"{material}\"\nquad = {quad}\n")
+        };
+        let sensor = format!(
+            "[[sensor]]\nname = \"desk{number}\"\nquad = [[{0},0.2,0.3], [{1},0.2,0.3], [{0},0.8,0.3]]\n",
+            x + 0.2,
+            x + 0.8
+        );
+        quads.iter().enumerate().map(surface).collect::<String>() + &sensor
+    };
+    let materials = "[material.white]\nreflectance = 0.5\n[material.lamp-0]\nreflectance = 0.5\nemittance = 10.0\n\
+                     [material.lamp-1]\nreflectance = 0.5\nemittance = [0.0, 0.0, 10.0]\n";
+    std::fs::write(folder.path().join("rooms.toml"), [materials, &room(0), &room(1)].concat()).unwrap();
+    let job = "scene = \"rooms.toml\"\nseed = 1\n[method]\nwalk = \"shooting\"\nbasis = \"constant\"\n[budget]\npaths = 200_000\n\
+               [[source]]\nname = \"a\"\nsurfaces = [\"r0-1\"]\n[[source]]\nname = \"b\"\nsurfaces = [\"r1-1\"]\n";
+    let (file, run_out) = (folder.path().join("job.toml"), path(&folder, "run"));
+    std::fs::write(&file, job).unwrap();
+    shot(&file, &run_out, &[]);
+    let width = |out: &Path, table: &str, quantity: &str, channel: &str, row: usize| {
+        let columns = columns(&out.join(table));
+        let [low, high] =
+            ["low", "high"].map(|end| numbers(&columns[&format!("{quantity}_{end}_{channel}")])[row]);
+        high - low
+    };
+    for factor in ["0.5", "10", "1000"] {
+        let mixed = path(&folder, factor);
+        done(&[
+            "combine",
+            run_out.to_str().unwrap(),
+            "--set",
+            &format!("b={factor}"),
+            "--out",
+            mixed.to_str().unwrap(),
+        ]);
+        for (table, quantity) in [("sensors.csv", "ci"), ("patches.csv", "irradiance")] {
+            let widths =
+                |channel: &str| [&run_out, &mixed].map(|out| width(out, table, quantity, channel, 0));
+            let [before, after] = widths("r");
+            assert!(after < 1.001 * before, "red, {factor}, {table}: {before} {after}");
+            // Of 200,000 walks none has come from room 1, whose lamp is `factor` times as bright as the other.
+            let [before, after] = widths("b");
+            let unmet = 2e-3 * factor.parse::<f64>().unwrap();
+            assert!(after < 1.01 * before.hypot(2.0 * unmet), "blue, {factor}, {table}: {before} {after}");
+        }
+        let sensors = columns(&mixed.join("sensors.csv"));
+        assert!(["r", "b"].iter().all(|c| !sensors[&format!("std_error_{c}")][0].is_empty()), "{sensors:?}");
+    }
+}

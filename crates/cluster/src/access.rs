@@ -1,10 +1,13 @@
 //! The access file: the coordinator's address, and the key that lets workers in.
 
 use std::fs::OpenOptions;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+
+/// No access file is longer [bytes].
+const LONGEST: u64 = 1 << 16;
 
 /// The contents of an access file (JSON, readable by its owner only).
 #[derive(Clone, Serialize, Deserialize)]
@@ -51,11 +54,13 @@ impl Access {
         })
     }
 
-    /// Writes the file, readable by its owner only. It appears whole: workers may be waiting for it.
+    /// Writes the file, readable by its owner only. It appears whole: workers may be waiting for it. Returns the address in the file that it
+    /// replaces, where another coordinator has left one.
     ///
     /// # Errors
-    /// Where the file cannot be written.
-    pub fn write(&self, path: &Path) -> io::Result<()> {
+    /// Where the file cannot be written, and where another file has the name.
+    pub fn write(&self, path: &Path) -> io::Result<Option<String>> {
+        let replaced = replaced_address(path)?;
         let mut draft = path.as_os_str().to_owned();
         draft.push(format!(".{}.tmp", std::process::id()));
         // A process of this number that was killed may have left the file: in a container all processes have the same number.
@@ -72,7 +77,7 @@ impl Access {
             // The failure above is what matters.
             let _ = std::fs::remove_file(&draft);
         }
-        written
+        written.map(|()| replaced)
     }
 
     /// Removes the file if it is still that of this run: another coordinator may have written its own meanwhile.
@@ -88,7 +93,17 @@ impl Access {
     /// # Errors
     /// Where there is no such file or it is something else.
     pub fn read(path: &Path) -> io::Result<Self> {
-        Access::from_bytes(&std::fs::read(path)?)
+        Access::read_from(std::fs::File::open(path)?)
+    }
+
+    /// Reads an access file from a stream, such as standard input.
+    ///
+    /// # Errors
+    /// Where that fails, or something else comes.
+    pub fn read_from(source: impl Read) -> io::Result<Self> {
+        let mut bytes = Vec::new();
+        source.take(LONGEST).read_to_end(&mut bytes)?;
+        Access::from_bytes(&bytes)
     }
 
     /// The content of the access file.
@@ -97,10 +112,7 @@ impl Access {
     }
 
     /// Reads what [`Access::to_bytes`] returned.
-    ///
-    /// # Errors
-    /// Where the bytes are something else.
-    pub fn from_bytes(bytes: &[u8]) -> io::Result<Self> {
+    fn from_bytes(bytes: &[u8]) -> io::Result<Self> {
         let access: Access = serde_json::from_slice(bytes)?;
         blake3::Hash::from_hex(&access.key).map_err(|_| {
             io::Error::new(io::ErrorKind::InvalidData, "the key is not 64 hexadecimal digits")
@@ -120,6 +132,20 @@ impl Access {
     }
 }
 
+/// The address in the access file that a new one replaces, which may be of another build; `None` where there is no file yet.
+fn replaced_address(path: &Path) -> io::Result<Option<String>> {
+    let mut bytes = Vec::new();
+    match std::fs::File::open(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        file => file?.take(LONGEST).read_to_end(&mut bytes)?,
+    };
+    let value: serde_json::Value = serde_json::from_slice(&bytes).unwrap_or_default();
+    match (value["address"].as_str(), value["key"].as_str()) {
+        (Some(address), Some(_)) => Ok(Some(address.into())),
+        _ => Err(io::Error::new(io::ErrorKind::AlreadyExists, "there is a file that is no access file")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -132,7 +158,7 @@ mod tests {
         let access = Access::new("somewhere:2".into(), "1.0 (abc)", [7; 32]).unwrap();
         // A process that was killed here, and had this one's number.
         std::fs::write(format!("{}.{}.tmp", path.display(), std::process::id()), "{").unwrap();
-        access.write(&path).unwrap();
+        assert_eq!(access.write(&path).unwrap().as_deref(), Some("nowhere:1"));
         let read = Access::read(&path).unwrap();
         assert_eq!((&read.address, read.key()), (&access.address, access.key()));
         assert_eq!(read.prologue(), access.prologue());
@@ -147,6 +173,9 @@ mod tests {
         let spoilt = std::fs::read_to_string(&path).unwrap().replace(&access.key, "short");
         std::fs::write(&path, spoilt).unwrap();
         assert!(Access::read(&path).err().unwrap().to_string().contains("64 hexadecimal digits"));
+        std::fs::write(&path, "scene = \"room.toml\"").unwrap();
+        assert_eq!(access.write(&path).unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+        assert_eq!(std::fs::read(&path).unwrap(), b"scene = \"room.toml\"", "it is no access file");
         std::fs::remove_file(&path).unwrap();
     }
 

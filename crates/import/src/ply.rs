@@ -37,9 +37,13 @@ enum Scalar {
 }
 
 impl Scalar {
-    /// A colour's value as a part of 1: integers have 255 levels.
+    /// A colour's value as a part of 1: integers have 255 levels, those of 16 bits 65,535.
     fn part(self, value: f64) -> f64 {
-        if matches!(self, Scalar::F32 | Scalar::F64) { value } else { value / 255.0 }
+        match self {
+            Scalar::F32 | Scalar::F64 => value,
+            Scalar::U16 => value / 65_535.0,
+            _ => value / 255.0,
+        }
     }
 }
 
@@ -238,7 +242,7 @@ struct PlyBody {
     tally: NoteCounts,
     /// The corners of the current face.
     corners: Vec<u32>,
-    /// The sums of the colours of vertices and of faces, in linear light, and how many there are of each.
+    /// The sums of the colours of vertices, and of faces times their areas, in linear light; the number of the former and the area of the latter.
     tints: [([f64; 3], f64); 2],
 }
 
@@ -251,6 +255,7 @@ impl PlyBody {
     ) -> Result<(), UnplacedError> {
         let mut position = DVec3::ZERO;
         let mut colour = [None; 3];
+        let triangles = self.mesh.triangles.len();
         self.corners.clear();
         for property in &element.properties {
             if let Some(length) = property.length {
@@ -268,18 +273,24 @@ impl PlyBody {
                 _ => {}
             }
         }
-        let tinted = [&b"vertex"[..], b"face"].iter().position(|name| *name == element.name);
-        if let (Some(of), [Some(red), Some(green), Some(blue)]) = (tinted, colour) {
-            let (sums, count) = &mut self.tints[of];
-            *count += 1.0;
+        let (of, weight) = match element.name.as_slice() {
+            b"vertex" => {
+                self.vertex(position)?;
+                (0, 1.0)
+            }
+            b"face" => {
+                self.face(item)?;
+                (1, self.mesh.triangles[triangles..].iter().map(|new| self.mesh.area(new)).sum())
+            }
+            _ => return Ok(()),
+        };
+        if let [Some(red), Some(green), Some(blue)] = colour {
+            let (sums, weights) = &mut self.tints[of];
+            *weights += weight;
             let linear = [red, green, blue].map(texture::linear);
-            sums.iter_mut().zip(linear).for_each(|(sum, channel)| *sum += channel);
+            sums.iter_mut().zip(linear).for_each(|(sum, channel)| *sum += weight * channel);
         }
-        match element.name.as_slice() {
-            b"vertex" => self.vertex(position),
-            b"face" => self.face(item),
-            _ => Ok(()),
-        }
+        Ok(())
     }
 
     /// Reads a list, and keeps that of a face's vertices.
@@ -347,9 +358,12 @@ impl PlyBody {
         tally.report(&mut mesh);
         let mut material = Material::undefined("default");
         // Faces count where vertices have no colours.
-        if let Some((sums, count)) = tints.into_iter().find(|(_, count)| *count > 0.0) {
-            let mean = Spectrum::rgb(sums.map(|sum| sum / count));
-            let texture = Some("colours of vertices".into());
+        let coloured = ["colours of vertices", "colours of faces"].into_iter().zip(tints);
+        if let Some((name, (sums, weights))) =
+            coloured.into_iter().find(|(_, (_, weights))| *weights > 0.0 && weights.is_finite())
+        {
+            let mean = Spectrum::rgb(sums.map(|sum| sum / weights));
+            let texture = Some(name.into());
             material = Material { reflectance: mean, texture, ..Material::unknown("default") };
         }
         mesh.materials.push(material);

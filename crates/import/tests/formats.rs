@@ -648,6 +648,28 @@ fn ply_takes_colours_of_vertices_then_faces() {
     assert_eq!((found(true), found(false)), ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]));
 }
 
+/// Faces count by their areas, and colours of 16 bits have 65,535 levels.
+#[test]
+fn ply_weighs_colours_of_faces_by_area() {
+    let channel = |kind: &str, most: u32| {
+        let ply = format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 3\n\
+            property list uchar int vertex_indices\nproperty {kind} red\nproperty {kind} green\nproperty {kind} blue\n\
+            end_header\n0 0 0\n3 0 0\n0 1 0\n0 -1 0\n3 0 1 2 {most} {most} {most}\n3 0 3 2 0 0 0\n3 0 3 1 0 0 0\n"
+        );
+        read("a.ply", ply.as_bytes()).unwrap().materials[0].reflectance[0]
+    };
+    for found in [channel("uchar", 255), channel("ushort", 65_535), channel("float", 1)] {
+        assert!((found - 0.5).abs() < 1e-12, "the second face has no area: {found}");
+    }
+    assert!((channel("ushort", 32_768) - 0.5 * texture_light(0.5)).abs() < 1e-4);
+}
+
+/// The light of a value of sRGB.
+fn texture_light(value: f64) -> f64 {
+    ((value + 0.055) / 1.055).powf(2.4)
+}
+
 #[test]
 fn bright_materials_are_clamped_and_refused_in_strict_reading() {
     let glb = br#"{"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],"nodes":[{"mesh":0}],

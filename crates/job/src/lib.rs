@@ -73,7 +73,7 @@ pub use scene_text::to_toml;
 pub use schema::{job_schema, scene_schema};
 pub use sensors::SensorTarget;
 pub use target::{Target, TotalTarget};
-pub use thermal::{Enclosure, load_enclosure};
+pub use thermal::{Enclosure, GroupNames, load_enclosure};
 pub use vocabulary::{Light, OutputFile, Unhit, Vantage};
 pub use weather::load_weather;
 pub use word::Keyword;

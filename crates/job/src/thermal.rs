@@ -1,5 +1,6 @@
 //! Temperatures and fluxes of groups.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use exchange::BoundaryCondition;
@@ -24,11 +25,42 @@ pub struct Enclosure {
 const FILE_KEYS: &[&str] = &["environment", "group"];
 const GROUP_KEYS: &[&str] = &["name", "temperature", "flux", "emissivity"];
 
-/// Reads what is given of groups, each of which goes by some names. Later entries win.
+/// What a group goes by.
+#[derive(Clone, Debug)]
+pub struct GroupNames {
+    /// Its own name.
+    pub own: String,
+    /// The name of the surface that it is a part of, and the group's area [m²]; `None` where it is no part.
+    pub part_of: Option<(String, f64)>,
+}
+
+impl GroupNames {
+    /// A whole that goes by one name.
+    pub fn whole(own: String) -> Self {
+        GroupNames { own, part_of: None }
+    }
+
+    /// The name that a message uses.
+    fn name(&self) -> &str {
+        self.part_of.as_ref().map_or(&self.own, |(surface, _)| surface)
+    }
+
+    /// The surface whose part it is, where a pattern names it, and the area of the part.
+    fn named_surface(&self, pattern: &str) -> Option<(&str, f64)> {
+        let (surface, area) = self.part_of.as_ref()?;
+        matches(pattern, surface).then_some((&**surface, *area))
+    }
+
+    fn is_called(&self, pattern: &str) -> bool {
+        matches(pattern, &self.own) || self.named_surface(pattern).is_some()
+    }
+}
+
+/// Reads what is given of groups. What is given of a surface is given of all of its parts: they share its flux by area. Later entries win.
 ///
 /// # Errors
 /// A file that cannot be read, says what is unknown or not allowed, or leaves a group out.
-pub fn load_enclosure(path: &Path, names: &[Vec<String>]) -> Result<Enclosure, Error> {
+pub fn load_enclosure(path: &Path, names: &[GroupNames]) -> Result<Enclosure, Error> {
     let source = SourceText::read(path, "[[group]] tables, each with a name and a temperature or a flux")?;
     let mut file = KeyTable::root(&source, FILE_KEYS)?;
     let environment = file.take("environment").map(|value| read_kelvin(&value)).transpose()?.unwrap_or(0.0);
@@ -38,18 +70,27 @@ pub fn load_enclosure(path: &Path, names: &[Vec<String>]) -> Result<Enclosure, E
     for (number, value) in list.tables("group")?.into_iter().enumerate() {
         let mut table = value.table_called(format!("group {number}: "), GROUP_KEYS)?;
         let pattern = table.require("name", "an entry is about a group", "name = \"walls\"")?;
-        let chosen = find(&pattern, names)?;
+        let (pattern, chosen) = find(&pattern, names)?;
+        let mut areas: HashMap<&str, f64> = HashMap::new();
+        for (surface, area) in chosen.iter().filter_map(|&group| names[group].named_surface(pattern)) {
+            *areas.entry(surface).or_default() += area;
+        }
         let emissivity = table.take("emissivity").map(|value| read_emissivity(&value)).transpose()?;
         let condition = read_condition(table)?;
         for group in chosen {
-            given[group] = Some(condition);
+            let part =
+                names[group].named_surface(pattern).map_or(1.0, |(surface, area)| area / areas[surface]);
+            given[group] = Some(match condition {
+                BoundaryCondition::Flux(flux) => BoundaryCondition::Flux(flux * part),
+                temperature => temperature,
+            });
             emissivities[group] = emissivity.or(emissivities[group]);
         }
     }
     if let Some(missing) = given.iter().position(Option::is_none) {
         return Err(Error::Refused {
             place,
-            problem: format!("nothing is given of group {:?}", names[missing][0]),
+            problem: format!("nothing is given of group {:?}", names[missing].name()),
             why: "each group has a temperature, or a flux from which it follows",
             remedy: "add a [[group]] for it; name = \"*\" stands for all".into(),
         });
@@ -57,14 +98,14 @@ pub fn load_enclosure(path: &Path, names: &[Vec<String>]) -> Result<Enclosure, E
     Ok(Enclosure { environment, given: given.into_iter().flatten().collect(), emissivities })
 }
 
-fn find(value: &Value<'_>, names: &[Vec<String>]) -> Result<Vec<usize>, Error> {
+/// The pattern that a value is, and the groups that it names.
+fn find<'a>(value: &'a Value<'_>, names: &[GroupNames]) -> Result<(&'a str, Vec<usize>), Error> {
     let pattern = value.string()?;
-    let is_called = |group: &usize| names[*group].iter().any(|name| matches(pattern, name));
-    let chosen: Vec<usize> = (0..names.len()).filter(is_called).collect();
+    let chosen: Vec<usize> = (0..names.len()).filter(|&group| names[group].is_called(pattern)).collect();
     if !chosen.is_empty() {
-        return Ok(chosen);
+        return Ok((pattern, chosen));
     }
-    let mut known: Vec<String> = names.iter().map(|names| format!("{:?}", names[0])).collect();
+    let mut known: Vec<String> = names.iter().map(|names| format!("{:?}", names.name())).collect();
     known.dedup();
     known.truncate(12);
     let known = known.join(", ");

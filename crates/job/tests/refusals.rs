@@ -127,6 +127,7 @@ const OVERRIDES: &[(&str, &[&str])] = &[
         "method={walk=\"jacobi\",basis=\"linear\",jacobi={solve=\"iterations\"}}",
         &["method.walk", "a linear basis with links alone", "`basis`", "shooting"],
     ),
+    ("method={mix=true,estimator=\"direct\"}", &["method.estimator", "by collision", "remove one"]),
     ("method={mix=true,basis=\"linear\"}", &["method.basis", "no linear basis", "remove one"]),
     ("method={basis=\"quadratic\"}", &["method.basis", "constant", "linear"]),
     ("method={final_gather=[3],basis=\"linear\"}", &["method.final_gather", "`basis`"]),

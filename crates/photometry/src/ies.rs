@@ -33,16 +33,25 @@ pub(crate) fn names_itself(line: &str) -> bool {
 /// The edition by the first line; files of 1986 have no such line.
 fn edition(line: &str) -> u32 {
     let line = line.trim().to_ascii_uppercase();
-    match () {
-        () if line.starts_with("IESNA91") => 1991,
-        () if line.starts_with("IESNA:LM-63-1995") || line.starts_with("IESNA95") => 1995,
-        () if line.starts_with("IESNA:LM-63-2002") => 2002,
-        () if line.starts_with("IES:LM-63-2019") || line.starts_with("IESNA:LM-63-2019") => 2019,
+    let rest = match line.split_once("LM-63-") {
+        Some((before, rest)) if before.starts_with("IES") => rest,
+        _ => line.strip_prefix("IESNA").unwrap_or(""),
+    };
+    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    let year = match (digits, rest[..digits].parse::<u32>()) {
+        (2, Ok(year)) => year + if year < 86 { 2000 } else { 1900 },
+        (4, Ok(year)) => year,
+        _ => 0,
+    };
+    match EDITIONS.iter().rev().find(|&&edition| edition <= year) {
+        Some(&edition) => edition,
         // Later editions than this reader keep the form of 2002.
-        () if line.starts_with("IES") && line.contains("LM-63") => 2002,
-        () => 1986,
+        None if line.starts_with("IES") && line.contains("LM-63") => 2002,
+        None => EDITIONS[0],
     }
 }
+
+const EDITIONS: [u32; 5] = [1986, 1991, 1995, 2002, 2019];
 
 /// The numbers after TILT=, wherever lines end.
 struct IesNumbers<'a> {
@@ -85,7 +94,7 @@ pub(crate) fn read(lines: &[&str]) -> Result<Luminaire, Malformed> {
     let head = IesHead::read(&mut numbers, edition)?;
     let (distribution, symmetry) = IesTable::read(&mut numbers, &head)?.distribution(head.kind)?;
 
-    let labels = Labels::read(&lines[usize::from(edition > 1986)..start], edition);
+    let labels = Labels::read(&lines[usize::from(edition > 1986 || names_itself(lines[0]))..start], edition);
     let standard = if edition == 2019 { "IES LM-63-2019" } else { &format!("IES LM-63-{edition}") };
     Ok(Luminaire {
         format: format!("{standard}, type {}", ["C", "B", "A"][head.kind - 1]),

@@ -148,6 +148,29 @@ fn openings_follow_the_signs_of_their_extents() {
     assert!(refused.starts_with("3: width 1 m, length 1 m and height -1 m"), "{refused}");
 }
 
+/// However a first line writes its edition, up to 1995 the ballast-lamp factor weakens the light.
+#[test]
+fn editions_are_told_by_their_years() {
+    let lamp = |header: &str| {
+        let text = format!("{header}\n[MANUFAC] A\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 0.5 9 0 90 0 5 5");
+        read(&text)
+    };
+    for (headers, format, part) in [
+        (&["IESNA86", "IESNA:LM-63-1986"][..], "1986", 0.5),
+        (&["IESNA91", "IESNA:LM-63-1991", "IESNA:LM-63-91"], "1991", 0.5),
+        (&["IESNA95", "IESNA:LM-63-1995", "IESNA:LM-63-95"], "1995", 0.5),
+        (&["IESNA:LM-63-2002", "IES:LM-63-2002", "IESNA:LM-63-02", "IESNA:LM-63-next"], "2002", 1.0),
+        (&["IES:LM-63-2019", "IESNA:LM-63-2019", "IES:LM-63-2033"], "2019", 1.0),
+    ] {
+        for header in headers {
+            let lamp = lamp(header);
+            assert_eq!(lamp.format, format!("IES LM-63-{format}, type C"), "{header}");
+            let flux = 2.0 * std::f64::consts::PI * 5.0 * part;
+            assert!((lamp.distribution.flux() / flux - 1.0).abs() < 1e-9, "{header}");
+        }
+    }
+}
+
 /// Horizontal angles of types A and B are clockwise: towards −y. Type A looks along x, type B down.
 #[test]
 fn types_a_and_b_have_their_own_poles() {

@@ -187,7 +187,9 @@ pub enum CheckpointFault {
     #[error("it is of format {0} (this program knows {old} and {VERSION}); use the program that wrote it", old = v4::VERSION)]
     Version(u32),
     /// The file is shorter or longer than its header says.
-    #[error("it has {found} bytes instead of {expected} (it was cut off or added to); start the run anew")]
+    #[error(
+        "it has {found} bytes instead of {expected} (it was cut off or added to); go on from the checkpoint before it with --resume, or start the run anew"
+    )]
     Length {
         /// The bytes that its header asks for.
         expected: u64,
@@ -195,7 +197,9 @@ pub enum CheckpointFault {
         found: u64,
     },
     /// The content is not what was written.
-    #[error("its checksum is wrong (bytes were changed after it was written); start the run anew")]
+    #[error(
+        "its checksum is wrong (bytes were changed after it was written); go on from the checkpoint before it with --resume, or start the run anew"
+    )]
     Checksum,
     /// The parts of the checkpoint contradict each other.
     #[error("{0} (memory failed when it was written, or it was forged); start the run anew")]

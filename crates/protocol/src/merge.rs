@@ -67,7 +67,8 @@ impl Checkpoint {
 fn united(mut parts: Vec<WalkRange>) -> Result<Vec<WalkRange>, MergeFault> {
     parts.sort_by_key(|part| (part.seed, part.job_hash, part.first));
     let mut united: Vec<WalkRange> = Vec::with_capacity(parts.len());
-    for part in parts {
+    // A run that was stopped before its first walk has a part of none.
+    for part in parts.into_iter().filter(|part| part.walks() > 0) {
         match united.last_mut().filter(|last| last.job_hash == part.job_hash) {
             Some(last) if part.first < last.end() => {
                 let to = last.end().min(part.end()) - 1;
@@ -98,7 +99,7 @@ fn sum(a: &Effort, b: &Effort) -> Effort {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::deliveries::Delivery;
+    use crate::deliveries::{Deliveries, Delivery};
 
     fn part(seed: u8, first: u64, walks: u64) -> WalkRange {
         let deliveries = Delivery::lease(walks, 0, first).into();
@@ -121,5 +122,9 @@ mod tests {
         let within = united(vec![part(1, 0, 10), part(1, 2, 3)]).unwrap_err();
         assert_eq!(within, MergeFault::Overlap { seed: 1, from: 2, to: 4 });
         assert!(united(vec![part(1, 0, 10), part(2, 0, 10)]).is_ok(), "other seeds are other walks");
+        let none = || WalkRange { deliveries: Deliveries::default(), ..part(1, 0, 1) };
+        for parts in [[part(1, 0, 10), none()], [none(), part(1, 0, 10)]] {
+            assert_eq!(united(parts.into()), Ok(vec![part(1, 0, 10)]), "no walks are in no other part");
+        }
     }
 }

@@ -183,6 +183,41 @@ fn lamps_shine_through_panes() {
     }
 }
 
+/// Light that crosses the edge where panes adjoin, the corner of four, or the diagonal of two triangles crosses one of them, in every order and with
+/// every turn of their sides; two panes behind each other weaken it twice there, too.
+#[test]
+fn light_crosses_one_of_adjoining_panes() {
+    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    let quad = |x: f64, y: f64, z: f64, [u, v]: [DVec3; 2]| Shape::parallelogram(at(x, y, z), u, v, [1, 1]);
+    let four = |z: f64| {
+        let [x, y] = [DVec3::X, DVec3::Y];
+        [
+            quad(-1.0, -1.0, z, [x, y]),
+            quad(1.0, -1.0, z, [-x, y]),
+            quad(-1.0, 1.0, z, [-y, x]),
+            quad(0.0, 0.0, z, [x, y]),
+        ]
+    };
+    let halves = [
+        Shape::Triangle { a: at(-1.0, -1.0, 0.7), b: at(1.0, -1.0, 0.7), c: at(1.0, 1.0, 0.7), rows: 1 },
+        Shape::Triangle { a: at(1.0, 1.0, 0.7), b: at(-1.0, 1.0, 0.7), c: at(-1.0, -1.0, 0.7), rows: 1 },
+    ];
+    let passes = Plate::new(0.5).passes(1.0);
+    for (shapes, times) in
+        [(four(0.7).to_vec(), 1), (halves.to_vec(), 1), ([four(0.7), four(0.9)].concat(), 2)]
+    {
+        let mut spec = SceneSpec::new(vec![SurfaceSpec::new(square(0.0, true), 0.5).emitting(1.0)]);
+        spec.panes = shapes.into_iter().map(|shape| pane(shape, 0.5)).collect();
+        let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+        for [x, y] in [[0.0, 0.0], [0.0, 0.3], [-0.4, 0.0], [0.25, 0.25], [0.3, 0.2]] {
+            let origin = at(x, y, 0.1) - scene.origin();
+            let ray = radiosity::rays::Ray { origin, direction: DVec3::Z, from: radiosity::rays::Ray::FREE };
+            let passed = scene.passed_panes(&ray, 10.0);
+            assert!((passed / passes.powi(times) - 1.0).abs() < 1e-9, "{x} {y}: {passed}");
+        }
+    }
+}
+
 /// Under a pane as wide as the sky a sensor that faces up receives 2·∫ τ(μ)·μ dμ of a uniform sky: of 10⁶ walks within 4 standard errors (a false
 /// alarm in 16,000). A direction that it sees comes with its cosine and what passes.
 #[test]

@@ -23,6 +23,8 @@ pub(crate) struct Dials<'a> {
     tail: f64,
     /// The normal deviate that is exceeded with this chance.
     deviate: f64,
+    /// By channel, whether each source emits in it.
+    lit: Vec<Vec<bool>>,
     /// The sizes of scores, channel by channel ([`stats::Sizes::classes`]). Empty: all are worth the same.
     sizes: Vec<Vec<[f64; 3]>>,
 }
@@ -33,14 +35,18 @@ impl<'a> Dials<'a> {
         let experiment = estimates.experiment();
         let names = experiment.groups().map(Groups::sources).filter(|names| !names.is_empty())?;
         let tail = 0.5 * (1.0 - confidence);
+        let groups = experiment.groups()?;
+        let channels = || 0..estimates.scene().channels();
+        let lit = |channel: usize| (0..names.len()).map(|source| groups.is_lit(source, channel)).collect();
         Some(Dials {
             names,
+            lit: channels().map(lit).collect(),
             factors: experiment.mixture().map_or_else(|| vec![1.0; names.len()], <[f64]>::to_vec),
             walks: estimates.tally().counts.walks,
             unit: estimates.by_source(0, 0)?.meaning.unit,
             tail,
             deviate: -stats::normal_quantile(tail),
-            sizes: (0..estimates.scene().channels())
+            sizes: channels()
                 .map(|channel| {
                     estimates.sizes_of_scores(channel).into_iter().flat_map(|of| of.classes()).collect()
                 })

@@ -147,6 +147,12 @@ pub struct GroupRow<'a> {
     pub walks: u64,
 }
 
+/// The standard error of a smoothed factor; `None` where no walk has found any: such a factor stays 0.
+fn smoothed_error(factors: &Factors<'_>, smoothed: &Smoothed, i: usize, j: usize) -> Option<f64> {
+    let is_known = smoothed.factors[i][j] > 0.0 || factors.get(i, j).interval.high == 0.0;
+    is_known.then(|| smoothed.errors[i][j])
+}
+
 /// Whether smoothing moved a factor out of its interval.
 pub fn is_outside(factors: &Factors<'_>, smoothed: &Smoothed, i: usize, j: usize) -> bool {
     !factors.get(i, j).interval.contains(smoothed.factors[i][j])
@@ -171,9 +177,7 @@ pub fn write_factors(
             let known = factors.get(i, j);
             let smoothed = smoothed.map(|smoothed| {
                 let outside = if is_outside(factors, smoothed, i, j) { "outside" } else { "" };
-                let (factor, error) = (smoothed.factors[i][j], smoothed.errors[i][j]);
-                // What no walk has found stays 0, and has no error that is known.
-                (factor, Some(error).filter(|_| factor > 0.0 || known.interval.high == 0.0), outside)
+                (smoothed.factors[i][j], smoothed_error(factors, smoothed, i, j), outside)
             });
             let interval = (known.interval.low, known.interval.high);
             table.serialize((from, to, known.factor, known.std_error, interval, smoothed.as_slice()))?;
@@ -182,8 +186,8 @@ pub fn write_factors(
     table.flush()
 }
 
-/// Writes the factors as arrays for NumPy: `factor`, `std_error` (not a number where it is unknown), `ci_low` and `ci_high` of G rows and
-/// G + 2 columns; `smoothed` and `smoothed_error` where there are any; the names of rows and of columns.
+/// Writes the factors as arrays for NumPy: `factor`, `std_error`, `ci_low` and `ci_high` of G rows and G + 2 columns; `smoothed` and
+/// `smoothed_error` where there are any; errors that are unknown are not a number; the names of rows and of columns.
 ///
 /// # Errors
 /// Those of `writer`.
@@ -193,10 +197,10 @@ pub fn write_factors_npz(
     factors: &Factors<'_>,
     smoothed: Option<&Smoothed>,
 ) -> io::Result<()> {
-    let matrix = |of: &dyn Fn(exchange::Factor) -> f64| -> Vec<Vec<f64>> {
-        let columns = || 0..names.len() + 2;
-        (0..names.len()).map(|i| columns().map(|j| of(factors.get(i, j))).collect()).collect()
+    let cells = |of: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
+        (0..names.len()).map(|i| (0..names.len() + 2).map(|j| of(i, j)).collect()).collect()
     };
+    let matrix = |of: &dyn Fn(exchange::Factor) -> f64| cells(&|i, j| of(factors.get(i, j)));
     let rows = names.iter().map(String::as_str);
     let mut archive = Archive::new(writer);
     archive.words("from", rows.clone())?;
@@ -207,7 +211,8 @@ pub fn write_factors_npz(
     archive.matrix("ci_high", &matrix(&|known| known.interval.high))?;
     if let Some(smoothed) = smoothed {
         archive.matrix("smoothed", &smoothed.factors)?;
-        archive.matrix("smoothed_error", &smoothed.errors)?;
+        let errors = cells(&|i, j| smoothed_error(factors, smoothed, i, j).unwrap_or(f64::NAN));
+        archive.matrix("smoothed_error", &errors)?;
     }
     archive.finish()
 }

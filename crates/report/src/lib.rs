@@ -71,8 +71,8 @@ pub use partition::{ChoiceSummary, PartitionSummary};
 pub use patches::{Digits, face_words, flags, side_name, write_patches};
 pub use picture::{NamedShot, Photo, Picture, Shot};
 pub use planes::{
-    DemandSummary, FigureInterval, GlareSummary, ModellingSummary, PerChannel, PlaneSource, PlaneSummary,
-    plane_summaries, write_planes,
+    DemandSummary, DimPoints, FigureInterval, GlareSummary, ModellingSummary, PerChannel, PlaneSource,
+    PlaneSummary, plane_summaries, write_planes,
 };
 pub use precision::{DiscretisedSummary, HeadlineSummary, PatchShare, PrecisionSummary};
 pub use replay::walk_lines;

@@ -29,6 +29,9 @@ pub struct PlaneSummary {
     pub uniformity: PerChannel,
     /// U_d: the minimum over the maximum.
     pub diversity: PerChannel,
+    /// The points that hardly any light comes to; absent where there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dim: Option<DimPoints>,
     /// Of cylinders at the points of another plane that faces up, their light over its; absent of others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub modelling: Option<ModellingSummary>,
@@ -46,6 +49,43 @@ pub struct PlaneSummary {
     /// What the target asks of every point; absent where it asks nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<f64>,
+}
+
+/// Points of a plane with less than a hundredth of its mean in every channel. Most lie inside of furniture.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DimPoints {
+    /// How many there are.
+    pub points: usize,
+    /// The darkest of them [m].
+    pub darkest: [f64; 3],
+}
+
+impl DimPoints {
+    fn of(readings: &Readings, sensor: usize, means: &PerChannel) -> Option<Self> {
+        let sensors = readings.sensors();
+        // The light of a point, in the channel in which it has most of the mean.
+        let part = |cell: usize| {
+            let known = readings.cell(cell).into_iter().zip(means.each());
+            let parts = known.map(|(at, mean)| at.irradiance.unwrap_or(0.0) / mean.value.unwrap_or(0.0));
+            parts.filter(|part| part.is_finite()).reduce(f64::max)
+        };
+        let parts = sensors.cells_of(sensor).filter_map(|cell| Some((cell, part(cell)?)));
+        let dim: Vec<(usize, f64)> = parts.filter(|&(_, part)| part < 0.01).collect();
+        let &(darkest, _) = dim.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(DimPoints { points: dim.len(), darkest: sensors.cell(darkest).middle.to_array() })
+    }
+
+    /// What to do about them.
+    pub fn words(&self, plane: &str) -> String {
+        let [x, y, z] = self.darkest;
+        format!(
+            "plane {plane:?}: {} than a hundredth of the mean, the darkest at [{x:.3}, {y:.3}, {z:.3}]; if it lies inside of furniture, figures that count it say little: move the plane, or list the points outside in [[points]]",
+            match self.points {
+                1 => "1 point has less".into(),
+                many => format!("{many} points have less"),
+            }
+        )
+    }
 }
 
 /// Whether a figure of a plane reaches what is demanded of it, in every channel.
@@ -255,10 +295,12 @@ pub fn plane_summaries<D: Iterator<Item = (PlaneFigure, f64)>>(
         let per = |of: &dyn Fn(&radiosity::planes::PlaneFigures) -> Figure| {
             PerChannel::of(figures.iter().map(of).collect())
         };
+        let mean = per(&|figures| figures.mean);
         PlaneSummary {
             name: sensors.specs()[sensor].name.clone(),
             points: sensors.cells_of(sensor).len(),
-            mean: per(&|figures| figures.mean),
+            dim: DimPoints::of(readings, sensor, &mean),
+            mean,
             minimum: per(&|figures| figures.minimum),
             maximum: per(&|figures| figures.maximum),
             uniformity: per(&|figures| figures.uniformity),

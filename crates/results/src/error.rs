@@ -37,7 +37,7 @@ pub enum Error {
     },
     /// The counts are those of another question.
     #[error(
-        "the counts in {} are those of other surfaces, sensors, weather, seed, accuracy or budget; use another --out, or --force in place of --resume", path.display()
+        "the counts in {} are those of other surfaces, sensors, seed or patches of the sky; use another --out, or --force in place of --resume", path.display()
     )]
     OtherDaylight {
         /// The file of the counts.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use doctor::{Kind, Repair};
-use job::Job;
+use job::{Job, Light};
 use report::words::counted;
 use results::{FINDINGS, units, write_findings};
 use voice::say;
@@ -80,6 +80,9 @@ pub(crate) fn repair(job: &Job) -> Result<(), Fault> {
     if !is_scene_file && !spec.lamps.list.is_empty() {
         let lamps = counted(spec.lamps.list.len() as u64, "lamp");
         say(&format!("left out: {lamps} of the file; a [[lamp]] for each brings them back"));
+    }
+    if !is_scene_file && job.light == Light::Luminous {
+        say("its light is in lumens: a job of the copy needs light = \"luminous\"");
     }
     say(&format!("the repaired scene is {}; {} is unchanged", copy.display(), job.scene.path().display()));
     Ok(())

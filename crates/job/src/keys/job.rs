@@ -137,7 +137,11 @@ pub(crate) const BUDGET: [Key; 5] = [
     Key::new("first_path", || count(0), "The number of the first walk. Default: 0."),
     Key::new("paths", || count(1), "Walks of the whole job (jacobi: rays).").required(),
     Key::new("stream_paths", || integer(1, MAX_STREAM_PATHS), "Walks of a lease. Default: 65536."),
-    Key::new("wall_seconds", positive, "The run ends after this many seconds."),
+    Key::new(
+        "wall_seconds",
+        positive,
+        "The run ends after this many seconds, with its pilot; a tenth is left to walk.",
+    ),
     Key::new("checkpoint_seconds", positive, "Seconds between checkpoints. Default: 60."),
 ];
 
@@ -151,7 +155,11 @@ pub(crate) const TARGET: [Key; 9] = [
         || json!({"type": "number", "exclusiveMinimum": 0, "maximum": 1}),
         "The part of the patch area that must meet it. Default: 0.99.",
     ),
-    Key::new("min_paths", || count(0), "Walks before which no look is taken. Default: 1024."),
+    Key::new(
+        "min_paths",
+        || count(0),
+        "Walks before which no look is taken. Default, and the least that counts: 1024.",
+    ),
     Key::new("min_hits", || count(0), "Scores without which a patch does not meet it. Default: 10."),
     Key::new("unhit", word::<Unhit>, "What a patch counts for that no walk has hit. Default: infinite."),
     Key::new("patches", patches, "The patches that it is about. Default: all."),

@@ -1,7 +1,7 @@
 //! The table `[method]` as a whole.
 
 use radiosity::{
-    Space,
+    EstimatorKind, Space,
     methods::{Sampler, Solve},
 };
 
@@ -39,6 +39,7 @@ pub(crate) fn read_method(
     let sampler = table.take("sampler");
     let jacobi = table.take("jacobi").map(|value| read_solve(value, walk)).transpose()?.unwrap_or_default();
     let places = ChainKeys { walk: table.place("walk"), batch: table.place("batch_paths") };
+    let estimator_place = table.place("estimator");
     let final_gather = table.take("final_gather");
     let mut method = MethodTable {
         walk,
@@ -56,6 +57,14 @@ pub(crate) fn read_method(
         jacobi,
         final_gather: Vec::new(),
     };
+    if method.beside == Beside::Mix && method.estimator != EstimatorKind::Collision {
+        return Err(Error::Refused {
+            place: estimator_place,
+            problem: format!("{:?} beside mix = true", method.estimator.word()),
+            why: "the mix is of walks that score by collision",
+            remedy: "remove one of the two".into(),
+        });
+    }
     let is_free = walk != WalkKind::Jacobi && final_gather.is_none();
     if is_free && !names[0] {
         method.space = cutting.space;

@@ -8,7 +8,7 @@ use crate::geometry::face::Face;
 use crate::jacobi::{self, plan::Solve};
 use crate::method::{Chains, Method};
 use crate::tally::Tally;
-use crate::walk::estimator::Estimator;
+use crate::walk::estimator::{AbsorptionMode, Estimator};
 
 /// How much shorter the lower half of an interval is, by the relative standard error, as Garwood's limits of a Poisson number are.
 const LEAN_BELOW: f64 = 0.5;
@@ -104,7 +104,8 @@ pub(super) enum By {
     /// Links, one of which would add this to the mean.
     Links(f64),
     /// Hits of walks, one of which adds `one`, with a bound on E\[x²\]/E\[x\] of a walk's hits x, and what those may bring that are worth more than any walk's.
-    Hits { one: f64, ratio_bound: f64, unmet: f64 },
+    /// They are `unequal` in colour, and where walks grow weaker.
+    Hits { one: f64, ratio_bound: f64, unmet: f64, unequal: bool },
 }
 
 /// A mean, its standard error, and its interval.
@@ -176,7 +177,9 @@ impl Contributions {
                     }
                     None => 0.0,
                 };
-                By::Hits { one: per_event / walks, ratio_bound: meaning.ratio_bound, unmet }
+                let unequal = experiment.scene().channels() > 1
+                    || estimator.kind().absorption() == AbsorptionMode::Implicit;
+                By::Hits { one: per_event / walks, ratio_bound: meaning.ratio_bound, unmet, unequal }
             }
         }
     }

@@ -57,6 +57,8 @@ pub struct Groups {
     sources: Vec<String>,
     materials: Vec<SensitivityMaterial>,
     pub(super) classes: Vec<Class>,
+    /// By class, the channels in which it emits.
+    pub(super) lit: Vec<[bool; 3]>,
     /// For each face that emits, and behind the faces for each lamp without area, the first row of its class among the slots of a board; 0
     /// for others.
     pub(super) first_slots: Vec<u32>,
@@ -135,8 +137,17 @@ impl Groups {
         if !sources.is_empty() && classes.iter().any(|class| class.source as usize == sources.len()) {
             names.push(Groups::REST.into());
         }
+        let mut lit = vec![[false; 3]; classes.len()];
+        let mut light = |class: &Class, shines: &dyn Fn(usize) -> bool| {
+            let lit = &mut lit[classes.binary_search(class).expect("its own class")];
+            (0..scene.channels()).for_each(|channel| lit[channel] |= shines(channel));
+        };
+        emitters().for_each(|face| light(&class(&face), &|channel| face.emittance[channel] > 0.0));
+        lamps().for_each(|lamp| {
+            light(&class_of_lamp(lamp), &|channel| scene.lamp_power(lamp, channel) > 0.0);
+        });
         let faces = faces.len();
-        Ok(Some(Groups { sources: names, materials, classes, first_slots, faces, material_of_face }))
+        Ok(Some(Groups { sources: names, materials, classes, lit, first_slots, faces, material_of_face }))
     }
 
     /// The names of the sources, in the order of the job; the last is [`Groups::REST`] where emitters are left over. Empty
@@ -148,6 +159,12 @@ impl Groups {
     /// The materials whose influence is asked for.
     pub fn materials(&self) -> &[SensitivityMaterial] {
         &self.materials
+    }
+
+    /// Whether a source emits in a channel.
+    pub fn is_lit(&self, source: usize, channel: usize) -> bool {
+        let mut classes = self.classes.iter().zip(&self.lit);
+        classes.any(|(class, lit)| class.source as usize == source && lit[channel])
     }
 
     /// The class of a face that emits.

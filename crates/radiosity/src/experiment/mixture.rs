@@ -70,8 +70,11 @@ impl Shares {
         }
         let n = tally.counts.walks;
         let mut of_sources = BTreeMap::<u32, (f64, u128, u128)>::new();
-        let classes = groups.classes.iter().zip(groups.sums(tally, i, channel)).zip(&self.parts);
-        for ((class, [sum, sum_sq, _]), &part) in classes.filter(|(_, part)| **part > 0.0) {
+        // Walks of a source that has no light in the channel are known to bring none.
+        let parts = self.parts.iter().zip(&groups.lit);
+        let parts = parts.map(|(&part, lit)| if lit[channel] { part } else { 0.0 });
+        let classes = groups.classes.iter().zip(groups.sums(tally, i, channel)).zip(parts);
+        for ((class, [sum, sum_sq, _]), part) in classes.filter(|&(_, part)| part > 0.0) {
             let of_source = of_sources.entry(class.source).or_insert((part, 0, 0));
             *of_source = (part, of_source.1 + sum, of_source.2 + sum_sq);
         }

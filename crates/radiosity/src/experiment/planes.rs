@@ -109,9 +109,17 @@ impl Readings<'_> {
             PlaneFigure::Uniformity => figures().uniformity,
             PlaneFigure::Diversity => figures().diversity,
             PlaneFigure::Ugr => {
-                let unknown = Figure { value: None, low: f64::NEG_INFINITY, high: f64::INFINITY };
-                let glare = self.glare(plane).filter(|glare| glare.unexamined == 0);
-                glare.and_then(|glare| glare.largest).unwrap_or(unknown)
+                let known = |at: f64| Figure { value: Some(at), low: at, high: at };
+                match self.glare(plane) {
+                    // Eyes that see no luminaire have no glare.
+                    Some(glare) if glare.unexamined == 0 => glare.largest.unwrap_or(known(f64::NEG_INFINITY)),
+                    // Those that are not examined may have any.
+                    glare => {
+                        let largest = glare.and_then(|glare| glare.largest);
+                        let low = largest.map_or(f64::NEG_INFINITY, |largest| largest.low);
+                        Figure { low, ..known(f64::INFINITY) }
+                    }
+                }
             }
         }
     }

@@ -51,6 +51,8 @@ pub struct Readings<'a> {
     source: Option<usize>,
     /// The brightest faces, channel by channel, found when they are first asked for.
     bright: Arc<OnceLock<Vec<BrightFaces>>>,
+    /// By channel, the most radiosity that one walk may bring to a face, if all walks brought as much [W/m²]; found when it is first asked for.
+    most_of_walk: Arc<OnceLock<Vec<f64>>>,
 }
 
 impl<'a> Readings<'a> {
@@ -59,21 +61,22 @@ impl<'a> Readings<'a> {
         let sensors = experiment.sensors()?;
         let samples = samples(experiment, tally);
         let student = Student::new(samples, confidence);
-        let bright = Arc::default();
-        Some(Readings { experiment, sensors, tally, student, confidence, source: None, bright })
+        let (bright, most_of_walk) = (Arc::default(), Arc::default());
+        Some(Readings { experiment, sensors, tally, student, confidence, source: None, bright, most_of_walk })
     }
 
     /// The readings of one source's light, as much as there is of it; `None` where sources are not distinguished, or there is no such one.
     pub fn of_source(&self, source: usize) -> Option<Self> {
         let (student, bright) = (self.student.clone(), Arc::default());
-        let of_source = Readings { source: Some(source), student, bright, ..*self };
+        let most_of_walk = self.most_of_walk.clone();
+        let of_source = Readings { source: Some(source), student, bright, most_of_walk, ..*self };
         (source < self.experiment.source_count()).then_some(of_source)
     }
 
     /// The same readings with intervals of another level.
     pub(super) fn at_level(&self, confidence: f64) -> Self {
         let (student, bright) = (Student::new(self.samples(), confidence), self.bright.clone());
-        Readings { student, confidence, bright, ..*self }
+        Readings { student, confidence, bright, most_of_walk: self.most_of_walk.clone(), ..*self }
     }
 
     /// The level of the intervals.
@@ -170,13 +173,17 @@ impl<'a> Readings<'a> {
         })
     }
 
-    /// The rows of a tally that tell of a cell, each with the factor of its light. The means of planes follow the cells, and sources follow
-    /// all of them together: where all sources are as bright as in the scene, that is one row.
-    fn rows_of(&self, cell: usize) -> Vec<(usize, f64)> {
+    /// The rows of a tally that tell of a cell's light in a channel, each with the factor of its light. The means of planes follow the cells, and sources
+    /// follow all of them together: where all sources are as bright as in the scene, that is one row.
+    fn rows_of(&self, cell: usize, channel: usize) -> Vec<(usize, f64)> {
         let first = self.experiment.first_row_of_sensors() + 1;
-        let factor = |source: usize| self.experiment.factor_of(source as u32);
+        let is_lit =
+            |source: usize| self.experiment.groups().is_none_or(|groups| groups.is_lit(source, channel));
+        let factor =
+            |source: usize| if is_lit(source) { self.experiment.factor_of(source as u32) } else { 0.0 };
         let row = |source: usize| (first + (1 + source) * self.sensors.row_count() + cell, factor(source));
         match (self.source, self.experiment.mixture()) {
+            (Some(source), _) if !is_lit(source) => Vec::new(),
             (Some(source), _) => vec![row(source)],
             (None, None) => vec![(first + cell, 1.0)],
             (None, Some(factors)) => {
@@ -200,11 +207,12 @@ impl<'a> Readings<'a> {
     pub(super) fn sample_error(&self, cell: usize, channel: usize) -> f64 {
         let error =
             |(row, factor): (usize, f64)| factor * self.moments(row, channel).standard_error().unwrap_or(0.0);
-        self.per_unit(channel) * self.rows_of(cell).into_iter().map(error).sum::<f64>()
+        self.per_unit(channel) * self.rows_of(cell, channel).into_iter().map(error).sum::<f64>()
     }
 
     /// What samples have found, and the direct light that is known exactly. Rays of a sample gather the light of all sources, so that errors
-    /// of the sources in a mixture go together; they are added, which is the most that they can come to.
+    /// of the sources in a mixture go together; they are added, which is the most that they can come to. What may have stayed out of sources that
+    /// have brought nothing here is bounded for all of them together.
     fn read(&self, cell: usize, channel: usize, direct: f64) -> Reading {
         let known = self.samples() > 0;
         if known && self.experiment.is_all_direct(channel) {
@@ -214,8 +222,15 @@ impl<'a> Readings<'a> {
         // No irradiance by patches exceeds the largest radiosity there can be.
         let largest = self.experiment.largest_at_sensors[channel];
         let (mut mean, mut error, [mut low, mut high]) = (direct, Some(0.0), [direct; 2]);
-        for (row, factor) in self.rows_of(cell) {
+        let (mut silent, mut has_scored) = (0.0_f64, false);
+        let tells_sources_apart = self.source.is_some() || self.experiment.mixture().is_some();
+        for (row, factor) in self.rows_of(cell, channel) {
             let moments = self.moments(row, channel);
+            if moments.sum == 0 && tells_sources_apart {
+                silent = silent.max(factor * self.most_of_silent(cell, channel));
+                continue;
+            }
+            has_scored = true;
             let estimate =
                 self.student.estimate(&moments, self.per_unit(channel), largest, By::Many { unmet: 0.0 });
             mean += factor * estimate.mean;
@@ -223,21 +238,42 @@ impl<'a> Readings<'a> {
             low += factor * estimate.low;
             high += factor * estimate.high;
         }
-        let high = stats::with_unmet(high, mean, self.unmet(cell, channel));
+        if silent > 0.0 && !has_scored {
+            error = None;
+        }
+        let high = stats::with_unmet(high, mean, self.unmet(cell, channel).hypot(silent));
         Reading { irradiance: known.then_some(mean), std_error: error, ci_low: low, ci_high: high }
+    }
+
+    /// What a source may bring to a cell, or to the mean of a plane, that has brought nothing [W/m²]: of N walks none has lit what its rays meet, and none of
+    /// the rays has met an emitter.
+    fn most_of_silent(&self, cell: usize, channel: usize) -> f64 {
+        let chance = |n: f64| stats::unmet_chance(n, self.student.tail);
+        let largest = self.experiment.largest_at_sensors[channel];
+        let most_of_walk =
+            self.most_of_walk.get_or_init(|| most_of_walk(self.experiment, self.tally))[channel];
+        let walks = self.samples() * self.sensors.sample_walks();
+        let by_walks = most_of_walk * chance(walks as f64);
+        let by_rays = largest * chance(self.gathering_rays(self.cells_of_row(cell).len()));
+        (largest * chance(self.samples() as f64)).min(by_walks + by_rays)
+    }
+
+    /// Rays that some cells have sent to gather light.
+    fn gathering_rays(&self, cells: usize) -> f64 {
+        let gathering = 1.0 - 1.0 / SHADOW_SHARE as f64;
+        gathering * self.rays() as f64 * cells as f64 / self.sensors.cell_count() as f64
     }
 
     /// What bright faces may bring to a cell, or to the mean of a plane, that none of its rays has met [W/m²].
     pub(super) fn unmet(&self, cell: usize, channel: usize) -> f64 {
         let mean_of = |(row, factor): (usize, f64)| factor * self.moments(row, channel).mean().unwrap_or(0.0);
-        let mean = self.per_unit(channel) * self.rows_of(cell).into_iter().map(mean_of).sum::<f64>();
+        let mean = self.per_unit(channel) * self.rows_of(cell, channel).into_iter().map(mean_of).sum::<f64>();
         let error = self.sample_error(cell, channel);
         if mean <= 0.0 || error <= 0.0 {
             return 0.0;
         }
         let cells = self.cells_of_row(cell);
-        let gathering = 1.0 - 1.0 / SHADOW_SHARE as f64;
-        let rays = gathering * self.rays() as f64 * cells.len() as f64 / self.sensors.cell_count() as f64;
+        let rays = self.gathering_rays(cells.len());
         let bright = self.bright.get_or_init(|| {
             let factor = |source: usize| match self.source {
                 Some(own) if own != source => 0.0,
@@ -262,6 +298,19 @@ impl<'a> Readings<'a> {
     fn counted(&self, column: usize) -> u128 {
         counted(self.experiment, self.tally, column)
     }
+}
+
+/// By channel, the most radiosity that one walk may bring to a face, if all walks brought as much [W/m²].
+fn most_of_walk(experiment: &Experiment, tally: &Tally) -> Vec<f64> {
+    let scene = experiment.scene();
+    let of_face = |channel: usize, i: usize| {
+        let meaning = experiment.meaning(i, channel, tally)?;
+        let reflectance = scene.faces().get(i).reflectance[channel];
+        Some(reflectance * meaning.irradiance_per_event? * meaning.ratio_bound)
+    };
+    let of_channel =
+        |channel| (0..scene.faces().len()).filter_map(|i| of_face(channel, i)).fold(0.0, f64::max);
+    (0..scene.channels()).map(of_channel).collect()
 }
 
 /// Whole samples in a tally.

@@ -349,7 +349,7 @@ impl Solution {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mix {
     /// α: the weight of survival that gives the least variance; 1 − α is that of absorption. `None` where the estimators agree walk by walk,
-    /// or where one of them has scored nothing: then collision stands for both.
+    /// or where one of them has hardly scored: then collision stands for both.
     pub alpha: Option<f64>,
     /// B by that mix [W/m²]. The weight was chosen by the same walks, which costs a bias of the order of 1/N.
     pub radiosity: f64,
@@ -358,6 +358,9 @@ pub struct Mix {
     /// Variance of collision over that of the mix: 1 where collision is the best.
     pub collision_excess: Option<f64>,
 }
+
+/// The least number of scores of absorption, and of survival, from which a weight is taken: it costs a bias of the order of 1 over them.
+const MIXED_SCORES: f64 = 50.0;
 
 impl Mix {
     /// The mix that a tally of related scores gives for a face; `None` if no walk gives an estimate.
@@ -375,8 +378,9 @@ impl Mix {
         let variance = |moments: &Moments| moments.standard_error().map_or(0.0, |error| error * error);
         let mean = |moments: &Moments| moments.mean().unwrap_or(0.0);
         let per_unit = meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0) * reflectance;
-        // An estimator that has scored nothing yet has no spread, and would be taken for exact.
-        if reflectance > 0.0 && (absorption.sum == 0 || survival.sum == 0) {
+        // Of few scores the weight would be chance, and lean to what is too dark.
+        let is_rare = |moments: &Moments| effective_scores(&moments.into()) < MIXED_SCORES;
+        if reflectance > 0.0 && (is_rare(&absorption) || is_rare(&survival)) {
             let error = collision.standard_error().filter(|_| collision.sum > 0);
             return Some(Mix {
                 alpha: None,
@@ -463,6 +467,11 @@ fn estimate_of_chains(
     let scored = moments.sum > 0;
     // A channel without light is known to have none.
     let dark = irradiance == Some(0.0);
+    // Hits of unequal weights tell as much as their spread says, at most.
+    let by_error = match (by, error) {
+        (By::Hits { unequal: true, .. }, Some(error)) if error > 0.0 => (mean / error).powi(2),
+        _ => f64::INFINITY,
+    };
     let error = if dark { Some(0.0) } else { error };
     Estimate {
         radiosity: emitted + reflectance * mean,
@@ -473,7 +482,7 @@ fn estimate_of_chains(
         irradiance_error: irradiance.and(error),
         irradiance_interval: irradiance.map(|_| [low, high + meaning.irradiance_bias]),
         hits: landed,
-        effective_scores: if scored { landed.max(1) as f64 } else { 0.0 },
+        effective_scores: if scored { (landed.max(1) as f64).min(by_error) } else { 0.0 },
         bias_bound,
         irradiance_bias: meaning.irradiance_bias,
     }

@@ -46,6 +46,8 @@ struct PointLamp {
     opening: LuminousOpening,
     /// The flux of a lamp of strength 1 [W, or lm].
     flux: f64,
+    /// How far in front of the place that was written it hangs [m].
+    lift: f64,
 }
 
 impl PointLamp {
@@ -136,7 +138,7 @@ impl PointLamps {
                 _ => None,
             };
             let opening = opening.unwrap_or(LuminousOpening::Point);
-            lamps.list.push(PointLamp { position, axes, emission, strength, opening, flux });
+            lamps.list.push(PointLamp { position, axes, emission, strength, opening, flux, lift });
         }
         if (0..lamps.len()).any(|lamp| lamps.has_table(lamp)) {
             let of_lamps = lamps.list.iter().map(|lamp| lamp.for_tables(&spec.tables));
@@ -276,6 +278,14 @@ impl PointLamps {
         !matches!(self.list[lamp].emission, Emission::Distant { rim } if rim < 1.0)
     }
 
+    /// Whether the plane through a point with this normal divides a lamp from a place. A plane that the lamp hangs in, but for rounding, divides it from
+    /// nothing.
+    fn is_divided(&self, lamp: usize, place: DVec3, (point, normal): (DVec3, DVec3)) -> bool {
+        let PointLamp { position, lift, .. } = &self.list[lamp];
+        let before = (*position - point).dot(normal);
+        before.abs() > lift / 16.0 && before * (place - point).dot(normal) < 0.0
+    }
+
     /// The most irradiance that all lamps together may bring, channel by channel; `per_intensity` is what a lamp of intensity 1 at a place
     /// brings at most [1/m²].
     pub(crate) fn most_irradiance(&self, per_intensity: impl Fn(DVec3) -> f64) -> [f64; 3] {
@@ -375,9 +385,15 @@ impl Scene {
         let ray = Ray { origin, direction: towards, from };
         let hit = self.closest_hit(&ray);
         let is_sky = |surface: u32| surface as usize >= self.surfaces_before_sky();
-        // A lamp in the plane of a surface hangs just in front of it.
-        let is_free = hit.is_none_or(|hit| {
-            hit.t >= distance * (1.0 - NEAR) || distance.is_infinite() && is_sky(hit.surface)
+        // A lamp in the plane of a surface hangs just in front of it, so near that a ray from the front may meet the surface first; one from behind
+        // does not pass.
+        let divides = |surface: u32| {
+            let surface = &self.surfaces()[surface as usize];
+            self.parts.lamps.is_divided(lamp, origin, (surface.point([0.0; 2]), surface.normal()))
+        };
+        let is_free = hit.is_none_or(|hit| match distance.is_infinite() {
+            true => is_sky(hit.surface),
+            false => hit.t >= distance || hit.t >= distance * (1.0 - NEAR) && !divides(hit.surface),
         });
         let part = weight * self.passed_panes(&ray, distance);
         is_free.then(|| irradiance.map(|e| e * part))

@@ -1,5 +1,6 @@
 //! The panes that rays cross on their way.
 
+use arrayvec::ArrayVec;
 use glam::DVec3;
 
 use super::{Scene, SceneError};
@@ -38,8 +39,35 @@ impl Panes {
 
     /// The part of the light that passes all panes on the way along a ray as far as `t`.
     pub(crate) fn passed(&self, ray: &Ray, t: f64) -> f64 {
-        self.0.iter().map(|pane| pane.passed(ray, t)).product()
+        let mut rims = ArrayVec::<f64, 8>::new();
+        let mut part = 1.0;
+        for Crossing { t, on_rim, passes } in self.0.iter().filter_map(|pane| pane.crossing(ray, t)) {
+            // Where panes adjoin light crosses one of them.
+            if on_rim {
+                if rims.iter().any(|rim| (rim - t).abs() <= SAME * t) {
+                    continue;
+                }
+                // Of more rims than these some are crossed as often as they are there.
+                let _ = rims.try_push(t);
+            }
+            part *= passes;
+        }
+        part
     }
+}
+
+/// The part of a pane's sides within which a crossing is on its rim.
+const RIM: f64 = 1e-12;
+
+/// The part of their distance within which two crossings are at one place.
+const SAME: f64 = 1e-9;
+
+/// Where a ray crosses a pane.
+struct Crossing {
+    t: f64,
+    on_rim: bool,
+    /// The part of the light that passes.
+    passes: f64,
 }
 
 impl Pane {
@@ -62,19 +90,20 @@ impl Pane {
         })
     }
 
-    fn passed(&self, ray: &Ray, until: f64) -> f64 {
+    fn crossing(&self, ray: &Ray, until: f64) -> Option<Crossing> {
         let along = self.normal.dot(ray.direction);
         let t = self.normal.dot(self.corner - ray.origin) / along;
         if !(t > 0.0 && t < until) {
-            return 1.0;
+            return None;
         }
         let [u, v] = self.duals.map(|dual| dual.dot(ray.origin + t * ray.direction - self.corner));
-        let is_inside =
-            u >= 0.0 && v >= 0.0 && if self.is_triangle { u + v <= 1.0 } else { u <= 1.0 && v <= 1.0 };
-        if !is_inside {
-            return 1.0;
-        }
-        self.glass.passes((along.abs() / ray.direction.length()).min(1.0))
+        // How far the crossing is within the pane.
+        let within = u.min(v).min(if self.is_triangle { 1.0 - u - v } else { (1.0 - u).min(1.0 - v) });
+        (within >= -RIM).then(|| Crossing {
+            t,
+            on_rim: within <= RIM,
+            passes: self.glass.passes((along.abs() / ray.direction.length()).min(1.0)),
+        })
     }
 }
 

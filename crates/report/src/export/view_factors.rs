@@ -54,14 +54,21 @@ pub fn write_udales(mut writer: impl Write, matrix: &dyn MatrixRows) -> io::Resu
     })
 }
 
-/// Writes the sky view factors of uDALES (`svf.inp`): what is left of 1 of each row.
+/// Writes the sky view factors of uDALES (`svf.inp`): what is left of 1 of each row, but for the last column where it holds factors to surfaces that were
+/// dropped.
 ///
 /// # Errors
 /// Those of `writer` and of the matrix.
-pub fn write_udales_sky(mut writer: impl Write, matrix: &dyn MatrixRows) -> io::Result<()> {
+pub fn write_udales_sky(
+    mut writer: impl Write,
+    matrix: &dyn MatrixRows,
+    has_dropped: bool,
+) -> io::Result<()> {
     writeln!(writer, "# sky view factors")?;
+    let dropped = has_dropped.then(|| matrix.columns() as u32 - 1);
     matrix.each(&mut |row| {
-        let seen: f64 = square(matrix, &row).iter().map(|(_, factor)| factor).sum();
+        let rest = row.entries.last().filter(|(column, _)| Some(*column) == dropped);
+        let seen: f64 = square(matrix, &row).iter().chain(rest).map(|(_, factor)| factor).sum();
         writeln!(writer, "{}", (1.0 - seen).max(0.0))
     })
 }
@@ -189,8 +196,13 @@ mod tests {
     fn udales_reads_triples_and_the_sky() {
         let triples = text(|writer| write_udales(writer, &matrix()));
         assert_eq!(triples, "1 2 0.25\n2 1 0.125\n2 3 0.375\n3 2 1\n");
-        let sky = text(|writer| write_udales_sky(writer, &matrix()));
+        let sky = text(|writer| write_udales_sky(writer, &matrix(), false));
         assert_eq!(sky, "# sky view factors\n0.75\n0.5\n0\n");
+        let mut dropped = matrix();
+        dropped.iter_mut().for_each(|row| row.push(0.125));
+        dropped[2] = vec![0.0; dropped[2].len()];
+        let sky = text(|writer| write_udales_sky(writer, &dropped, true));
+        assert_eq!(sky, "# sky view factors\n0.625\n0.375\n1\n");
     }
 
     /// As the *Input Output Reference* of EnergyPlus has it: fields between commas, the last before a semicolon; n² factors.

@@ -59,10 +59,14 @@ pub fn write_vtu(mut writer: impl Write, estimates: &Estimates) -> io::Result<()
             ColumnCells::Number(cells) => {
                 floats(&mut writer, &name, "", cells.into_iter().map(|cell| cell.unwrap_or(f64::NAN)))?;
             }
-            // Faces without an estimate have no hits.
-            ColumnCells::Whole(cells) => {
-                integers(&mut writer, &name, cells.into_iter().map(|cell| cell.unwrap_or(0)))?
-            }
+            // Integers have no word for what is unknown.
+            ColumnCells::Whole(cells) => match cells.iter().copied().collect::<Option<Vec<i64>>>() {
+                Some(known) => integers(&mut writer, &name, known)?,
+                None => {
+                    let number = |cell: Option<i64>| cell.map_or(f64::NAN, |cell| cell as f64);
+                    floats(&mut writer, &name, "", cells.into_iter().map(number))?;
+                }
+            },
             ColumnCells::Words(words) => integers(&mut writer, &name, numbers(&name, &words))?,
         }
     }

@@ -121,13 +121,13 @@ export class Sources {
     const columns = new Map();
     channels.forEach((channel, c) => {
       const first = OF_ROW + c * (OF_CHANNEL + 2 * this.names.length);
-      for (const [name, values] of Object.entries(this.mixOne(factors, first, reflectances[c], this.dials.sizes[c]))) columns.set(name + channel, values);
+      for (const [name, values] of Object.entries(this.mixOne(factors, first, reflectances[c], this.dials.sizes[c], this.dials.lit[c]))) columns.set(name + channel, values);
     });
     return columns;
   }
 
   /** The light of one channel, whose planes begin at number `first`. */
-  mixOne(factors, first, reflectance, sizes) {
+  mixOne(factors, first, reflectance, sizes, lit) {
     const { walks: n, unit } = this.dials;
     const light = ['irradiance', 'irradiance_error', 'irradiance_low', 'irradiance_high'];
     const names = ['emittance', 'radiosity', 'std_error', 'ci_low', 'ci_high', ...light];
@@ -146,7 +146,8 @@ export class Sources {
       });
       const whole = sampleOf(n, sum, squares, counts);
       const own = (sample) => interval(sample, unit, this.dials, bound[i], [sizes, scales[i]]);
-      const scores = parts.map((part, s) => ({ part, sum: sums[2 * s][i], squares: sums[2 * s + 1][i] }));
+      // A source without light in the channel is known to bring none.
+      const scores = parts.map((part, s) => ({ part: lit[s] ? part : 0, sum: sums[2 * s][i], squares: sums[2 * s + 1][i] }));
       const emitted = source[i] < 0 ? 0 : emittance[i] * factors[source[i]];
       const hit = perHit[i] * scale;
       const reflected = Number.isNaN(hit) ? 0 : reflectance[i] * hit;

@@ -284,9 +284,20 @@ impl<'a> DaylightAnswer<'a> {
         });
         let backs = (summary.back > 0.0)
             .then(|| format!("{} of the walks end on backs of one-sided surfaces", percent(summary.back)));
+        let dark = self.counted.dark.first().map(|&darkest| {
+            let sensors = self.question.coefficients.sensors();
+            let [x, y, z] = sensors.cell(darkest).middle.to_array();
+            format!(
+                "{} less than a hundredth of the median's light, the darkest at [{x:.3}, {y:.3}, {z:.3}], and the tolerance leaves that out; if it lies inside of furniture, levels that count it say little: move the plane, or list the points outside in [[points]]",
+                match self.counted.dark.len() {
+                    1 => "1 place receives".into(),
+                    many => format!("{many} places receive"),
+                }
+            )
+        });
         let missed = (!summary.reached).then(|| {
             format!(
-                "the budget ended before the yearly mean of every place was known to {}; give more --paths",
+                "the budget ended before the yearly mean of every place was known to {}; give more --paths, with --resume",
                 percent(summary.tolerance)
             )
         });
@@ -296,7 +307,7 @@ impl<'a> DaylightAnswer<'a> {
         let hidden = self.question.weather.hours_of_hidden_sun().map(|hours| {
             format!("the sun shines far below the horizon in {hours} hours of the weather, and that light is left out: latitude, longitude and time zone of the file's first line do not fit its hours; correct them")
         });
-        [cut, hidden, smear, backs, missed].into_iter().flatten().collect()
+        [cut, hidden, smear, backs, dark, missed].into_iter().flatten().collect()
     }
 }
 

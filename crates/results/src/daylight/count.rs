@@ -8,7 +8,7 @@ use radiosity::{
     daylight::{DaylightSpec, Segment, SkyTally, sky_rows, sky_tallies},
 };
 use report::OutputFolder;
-use sky::SkyPatchCounts;
+use sky::{BoundedValue, SkyPatchCounts};
 
 use super::answer::FILES;
 use super::question::DaylightQuestion;
@@ -37,8 +37,10 @@ const PIECES: usize = 32;
 pub struct DaylightCounted {
     pub(super) tallies: Vec<SkyTally>,
     pub(super) cost: Cost,
-    /// Whether the tolerance is met at every cell.
+    /// Whether the tolerance is met at every cell that is not dark.
     pub reached: bool,
+    /// The cells that no more than a hundredth of the median cell's light comes to, which most often lie inside of furniture; the darkest first.
+    pub(super) dark: Vec<usize>,
     /// Whether a signal ended it.
     pub interrupted: bool,
 }
@@ -156,8 +158,12 @@ impl DaylightRounds<'_> {
     /// What was counted, where walks are `done` or given up.
     fn end(self, done: bool) -> DaylightCounted {
         let DaylightCounts { tallies, cost, .. } = self.counts;
-        let reached = done && tallies.iter().all(|tally| excess(self.question, tally) <= 1.0);
-        DaylightCounted { tallies, cost, reached, interrupted: !done }
+        let known: Vec<BoundedValue> =
+            tallies.iter().map(|tally| yearly_mean(self.question, tally)).collect();
+        let dark = dark(&known);
+        let is_known = |cell: usize| dark.contains(&cell) || excess(self.question, &known[cell]) <= 1.0;
+        let reached = done && (0..known.len()).all(is_known);
+        DaylightCounted { tallies, cost, reached, dark, interrupted: !done }
     }
 
     /// The walks that cells have fewer than they are to have.
@@ -190,15 +196,31 @@ pub(super) fn row(tally: &SkyTally) -> SkyPatchCounts {
     }
 }
 
+/// The yearly mean of a cell.
+fn yearly_mean(question: &DaylightQuestion, tally: &SkyTally) -> BoundedValue {
+    row(tally).light(&question.mean.0, &question.mean.1, question.wanted.confidence)
+}
+
+/// The part of the median cell's light below which a cell is dark.
+const DARK: f64 = 0.01;
+
+/// The cells that are surely dark, the darkest first.
+fn dark(known: &[BoundedValue]) -> Vec<usize> {
+    let mut cells: Vec<usize> = (0..known.len()).collect();
+    cells.sort_by(|&a, &b| known[a].value.total_cmp(&known[b].value));
+    let median = known[cells[cells.len() / 2]].value;
+    cells.retain(|&cell| known[cell].high < DARK * median);
+    cells
+}
+
 /// By what factor the relative half-width of the yearly mean is above what is asked.
-fn excess(question: &DaylightQuestion, tally: &SkyTally) -> f64 {
-    let known = row(tally).light(&question.mean.0, &question.mean.1, question.wanted.confidence);
+fn excess(question: &DaylightQuestion, known: &BoundedValue) -> f64 {
     0.5 * (known.high - known.low) / known.value / question.tolerance
 }
 
 /// The walks that a cell needs: errors fall as the square root of their number.
 fn needed(question: &DaylightQuestion, tally: &SkyTally) -> u64 {
-    let excess = excess(question, tally);
+    let excess = excess(question, &yearly_mean(question, tally));
     if excess <= 1.0 {
         return tally.walks;
     }

@@ -72,11 +72,10 @@ impl DaylightCounts {
     }
 }
 
-/// Digest of all that the counts of given walks depend on, and of what chooses the number of walks.
+/// Digest of all that the counts of given walks depend on. Weather, accuracy and budget choose the number of walks alone: other ones take counts on.
 fn digest(question: &DaylightQuestion) -> String {
-    let DaylightQuestion { job, scene, dome, mean, tolerance, wanted, .. } = question;
+    let DaylightQuestion { job, scene, dome, .. } = question;
     let walks = (scene.hash(), job.seed, job.scene.sensors(), dome.patches().count());
-    let looks = (mean, tolerance, wanted.confidence, question.most_walks());
-    let all = serde_json::to_vec(&(walks, looks)).expect("numbers and words");
+    let all = serde_json::to_vec(&walks).expect("numbers and words");
     blake3::hash(&all).to_hex().to_string()
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use exchange::{Tolerance, WalkPlan};
-use job::{Enclosure, FaceGroups, Grouping, Job, MethodTable, load_enclosure};
+use job::{Enclosure, FaceGroups, GroupNames, Grouping, Job, MethodTable, load_enclosure};
 use radiosity::{Scene, exchange::FactorKind};
 use report::{BACK, ESCAPE};
 
@@ -184,12 +184,13 @@ fn repeated(scene: Scene, asked: &Asked<'_>) -> Result<Scene, FactorsFault> {
 
 /// The names by which temperatures are given of each group. Where every patch is a group of sparse factors, a surface's name stands for all of its
 /// patches, and each goes by its own as well.
-fn enclosed_names(asked: &Asked<'_>, groups: &FaceGroups, scene: &Scene) -> Vec<Vec<String>> {
+fn enclosed_names(asked: &Asked<'_>, groups: &FaceGroups, scene: &Scene) -> Vec<GroupNames> {
     if asked.sparse.is_none() || !is_by_patch(groups, scene) {
-        return groups.names.iter().map(|name| vec![name.clone()]).collect();
+        return groups.names.iter().cloned().map(GroupNames::whole).collect();
     }
-    let called = |(face, own): (radiosity::surfaces::Face, String)| {
-        vec![scene.surface_name(face.surface).to_owned(), own]
+    let called = |(face, own): (radiosity::surfaces::Face, String)| GroupNames {
+        own,
+        part_of: Some((scene.surface_name(face.surface).to_owned(), face.area)),
     };
     scene.faces().iter().zip(patch_names(groups, scene)).map(called).collect()
 }

@@ -29,7 +29,7 @@ pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>
     }
     lines.extend(summary.target.iter().flat_map(|target| of_target(target, summary, settings)));
     lines.extend(summary.sensors.iter().flat_map(|sensors| of_sensors(sensors, summary.system())));
-    lines.extend(summary.planes.iter().map(|plane| of_plane(plane, summary)));
+    lines.extend(summary.planes.iter().flat_map(|plane| of_plane(plane, summary)));
     lines.extend(summary.sources.iter().map(|source| of_source(source, summary)));
     if let Some((most, others)) = summary.sensitivities.split_first() {
         lines.push(of_sensitivities(most, others));
@@ -200,20 +200,22 @@ fn of_sensors(sensors: &SensorsSummary, system: &str) -> Vec<String> {
 }
 
 /// What a plane of points has found.
-fn of_plane(plane: &PlaneSummary, summary: &Summary) -> String {
+fn of_plane(plane: &PlaneSummary, summary: &Summary) -> Vec<String> {
     let PlaneSummary { name, points, mean, minimum, uniformity, diversity, .. } = plane;
     let (unit, system) = (summary.units.irradiance, summary.system());
     let demands: String = plane.demands.iter().map(|demand| format!("; {}", demand.words(unit))).collect();
     let modelling = plane.modelling.as_ref().map_or(String::new(), |of| format!("; {}", of.words()));
     let ugr = plane.ugr.as_ref().map_or(String::new(), |of| format!("; {}", of.words()));
-    format!(
+    let figures = format!(
         "plane {name:?} ({}): mean {} {unit}, minimum {} {unit}, U₀ {}, U_d {}{modelling}{ugr}{demands}{system}",
         counted(*points as u64, "point"),
         mean.words(),
         minimum.words(),
         uniformity.words(),
         diversity.words()
-    )
+    );
+    let dim = plane.dim.map(|dim| format!("note: {}", dim.words(name)));
+    [figures].into_iter().chain(dim).collect()
 }
 
 /// How well the light of one source is known.

@@ -201,11 +201,13 @@ impl SparseAnswer {
             }
             SparseFile::Udales => {
                 folder.write(names[0], |file| report::write_udales(file, factors))?;
-                folder.write(names[1], |file| report::write_udales_sky(file, factors))?;
+                folder
+                    .write(names[1], |file| report::write_udales_sky(file, factors, self.file.least > 0.0))?;
             }
             SparseFile::UdalesNetcdf => {
                 folder.write(names[0], |file| report::write_udales_netcdf(file, factors))?;
-                folder.write(names[1], |file| report::write_udales_sky(file, factors))?;
+                folder
+                    .write(names[1], |file| report::write_udales_sky(file, factors, self.file.least > 0.0))?;
             }
             SparseFile::EnergyPlus => {
                 folder.write(names[0], |file| {

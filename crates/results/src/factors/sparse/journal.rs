@@ -160,8 +160,16 @@ impl Journal {
         }
         let failed = |source| Error::Rows { path: path.into(), source };
         let mut end = reader.file.stream_position().map_err(failed)?;
-        while let Ok(Some(_)) = reader.next() {
-            end = reader.file.stream_position().map_err(failed)?;
+        loop {
+            match reader.next() {
+                Ok(Some(_)) => end = reader.file.stream_position().map_err(failed)?,
+                Ok(None) => break,
+                // A row that was written in part is counted again; a disk that cannot be read for a while has lost none.
+                Err(error) => match error.kind() {
+                    io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData => break,
+                    _ => return Err(failed(error)),
+                },
+            }
         }
         Ok((reader.next, end))
     }
