@@ -161,8 +161,9 @@ impl DaylightRounds<'_> {
         let known: Vec<BoundedValue> =
             tallies.iter().map(|tally| yearly_mean(self.question, tally)).collect();
         let dark = dark(&known);
-        let is_known = |cell: usize| dark.contains(&cell) || excess(self.question, &known[cell]) <= 1.0;
-        let reached = done && (0..known.len()).all(is_known);
+        let mut met: Vec<bool> = known.iter().map(|known| excess(self.question, known) <= 1.0).collect();
+        dark.iter().for_each(|&cell| met[cell] = true);
+        let reached = done && met.into_iter().all(|met| met);
         DaylightCounted { tallies, cost, reached, dark, interrupted: !done }
     }
 
