@@ -5,7 +5,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-cargo build --locked --quiet
+# With the features of the whole workspace, so that what other builds have made serves here, too.
+cargo build --quiet --locked --workspace --bin radwalk
 PATH="$(cargo metadata --no-deps --format-version 1 --locked | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')/debug:$PATH"
 radwalk=$(readlink -f "$(command -v radwalk)")
 job=configs/cornell.toml
