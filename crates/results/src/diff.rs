@@ -383,7 +383,7 @@ mod tests {
     }
 
     /// 400 runs of 181 patches with 80 scores each against a solution without error: a false alarm in 1,000 comparisons at most, so that five in 400 have a probability
-    /// of 6·10⁻⁵. By their own errors alone there are about seven.
+    /// of 6·10⁻⁵. By their own errors alone there are about six.
     #[test]
     fn runs_of_few_scores_agree_with_the_truth() {
         let mut rng = radiosity::Sequence::new(5).walk(0);
