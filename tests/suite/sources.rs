@@ -298,7 +298,7 @@ fn factors_that_cannot_be_are_refused() {
 }
 
 /// Of two closed rooms with a lamp each, mixtures that change the lamp of one leave the readings and patches of the other as well known as they were: a lamp that
-/// brings nothing there has no error of its own, and what may have stayed out of it is little after so many walks. In colour a lamp
+/// brings nothing there has no error of its own, and what may have stayed out of it is little after 200,000 walks. In colour a lamp
 /// without red takes no part in red at all.
 #[test]
 fn lamps_of_other_rooms_take_no_part() {
