@@ -219,7 +219,12 @@ fn counts_serve_other_questions_of_the_same_walks() {
     let count = |words: &str| daylight_in(&scene, &folder, "out", words);
     let (code, _, stderr) = count("--paths 3e5 --tolerance 0.3");
     assert_eq!(code, 0, "{stderr}");
-    assert!(stderr.contains("1 place receives less than a hundredth of the median's light, the darkest at [4.500, 4.500, 0.500]"), "{stderr}");
+    assert!(
+        stderr.contains(
+            "1 place has less than 1 % of the median's light, the darkest at [4.500, 4.500, 0.500]"
+        ),
+        "{stderr}"
+    );
     let walks = || summary(&path(&folder, "out"))["walks"].as_u64().unwrap();
     let few = walks();
     let (code, _, stderr) = count("--paths 3e5 --tolerance 0.01 --resume");

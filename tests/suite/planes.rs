@@ -123,7 +123,7 @@ fn points_inside_of_furniture_are_told() {
         assert_eq!(dim["points"].as_u64().unwrap_or(0), count, "{dim}");
         let told = path(&folder, &format!("told-{count}"));
         let (_, stdout, _) = run(&["run", job.to_str().unwrap(), "--out", told.to_str().unwrap()]);
-        let note = "note: plane \"desk\": 1 point has less than a hundredth of the mean, the darkest at [0.500, 0.500, 0.800]";
+        let note = "note: plane \"desk\": 1 place has less than 1 % of the mean, the darkest at [0.500, 0.500, 0.800]";
         assert_eq!(stdout.contains(note), count == 1, "{stdout}");
     }
 }

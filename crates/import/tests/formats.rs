@@ -94,6 +94,20 @@ fn view3d_combines_surfaces() {
     assert_eq!(faces.collect::<Vec<_>>(), [(0, 0, 0), (0, 0, 1), (1, 0, 0), (1, 0, 0), (0, 0, 0)]);
 }
 
+/// The first letter tells what a line is, what follows the end is not read, and what obstructs needs no more than corners.
+#[test]
+fn view3d_lines_are_told_by_their_first_letter() {
+    let vertices = "V 1 0 0 0\nVertex 2 1 0 0\nV 3 1 1 0\nV 4 .8 .2 0\n! a remark \\\n";
+    let surfaces = "Srf 1 1 2 3 0 0 0 0.0 ! no name\nO 2 1 2 3 4\n*\nS 3 1 2 3 0 0 0 0.5 late\n";
+    let mesh = read("a.vs3", format!("{vertices}{surfaces}").as_bytes()).unwrap();
+    assert_eq!(mesh.parts, ["surface 1", "obstruction 2"]);
+    let emissivities = mesh.materials.iter().map(|material| 1.0 - material.reflectance.channels()[0]);
+    emissivities.zip([0.001, 1.0]).for_each(|(found, told)| assert!((found - told).abs() < 1e-15));
+    // The arrowhead's triangles all look the same way.
+    let scene = mesh.into_scene(Path::new("a.vs3"), Format::View3d, &Options::default()).unwrap();
+    assert!((area(&scene) - (0.5 + 0.2)).abs() < 1e-12, "{}", area(&scene));
+}
+
 /// Grids and polygons as VTK 9.7 and meshio 5.3 write them, in every encoding: a pentagon of the facet 12, a square of facet 3, a line, and
 /// a rectangle of facet 7 as two triangles or as a strip. Coordinates that were written as text or as f32 are those of the mesh.
 #[test]
@@ -913,6 +927,14 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("a.ply", "plx\n", &["a.ply:1: ", "no PLY"]),
     ("a.vs3", "F 3a\n", &["a.vs3:1: ", "format \"3a\""]),
     ("a.vs3", "V 2 0 0 0\n", &["a.vs3:1: ", "out of order"]),
+    ("a.vs3", "V 1 0 0 0\nS 2 1 1 1 0 0 0 0.5 a\n", &["a.vs3:2: ", "surface 2 is out of order"]),
+    ("a.vs3", "null 1 1 1 1 0 0 0 0.5 a\n", &["a.vs3:1: ", "null surfaces"]),
+    ("a.vs3", "G 1\n", &["a.vs3:1: ", "begins with \"G\""]),
+    (
+        "a.vs3",
+        "V 1 0 0 0\nV 2 1 0 0\nV 3 0 1 0\nV 4 2 1 0\nS 1 1 2 3 4 0 0 1 a\n",
+        &["a.vs3:5: ", "crosses itself"],
+    ),
     ("a.vs3", "V 1 0 0 0\nS 1 1 2 3 0 0 0 0.5 a\n", &["a.vs3:2: ", "no vertex 2"]),
     ("a.vs3", "V 1 0 0 0\nS 1 1 1 1 0 2 0 0.5 a\n", &["a.vs3:2: ", "are not read"]),
     ("a.vs3", "V 1 0 0 0\nS 1 1 1 1 0 0 1 0.5 a\n", &["a.vs3:2: ", "no surface 1 to combine with"]),

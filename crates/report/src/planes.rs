@@ -11,6 +11,7 @@ use radiosity::{
 use serde::Serialize;
 
 use crate::patches::per_channel;
+use crate::words::counted;
 
 /// The figures of a plane, or a list, of points.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -51,7 +52,7 @@ pub struct PlaneSummary {
     pub target: Option<f64>,
 }
 
-/// Points of a plane with less than a hundredth of its mean in every channel. Most lie inside of furniture.
+/// Points that hardly any light comes to: less than [`DimPoints::PART`] of what comes to others. Most lie inside of furniture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DimPoints {
     /// How many there are.
@@ -61,6 +62,10 @@ pub struct DimPoints {
 }
 
 impl DimPoints {
+    /// The part of the others' light below which a point is dim.
+    pub const PART: f64 = 0.01;
+
+    /// Those of a plane, by its mean in every channel.
     fn of(readings: &Readings, sensor: usize, means: &PerChannel) -> Option<Self> {
         let sensors = readings.sensors();
         // The light of a point, in the channel in which it has most of the mean.
@@ -70,20 +75,19 @@ impl DimPoints {
             parts.filter(|part| part.is_finite()).reduce(f64::max)
         };
         let parts = sensors.cells_of(sensor).filter_map(|cell| Some((cell, part(cell)?)));
-        let dim: Vec<(usize, f64)> = parts.filter(|&(_, part)| part < 0.01).collect();
+        let dim: Vec<(usize, f64)> = parts.filter(|&(_, part)| part < Self::PART).collect();
         let &(darkest, _) = dim.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
         Some(DimPoints { points: dim.len(), darkest: sensors.cell(darkest).middle.to_array() })
     }
 
-    /// What to do about them.
-    pub fn words(&self, plane: &str) -> String {
+    /// How many there are, by what light of others, and what to do about them.
+    pub fn words(&self, others: &str, figures: &str) -> String {
         let [x, y, z] = self.darkest;
+        let have = if self.points == 1 { "has" } else { "have" };
         format!(
-            "plane {plane:?}: {} than a hundredth of the mean, the darkest at [{x:.3}, {y:.3}, {z:.3}]; if it lies inside of furniture, figures that count it say little: move the plane, or list the points outside in [[points]]",
-            match self.points {
-                1 => "1 point has less".into(),
-                many => format!("{many} points have less"),
-            }
+            "{} {have} less than {} % of {others}, the darkest at [{x:.3}, {y:.3}, {z:.3}]; if it lies inside of furniture, {figures} that count it say little: move the plane, or list the points outside in [[points]]",
+            counted(self.points as u64, "place"),
+            100.0 * Self::PART
         )
     }
 }

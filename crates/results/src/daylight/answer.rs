@@ -5,7 +5,7 @@ use std::io::Write;
 
 use parallel::on_threads;
 use report::words::{counted, percent};
-use report::{DaylightArrays, DaylightRow, DaylightSummary, LevelSummary, OutputFolder};
+use report::{DaylightArrays, DaylightRow, DaylightSummary, DimPoints, LevelSummary, OutputFolder};
 use sky::{BoundedValue, Encoding, Level, Matrix, Metrics, STANDARD_SKIES, Sky, SkyPatchCounts, TARGETS};
 
 use super::count::{DaylightCounted, row};
@@ -285,15 +285,9 @@ impl<'a> DaylightAnswer<'a> {
         let backs = (summary.back > 0.0)
             .then(|| format!("{} of the walks end on backs of one-sided surfaces", percent(summary.back)));
         let dark = self.counted.dark.first().map(|&darkest| {
-            let sensors = self.question.coefficients.sensors();
-            let [x, y, z] = sensors.cell(darkest).middle.to_array();
-            format!(
-                "{} less than a hundredth of the median's light, the darkest at [{x:.3}, {y:.3}, {z:.3}], and the tolerance leaves that out; if it lies inside of furniture, levels that count it say little: move the plane, or list the points outside in [[points]]",
-                match self.counted.dark.len() {
-                    1 => "1 place receives".into(),
-                    many => format!("{many} places receive"),
-                }
-            )
+            let darkest = self.question.coefficients.sensors().cell(darkest).middle.to_array();
+            let dim = DimPoints { points: self.counted.dark.len(), darkest };
+            format!("{}; the tolerance leaves them out", dim.words("the median's light", "levels"))
         });
         let missed = (!summary.reached).then(|| {
             format!(

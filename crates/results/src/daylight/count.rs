@@ -7,7 +7,7 @@ use radiosity::{
     Sequence, Tally,
     daylight::{DaylightSpec, Segment, SkyTally, sky_rows, sky_tallies},
 };
-use report::OutputFolder;
+use report::{DimPoints, OutputFolder};
 use sky::{BoundedValue, SkyPatchCounts};
 
 use super::answer::FILES;
@@ -202,15 +202,12 @@ fn yearly_mean(question: &DaylightQuestion, tally: &SkyTally) -> BoundedValue {
     row(tally).light(&question.mean.0, &question.mean.1, question.wanted.confidence)
 }
 
-/// The part of the median cell's light below which a cell is dark.
-const DARK: f64 = 0.01;
-
 /// The cells that are surely dark, the darkest first.
 fn dark(known: &[BoundedValue]) -> Vec<usize> {
     let mut cells: Vec<usize> = (0..known.len()).collect();
     cells.sort_by(|&a, &b| known[a].value.total_cmp(&known[b].value));
     let median = known[cells[cells.len() / 2]].value;
-    cells.retain(|&cell| known[cell].high < DARK * median);
+    cells.retain(|&cell| known[cell].high < DimPoints::PART * median);
     cells
 }
 

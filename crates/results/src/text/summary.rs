@@ -214,7 +214,7 @@ fn of_plane(plane: &PlaneSummary, summary: &Summary) -> Vec<String> {
         uniformity.words(),
         diversity.words()
     );
-    let dim = plane.dim.map(|dim| format!("note: {}", dim.words(name)));
+    let dim = plane.dim.map(|dim| format!("note: plane {name:?}: {}", dim.words("the mean", "figures")));
     [figures].into_iter().chain(dim).collect()
 }
 
