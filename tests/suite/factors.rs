@@ -466,6 +466,7 @@ fn what_cannot_be_counted_is_refused() {
     ]);
     for (words, message) in [
         ("coloured.toml --reflections", "choose --channel"),
+        ("coloured.toml --sparse --export view3d", "one emissivity for each row; choose --channel"),
         ("corner.toml --groups doubled.toml", "patch 1 is in group \"a\" and in group \"b\""),
         ("corner.toml --groups missing.toml", "choose by-patch, by-surface, by-material"),
         ("corner.toml --groups by-surface --temperatures cold.toml", "write kelvin"),

@@ -348,6 +348,28 @@ fn a_facet_may_have_a_temperature_of_its_own() {
     assert_eq!(warm, ["wall 3"], "{table:?}");
 }
 
+/// A file of groups may have as many groups as there are faces, in an order of its own: names and temperatures are those of its groups.
+#[test]
+fn groups_of_a_face_each_go_by_their_names() {
+    let folder = folder(1);
+    let of = |patch| format!("[[group]]\nname = \"of {patch}\"\npatches = [{patch}]\n");
+    fs::write(path(&folder, "groups.toml"), (0..7).rev().map(of).collect::<String>()).unwrap();
+    let hot =
+        "[[group]]\nname = \"*\"\ntemperature = 300.0\n[[group]]\nname = \"of 0\"\ntemperature = 900.0\n";
+    fs::write(path(&folder, "heat.toml"), hot).unwrap();
+    let [groups, heat] = ["groups.toml", "heat.toml"].map(|name| path(&folder, name).display().to_string());
+    let words = format!("--rays 2000 --groups {groups} --temperatures {heat}");
+    let (code, stderr) = count(&folder, "out", &words);
+    assert_eq!(code, 0, "{stderr}");
+    let table = columns(&path(&folder, "out/thermal.csv"));
+    assert_eq!(table["group"], columns(&path(&folder, "out/groups.csv"))["group"]);
+    // The floor of 1 m², ε = 0.5, alone is hot: it gives 0.5·σ·900⁴ less what comes back, and nothing else gives anything.
+    let hot = table["group"].iter().position(|name| name == "of 0").unwrap();
+    let fluxes: Vec<f64> = table["flux"].iter().map(|cell| cell.parse().unwrap()).collect();
+    assert!((15_000.0..18_602.0).contains(&fluxes[hot]), "{table:?}");
+    assert!(fluxes.iter().filter(|flux| **flux > 5_000.0).count() == 1, "{table:?}");
+}
+
 #[test]
 fn what_cannot_be_counted_is_refused() {
     let folder = folder(1);

@@ -80,22 +80,23 @@ impl PairFactors {
     }
 
     /// The most that one walk more could change the flux of each group [W], given σT⁴ of all groups and of the environment [W/m²], by a pair
-    /// that few walks tell, or none; the environment counts where any walk has reached it.
-    pub(crate) fn most_of_a_walk(&self, emitted: &[f64]) -> Vec<f64> {
+    /// that few walks tell, or none; the environment counts where it is said that there is one, or any walk has reached it.
+    pub(crate) fn most_of_a_walk(&self, emitted: &[f64], has_environment: bool) -> Vec<f64> {
+        let escapes = self.escapes || has_environment;
         let groups = self.parts.len();
         if groups * groups <= FEW_PAIRS {
-            return (0..groups).map(|i| self.most_of_pairs(i, emitted)).collect();
+            return (0..groups).map(|i| self.most_of_pairs(i, emitted, escapes)).collect();
         }
-        let known = if self.escapes { emitted } else { &emitted[..groups] };
+        let known = if escapes { emitted } else { &emitted[..groups] };
         let most = known.iter().copied().fold(0.0, f64::max);
         let least = known.iter().copied().fold(f64::INFINITY, f64::min);
         (0..groups).map(|i| self.parts[i] * (most - emitted[i]).max(emitted[i] - least)).collect()
     }
 
-    fn most_of_pairs(&self, i: usize, emitted: &[f64]) -> f64 {
+    fn most_of_pairs(&self, i: usize, emitted: &[f64], escapes: bool) -> f64 {
         let groups = self.parts.len();
         let mut is_open = vec![true; groups + 1];
-        is_open[groups] = self.escapes;
+        is_open[groups] = escapes;
         self.row(i).iter().filter(|pair| pair.walks >= MANY_WALKS).for_each(|pair| is_open[pair.to] = false);
         let part = |j: usize| match j < groups && tells(&self.parts, j, i) {
             true => self.parts[j],

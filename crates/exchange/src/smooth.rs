@@ -26,10 +26,13 @@ pub struct Smoothed {
 /// Rounds in which factors that would become negative are held at 0.
 const ROUNDS: usize = 64;
 
-/// What is added to the diagonal, relative to its largest number: rows of groups that only see each other say the same twice.
+/// What is added to each number of the diagonal, relative to it: rows of groups that only see each other say the same twice.
 const RIDGE: f64 = 1e-11;
 
-/// Smooths the factors of groups with these areas [m²]. `None` where no adjustment was found.
+/// The defect of a row, relative to its area, beyond which no adjustment was found.
+const FAILURE: f64 = 1e-12;
+
+/// Smooths the factors of groups with these areas [m²]. `None` where no adjustment was found: what was counted lets no factors add up.
 ///
 /// # Panics
 /// Where there are other areas than groups, or a group without walks.
@@ -37,14 +40,21 @@ pub fn smooth(counts: &ExchangeCounts, areas: &[f64]) -> Option<Smoothed> {
     assert_eq!(counts.groups(), areas.len(), "each group has an area");
     let mut cells = ExchangeAreas::counted(counts, areas);
     for _ in 0..ROUNDS {
-        let covariance = inverse(cells.normal_matrix())?;
+        let covariance = cells.covariance()?;
         let moved = cells.moved(areas, &covariance);
         let negative = cells.hold_negative(&moved);
         if !negative {
-            return Some(cells.smoothed(&moved, areas, &covariance));
+            let add_up =
+                moved.iter().zip(areas).all(|(row, area)| defect(row, *area).abs() <= FAILURE * area);
+            return add_up.then(|| cells.smoothed(&moved, areas, &covariance));
         }
     }
     None
+}
+
+/// What a row lacks of its area [m²].
+fn defect(row: &[f64], area: f64) -> f64 {
+    area - row.iter().sum::<f64>()
 }
 
 /// What was counted of exchange areas, and its variances: G rows, each with G groups, backs, and what escapes.
@@ -74,16 +84,22 @@ impl ExchangeAreas {
         self.areas.len()
     }
 
-    /// C·V·Cᵀ, C being the sums of rows.
-    fn normal_matrix(&self) -> Vec<Vec<f64>> {
+    /// (C·V·Cᵀ)⁻¹, C being the sums of rows. The matrix is scaled to a diagonal of ones first: the groups' areas may differ by any factor.
+    fn covariance(&self) -> Option<Vec<Vec<f64>>> {
         let groups = self.groups();
-        let mut matrix: Vec<Vec<f64>> = self.variances.iter().map(|row| row[..groups].to_vec()).collect();
-        for (i, row) in matrix.iter_mut().enumerate() {
-            row[i] = self.variances[i].iter().sum();
+        let sums = self.variances.iter().map(|row| row.iter().sum::<f64>());
+        // A row that was counted as nothing at all has nothing to move.
+        let scale: Vec<f64> = sums.map(|sum| if sum > 0.0 { sum.sqrt().recip() } else { 0.0 }).collect();
+        let scaled = |i: usize, j: usize| match i == j {
+            true => 1.0 + RIDGE,
+            false => scale[i] * self.variances[i][j] * scale[j],
+        };
+        let matrix = (0..groups).map(|i| (0..groups).map(|j| scaled(i, j)).collect()).collect();
+        let mut inverse = inverse(matrix)?;
+        for (i, row) in inverse.iter_mut().enumerate() {
+            row.iter_mut().zip(&scale).for_each(|(x, scale_of_j)| *x *= scale[i] * scale_of_j);
         }
-        let largest = (0..groups).map(|i| matrix[i][i]).fold(0.0, f64::max);
-        (0..groups).for_each(|i| matrix[i][i] += RIDGE * largest);
-        matrix
+        Some(inverse)
     }
 
     /// The exchange areas whose rows add up to the areas of groups.
@@ -91,9 +107,8 @@ impl ExchangeAreas {
         let mut moved = self.areas.clone();
         // The ridge leaves a small part of the defect; three times over, nothing.
         for _ in 0..3 {
-            let defect: Vec<f64> =
-                moved.iter().zip(areas).map(|(row, area)| area - row.iter().sum::<f64>()).collect();
-            let multipliers = times(inverse, &defect);
+            let defects: Vec<f64> = moved.iter().zip(areas).map(|(row, &area)| defect(row, area)).collect();
+            let multipliers = times(inverse, &defects);
             for (i, row) in moved.iter_mut().enumerate() {
                 for (j, x) in row.iter_mut().enumerate() {
                     let other = multipliers.get(j).filter(|_| j != i).unwrap_or(&0.0);
@@ -169,6 +184,24 @@ mod tests {
         let Smoothed { factors, .. } =
             smooth(&ExchangeCounts::of(&[vec![0, 8, 0, 0], vec![16, 0, 0, 0]]), &[3.0, 3.0]).unwrap();
         assert!((factors[0][1] - 1.0).abs() < 1e-12 && (factors[1][0] - 1.0).abs() < 1e-12, "{factors:?}");
+    }
+
+    /// A chip sees nothing but a shell of a million times its area: its factor is known.
+    #[test]
+    fn what_a_row_knows_is_known_beside_far_larger_ones() {
+        let known = ExchangeCounts::of(&[vec![0, 40_000, 0, 0], vec![1, 39_999, 0, 0]]);
+        let Smoothed { factors, errors } = smooth(&known, &[6e-6, 6.0]).unwrap();
+        assert!((factors[0][1] - 1.0).abs() < 1e-12 && errors[0][1] < 1e-7, "{factors:?} {errors:?}");
+        assert!(factors.iter().all(|row| (row.iter().sum::<f64>() - 1.0).abs() < 1e-12), "{factors:?}");
+    }
+
+    /// A cube within a larger one, whose walks all met the inner one: the outer one's area is the larger, and nothing is left to take it.
+    #[test]
+    fn counts_may_let_no_factors_add_up() {
+        assert_eq!(
+            smooth(&ExchangeCounts::of(&[vec![0, 1024, 0, 0], vec![1024, 0, 0, 0]]), &[6.0, 6.0024]),
+            None
+        );
     }
 
     /// A pair that few walks found may be pushed below 0 by the rest of its row, and is held at 0 then.

@@ -97,8 +97,8 @@ pub struct Balance<'a> {
     pub emitting_areas: &'a [f64],
     /// What is given of each group.
     pub given: &'a [BoundaryCondition],
-    /// The temperature of the environment that what escapes meets [K].
-    pub environment: f64,
+    /// The temperature of the environment that what escapes meets [K]. `None`: 0, and only what has escaped tells that there is one.
+    pub environment: Option<f64>,
     /// The level of the intervals.
     pub level: f64,
 }
@@ -139,7 +139,7 @@ impl Balance<'_> {
         };
         // An interval ends `quantile` standard errors away; that of a count of 0 ends −ln((1 − level)/2) walks away.
         let unmet = -(0.5 - 0.5 * self.level).ln() / quantile;
-        let of_a_walk = pairs.most_of_a_walk(&emitted);
+        let of_a_walk = pairs.most_of_a_walk(&emitted, self.environment.is_some());
         let noise = |i: usize| self.noise(i, pairs.row(i), &emitted) + (unmet * of_a_walk[i]).powi(2);
         let noise: Vec<f64> = (0..groups).map(noise).collect();
         let of_free: Vec<f64> = free.iter().map(|&i| noise[i].sqrt()).collect();
@@ -170,7 +170,7 @@ impl Balance<'_> {
             BoundaryCondition::Temperature(t) => SIGMA * t.powi(4),
             BoundaryCondition::Flux(_) => 0.0,
         });
-        let mut emitted: Vec<f64> = known.chain([SIGMA * self.environment.powi(4)]).collect();
+        let mut emitted: Vec<f64> = known.chain([SIGMA * self.environment.unwrap_or(0.0).powi(4)]).collect();
         let right = free.iter().map(|&i| {
             let BoundaryCondition::Flux(flux) = self.given[i] else { unreachable!("a free group") };
             flux + self.emitting_areas[i] * seen(system.pairs.row(i), &emitted)
@@ -252,7 +252,7 @@ mod tests {
     fn solve(rows: &[Vec<u64>], areas: &[f64], given: &[BoundaryCondition]) -> Result<Thermal, ThermalFault> {
         let factors = SparseFactors::from(&ExchangeCounts::of(rows));
         let balance =
-            Balance { factors: &factors, emitting_areas: areas, given, environment: 3.0, level: 0.95 };
+            Balance { factors: &factors, emitting_areas: areas, given, environment: Some(3.0), level: 0.95 };
         let free: Vec<usize> =
             (0..rows.len()).filter(|&i| matches!(given[i], BoundaryCondition::Flux(_))).collect();
         let iterated = balance.solve_by(&free, false);
@@ -322,8 +322,14 @@ mod tests {
         (areas, rows)
     }
 
-    /// The counts of some walks of each row, at random.
+    /// The counts of some walks of each row, at random; rows are of groups.
     fn drawn(rows: &[Vec<f64>], walks: u64, seed: u64) -> SparseFactors {
+        let rows: Vec<Vec<f64>> = rows.iter().map(|row| [&row[..], &[0.0; 2]].concat()).collect();
+        counted(&rows, walks, seed)
+    }
+
+    /// The same of rows of groups, backs, and what escapes.
+    fn counted(rows: &[Vec<f64>], walks: u64, seed: u64) -> SparseFactors {
         let (sequence, groups) = (radiosity::Sequence::new(seed), rows.len());
         let mut counts = ExchangeCounts::none(groups);
         let row = |(row, mut rng): (&Vec<f64>, radiosity::WalkRng)| {
@@ -342,13 +348,13 @@ mod tests {
         SparseFactors::from(&counts)
     }
 
-    /// A balance whose environment is at 0 K.
+    /// A balance whose environment is not given.
     fn in_the_dark<'a>(
         factors: &'a SparseFactors,
         emitting_areas: &'a [f64],
         given: &'a [BoundaryCondition],
     ) -> Balance<'a> {
-        Balance { factors, emitting_areas, given, environment: 0.0, level: 0.95 }
+        Balance { factors, emitting_areas, given, environment: None, level: 0.95 }
     }
 
     /// More unknown temperatures than are solved for by the inverse: the iteration comes to its numbers, and what some groups give others take.
@@ -402,6 +408,34 @@ mod tests {
         }
         let rate = covered.rate(0.95).unwrap();
         assert!((0.94..=1.0).contains(&rate.value), "{rate:?}");
+    }
+
+    /// One of 5,000 rays leaves two black faces by a slit, which 82 % of counts of 1,000 walks miss: where an environment is given, intervals of both
+    /// fluxes hold in 94 % and more of 200 runs. Without one what no walk has met is not there.
+    #[test]
+    fn an_opening_may_be_missed() {
+        let (given, areas) = ([Temperature(500.0); 2], [1.0, 1.0]);
+        let truth = 2e-4 * SIGMA * 500.0_f64.powi(4);
+        let half_width = |environment: Option<f64>, rows: &SparseFactors| {
+            let balance = Balance { environment, ..in_the_dark(rows, &areas, &given) };
+            let fluxes = balance.solve().unwrap().fluxes;
+            (fluxes[0].high - fluxes[0].value, fluxes)
+        };
+        let mut covered = stats::Coverage::default();
+        for run in 0..200 {
+            let factors = counted(&[vec![0.3, 0.6998, 0.0, 2e-4], vec![0.6998, 0.3, 0.0, 2e-4]], 1000, run);
+            for flux in half_width(Some(0.0), &factors).1 {
+                covered.record(&stats::Interval { low: flux.low, high: flux.high }, truth);
+            }
+        }
+        let rate = covered.rate(0.95).unwrap();
+        assert!((0.94..=1.0).contains(&rate.value), "{rate:?}");
+        let closed = SparseFactors::from(&ExchangeCounts::of(&[vec![300, 700, 0, 0], vec![700, 300, 0, 0]]));
+        let [known, open] = [None, Some(0.0)].map(|environment| half_width(environment, &closed).0);
+        assert!(
+            known < 1e-9 && (open - 40.0_f64.ln() / 1000.0 * truth / 2e-4).abs() < 1e-6,
+            "{known} {open}"
+        );
     }
 
     /// Twelve groups of given temperature, 36 insulated ones, 120 runs: temperatures and fluxes by iteration are those by the inverse, and

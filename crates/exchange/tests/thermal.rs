@@ -41,7 +41,7 @@ fn solve(grouped: &Grouped, given: &[BoundaryCondition], run: u64, walks: u64) -
     let counts = grouped.count(FactorKind::Absorbed, 11, run * walks, walks);
     let emitting_areas = &grouped.weights(FactorKind::Absorbed)[..];
     let factors = &SparseFactors::from(&counts);
-    Balance { factors, emitting_areas, given, environment: 0.0, level: 0.95 }.solve().unwrap()
+    Balance { factors, emitting_areas, given, environment: None, level: 0.95 }.solve().unwrap()
 }
 
 /// Runs many times and holds estimates, their errors and their intervals against the truth.

@@ -14,8 +14,8 @@ use crate::source::SourceText;
 /// What a file says of the groups of an enclosure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Enclosure {
-    /// The temperature of the environment that what escapes meets [K]; default 0.
-    pub environment: f64,
+    /// The temperature of the environment that what escapes meets [K]; 0 where none is given.
+    pub environment: Option<f64>,
     /// What is given of each group.
     pub given: Vec<BoundaryCondition>,
     /// What replaces the emissivity of each group's surfaces, 1 − reflectance.
@@ -63,7 +63,7 @@ impl GroupNames {
 pub fn load_enclosure(path: &Path, names: &[GroupNames]) -> Result<Enclosure, Error> {
     let source = SourceText::read(path, "[[group]] tables, each with a name and a temperature or a flux")?;
     let mut file = KeyTable::root(&source, FILE_KEYS)?;
-    let environment = file.take("environment").map(|value| read_kelvin(&value)).transpose()?.unwrap_or(0.0);
+    let environment = file.take("environment").map(|value| read_kelvin(&value)).transpose()?;
     let place = file.place("group");
     let list = file.require("group", "a balance needs temperatures", "[[group]] with name = \"*\"")?;
     let (mut given, mut emissivities) = (vec![None; names.len()], vec![None; names.len()]);

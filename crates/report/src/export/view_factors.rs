@@ -14,7 +14,7 @@ pub(super) fn square<'a>(matrix: &dyn MatrixRows, row: &MatrixRow<'a>) -> &'a [(
     &row.entries[..row.entries.partition_point(|&(column, _)| column < rows)]
 }
 
-/// Writes the text file of View3D (`out=0`): a line of words, the areas, a line for each row of factors, the emissivities.
+/// Writes the text file of View3D (`out=0`): a line of the program, its version, out, encl, emit and the number of rows; the areas, a line for each row of factors, the emissivities.
 ///
 /// # Errors
 /// Those of `writer` and of the matrix.
@@ -23,7 +23,7 @@ pub fn write_view3d(
     (areas, emissivities): (&[f64], &[f64]),
     matrix: &dyn MatrixRows,
 ) -> io::Result<()> {
-    writeln!(writer, "View factors by radwalk")?;
+    writeln!(writer, "radwalk {} 0 0 0 {}", env!("CARGO_PKG_VERSION"), matrix.rows())?;
     write_words(&mut writer, areas.iter().map(|area| format!("{area}")))?;
     let mut line = vec![0.0; matrix.rows()];
     matrix.each(&mut |row| {
@@ -185,6 +185,8 @@ mod tests {
         let text = text(|writer| write_view3d(writer, (&areas.0, &areas.1), &matrix()));
         let (header, rest) = text.split_once('\n').unwrap();
         assert!(header.len() < 35, "longer headers are taken for numbers");
+        let words: Vec<&str> = header.split(' ').collect();
+        assert_eq!((words.len(), &words[2..]), (6, &["0", "0", "0", "3"][..]));
         let numbers: Vec<f64> = rest.split_whitespace().map(|word| word.parse().unwrap()).collect();
         assert_eq!(numbers[..3], areas.0);
         assert_eq!(numbers[3..12], [0.0, 0.25, 0.0, 0.125, 0.0, 0.375, 0.0, 1.0, 0.0]);

@@ -12,6 +12,11 @@ pub enum FactorsFault {
         "the scene is in colour, and factors with reflections are those of one reflectance a surface; choose --channel r, g or b, or leave out --reflections"
     )]
     NoChannel,
+    /// Emissivities are those of one channel.
+    #[error(
+        "the scene is in colour, and View3D's file has one emissivity for each row; choose --channel r, g or b, or leave out --export view3d"
+    )]
+    NoEmissivities,
     /// Light that is weakened on its way.
     #[error(
         "the scene has panes, and exchange factors are those of rays that end where they land; remove each [[pane]], or run the job"

@@ -49,6 +49,10 @@ pub struct FactorsQuestion {
     /// The scene of the job.
     pub scene: Scene,
     pub(super) groups: FaceGroups,
+    /// Whether each face is a group, which goes by its patch.
+    by_patch: bool,
+    /// Whether the scene is in colour and no channel was chosen.
+    has_no_channel: bool,
     pub(super) kind: FactorKind,
     pub(super) tolerance: Option<Tolerance>,
     /// The names of the pairs that the tolerance is asked of.
@@ -79,7 +83,8 @@ impl FactorsQuestion {
             return Err(FactorsFault::GroupedPatches.into());
         }
         let channels = job.scene.spec().channels();
-        if channels > 1 && kind == FactorKind::Absorbed && asked.channel.is_none() {
+        let has_no_channel = channels > 1 && asked.channel.is_none();
+        if has_no_channel && kind == FactorKind::Absorbed {
             return Err(FactorsFault::NoChannel.into());
         }
         job.scene = job.scene.for_exchange(asked.channel.unwrap_or(0), |_| None);
@@ -90,7 +95,9 @@ impl FactorsQuestion {
         (job.budget.first_path, job.budget.wall_seconds) = (0, None);
         (job.sources, job.sensitivity) = (Vec::new(), Vec::new());
         let mut scene = job.build_scene()?;
-        let groups = groups_of(asked, &job, &scene)?;
+        let grouping = grouping_of(asked, &scene)?;
+        let groups = groups_of(asked, &grouping, (&job, &scene))?;
+        let by_patch = grouping == Grouping::ByPatch;
         let paths = match asked.sparse.map(|sparse| sparse.walks) {
             None => Some(job.budget.paths),
             Some(RowWalks::Shared(paths)) => Some(paths),
@@ -99,7 +106,10 @@ impl FactorsQuestion {
         if let Some(paths) = paths.filter(|&paths| WalkPlan::pilot(groups.count(), paths).is_none()) {
             return Err(FactorsFault::FewWalks { paths, groups: groups.count() }.into());
         }
-        let names = enclosed_names(asked, &groups, &scene);
+        let names = match asked.sparse.is_some() && by_patch {
+            true => names_of_parts(&groups, &scene),
+            false => groups.names.iter().cloned().map(GroupNames::whole).collect(),
+        };
         let enclosure = asked.temperatures.map(|path| load_enclosure(path, &names)).transpose()?;
         if let Some(enclosure) = enclosure.as_ref().filter(|it| it.emissivities.iter().any(Option::is_some)) {
             let reflectances = reflectances(enclosure, &groups, &scene)?;
@@ -121,6 +131,8 @@ impl FactorsQuestion {
             job,
             scene,
             groups,
+            by_patch,
+            has_no_channel,
             kind,
             tolerance,
             pairs,
@@ -132,7 +144,7 @@ impl FactorsQuestion {
 
     /// A name for each group: where each patch is one, the patch's.
     pub(super) fn names(&self) -> Vec<String> {
-        match is_by_patch(&self.groups, &self.scene) {
+        match self.by_patch {
             true => patch_names(&self.groups, &self.scene),
             false => self.groups.names.clone(),
         }
@@ -141,8 +153,11 @@ impl FactorsQuestion {
     /// Whether these files can hold the factors.
     ///
     /// # Errors
-    /// Where they are for view factors, and reflections are counted.
+    /// Where they are for view factors, and reflections are counted; where they hold emissivities, of which the scene has several.
     pub fn check_exports(&self, files: &[SparseFile]) -> Result<(), FactorsFault> {
+        if self.has_no_channel && files.contains(&SparseFile::View3d) {
+            return Err(FactorsFault::NoEmissivities);
+        }
         let of_both = [SparseFile::Mtx, SparseFile::Npz, SparseFile::Parquet];
         match self.kind == FactorKind::FirstHit || files.iter().all(|file| of_both.contains(file)) {
             true => Ok(()),
@@ -182,12 +197,9 @@ fn repeated(scene: Scene, asked: &Asked<'_>) -> Result<Scene, FactorsFault> {
     }
 }
 
-/// The names by which temperatures are given of each group. Where every patch is a group of sparse factors, a surface's name stands for all of its
-/// patches, and each goes by its own as well.
-fn enclosed_names(asked: &Asked<'_>, groups: &FaceGroups, scene: &Scene) -> Vec<GroupNames> {
-    if asked.sparse.is_none() || !is_by_patch(groups, scene) {
-        return groups.names.iter().cloned().map(GroupNames::whole).collect();
-    }
+/// The names by which temperatures are given of groups that are a patch each: a surface's name stands for all of its patches, and each goes by its
+/// own as well.
+fn names_of_parts(groups: &FaceGroups, scene: &Scene) -> Vec<GroupNames> {
     let called = |(face, own): (radiosity::surfaces::Face, String)| GroupNames {
         own,
         part_of: Some((scene.surface_name(face.surface).to_owned(), face.area)),
@@ -207,30 +219,31 @@ fn patch_names(groups: &FaceGroups, scene: &Scene) -> Vec<String> {
     scene.faces().iter().zip(&groups.names).map(name).collect()
 }
 
-/// Whether each face is a group of its own.
-fn is_by_patch(groups: &FaceGroups, scene: &Scene) -> bool {
-    groups.count() == scene.faces().len()
+/// How faces are grouped, by what is asked and by how many there are.
+fn grouping_of(asked: &Asked<'_>, scene: &Scene) -> Result<Grouping, FactorsFault> {
+    let most_faces = if asked.sparse.is_some() { MOST_ROWS } else { MOST_FACES };
+    match asked.groups {
+        Some("by-patch") => Ok(Grouping::ByPatch),
+        Some("by-surface") => Ok(Grouping::BySurface),
+        Some("by-material") => Ok(Grouping::ByMaterial),
+        Some(file) if Path::new(file).exists() => Ok(Grouping::File(PathBuf::from(file))),
+        Some(typed) => Err(FactorsFault::NoGroups { typed: typed.into() }),
+        None if scene.faces().len() <= most_faces => Ok(Grouping::ByPatch),
+        None => Ok(Grouping::BySurface),
+    }
 }
 
-fn groups_of(asked: &Asked<'_>, job: &Job, scene: &Scene) -> Result<FaceGroups, Error> {
-    let (most, most_faces) = match asked.sparse {
-        Some(_) => (MOST_ROWS, MOST_ROWS),
-        None => (MOST_GROUPS, MOST_FACES),
-    };
-    let grouping = match asked.groups {
-        Some("by-patch") => Grouping::ByPatch,
-        Some("by-surface") => Grouping::BySurface,
-        Some("by-material") => Grouping::ByMaterial,
-        Some(file) if Path::new(file).exists() => Grouping::File(PathBuf::from(file)),
-        Some(typed) => return Err(FactorsFault::NoGroups { typed: typed.into() }.into()),
-        None if scene.faces().len() <= most_faces => Grouping::ByPatch,
-        None => Grouping::BySurface,
-    };
+fn groups_of(
+    asked: &Asked<'_>,
+    grouping: &Grouping,
+    (job, scene): (&Job, &Scene),
+) -> Result<FaceGroups, Error> {
+    let most = if asked.sparse.is_some() { MOST_ROWS } else { MOST_GROUPS };
     let faces = scene.faces().len();
-    if grouping == Grouping::ByPatch && faces > most {
+    if *grouping == Grouping::ByPatch && faces > most {
         return Err(FactorsFault::TooManyGroups { groups: faces, most }.into());
     }
-    let groups = FaceGroups::of(&grouping, &job.scene, scene)?;
+    let groups = FaceGroups::of(grouping, &job.scene, scene)?;
     if groups.count() > most {
         return Err(FactorsFault::TooManyGroups { groups: groups.count(), most }.into());
     }
