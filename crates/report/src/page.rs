@@ -328,9 +328,12 @@ impl Page<'_> {
         self.summary.sources.iter().map(row).collect()
     }
 
-    /// A row for each material whose influence is known, the one that matters most first.
+    /// A row for each material whose influence is asked for, the one that matters most first.
     fn sensitivities(&self) -> Vec<[String; 3]> {
         let row = |of: &SensitivitySummary| {
+            if !of.is_known() {
+                return [of.material.clone(), "unknown".into(), "unknown".into()];
+            }
             let known = |error: f64| format!("{} ± {}", percent(of.relative_change), percent(error));
             let change = known(of.relative_change * of.std_error_bound / of.mean_derivative);
             let change = if of.mean_derivative > 0.0 { change } else { "0".into() };

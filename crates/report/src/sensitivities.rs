@@ -12,7 +12,8 @@ use crate::patches::{per_channel, side_columns, side_heads};
 pub struct SensitivitySummary {
     /// The name of the material.
     pub material: String,
-    /// ∂B/∂R in the mean over the area and the channels [W/m²].
+    /// ∂B/∂R in the mean over the area and the channels [W/m²]. Not a number, `null` in JSON, where it is unknown in some channel: no walk tells what
+    /// a black material would reflect.
     pub mean_derivative: f64,
     /// No less than the standard error of that mean: patches may err together.
     pub std_error_bound: f64,
@@ -20,7 +21,14 @@ pub struct SensitivitySummary {
     pub relative_change: f64,
 }
 
-/// How much each material matters, the one that matters most first.
+impl SensitivitySummary {
+    /// Whether it is known how much the material matters.
+    pub fn is_known(&self) -> bool {
+        self.mean_derivative.is_finite()
+    }
+}
+
+/// How much each material matters, the one that matters most first; those of which it is unknown are the last.
 pub fn sensitivity_summaries(influences: &Influences) -> Vec<SensitivitySummary> {
     let scene = influences.estimates().scene();
     let channels = scene.channels() as f64;
@@ -32,9 +40,13 @@ pub fn sensitivity_summaries(influences: &Influences) -> Vec<SensitivitySummary>
     let summary = |(number, material): (usize, &radiosity::sensitivity::SensitivityMaterial)| {
         let (mut change, mut error) = (0.0, 0.0);
         for (i, face) in scene.faces().iter().enumerate() {
-            for by in influences.of(number, Property::Reflectance, i).into_iter().flatten() {
-                change += face.area * by.value / channels;
-                error += face.area * by.std_error.unwrap_or(f64::INFINITY) / channels;
+            for by in influences.of(number, Property::Reflectance, i) {
+                let (value, std_error) = match by {
+                    Some(by) => (by.value, by.std_error.unwrap_or(f64::INFINITY)),
+                    None => (f64::NAN, f64::NAN),
+                };
+                change += face.area * value / channels;
+                error += face.area * std_error / channels;
             }
         }
         SensitivitySummary {
@@ -46,7 +58,9 @@ pub fn sensitivity_summaries(influences: &Influences) -> Vec<SensitivitySummary>
     };
     let mut summaries: Vec<SensitivitySummary> =
         influences.materials().iter().enumerate().map(summary).collect();
-    summaries.sort_by(|a, b| b.mean_derivative.total_cmp(&a.mean_derivative));
+    // −NaN is below all numbers.
+    let rank = |of: &SensitivitySummary| if of.is_known() { of.mean_derivative } else { -f64::NAN };
+    summaries.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
     summaries
 }
 

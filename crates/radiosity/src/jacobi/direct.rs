@@ -55,7 +55,7 @@ pub(super) struct Direct<'a> {
 struct PilotSight {
     /// The face that it leaves.
     face: u32,
-    /// The light that it stands for, and the near light of that [1/m²].
+    /// The light that it stands for, and the near light of that [1/m²]: the kernel, since a lamp is chosen by its part of Φ_T.
     all: f64,
     near: f64,
     /// e: what its lamp emits [1/m²].
@@ -63,10 +63,8 @@ struct PilotSight {
 }
 
 impl PilotSight {
-    fn new(&LitShadowRay { face, lamp, kernel, .. }: &LitShadowRay, brought: f64) -> Self {
-        let emitted = lamp.part / lamp.piece.area;
-        let all = kernel / emitted;
-        PilotSight { face, all, near: all - brought, emitted }
+    fn new(&LitShadowRay { face, lamp, kernel, .. }: &LitShadowRay, far: f64) -> Self {
+        PilotSight { face, all: kernel, near: kernel - far, emitted: lamp.part / lamp.piece.area }
     }
 }
 
@@ -126,10 +124,10 @@ impl<'a> Direct<'a> {
         let numbers = RayNumbers::sobol(Sequence::new(PILOT_SEED).walk(0));
         let mut caster = ShadowCaster::new(self.faces, &self.lamps, numbers);
         caster.cast(0, &pilot, &|| pool.go_on(), |sight| {
-            let brought = self.brought(sight);
+            let far = self.bounds.far(sight.face, sight.lamp.face, sight.kernel);
             let [sum, squares] = &mut sums[sight.face as usize];
-            (*sum, *squares) = (*sum + brought, *squares + brought * brought);
-            sights.push(PilotSight::new(sight, brought));
+            (*sum, *squares) = (*sum + far, *squares + far * far);
+            sights.push(PilotSight::new(sight, far));
         })?;
         let n = f64::from(PILOT_RAYS);
         let per_share = sample as f64 / self.rays() as f64;
@@ -154,7 +152,7 @@ impl<'a> Direct<'a> {
         Some(by_shadows < by_counts && near < MOST_NEAR * all)
     }
 
-    /// What a shadow ray brings of light with Φ_T = 1 [1/m²].
+    /// What a shadow ray brings of the emittance of its lamp.
     fn brought(&self, &LitShadowRay { face, lamp, kernel, .. }: &LitShadowRay) -> f64 {
         self.bounds.far(face, lamp.face, kernel) * lamp.piece.area / lamp.part
     }
@@ -266,14 +264,30 @@ mod tests {
         Direct::where_it_pays(&faces, rays, &|| true).unwrap().is_some()
     }
 
+    /// A scene of parallelograms with other lengths.
+    fn scaled(spec: &SceneSpec, factor: f64) -> SceneSpec {
+        let mut spec = spec.clone();
+        for surface in &mut spec.surfaces {
+            let Shape::Parallelogram { corner, corner_u, corner_v, .. } = &mut surface.shape else {
+                panic!()
+            };
+            [corner, corner_u, corner_v].into_iter().for_each(|point| *point *= factor);
+        }
+        spec
+    }
+
     #[test]
     fn shadow_rays_go_where_little_of_the_area_emits() {
         let mut spec = SceneSpec::furnace(3, 0.5);
         assert!(!pays(&spec, 10_000), "all emits");
         spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 0.0.into());
         spec.surfaces[0].cell_emittance.push((4, 1.0.into()));
-        assert!(pays(&spec, 10_000) && pays(&spec, 40 * 54));
-        assert!(!pays(&spec, 32 * 54), "links need all rays");
+        // In millimetres and in kilometres, too.
+        for power in [-12, 0, 12] {
+            let spec = scaled(&spec, 2.0_f64.powi(power));
+            assert!(pays(&spec, 10_000) && pays(&spec, 40 * 54));
+            assert!(!pays(&spec, 32 * 54), "links need all rays");
+        }
     }
 
     /// Of a lamp in a small reflector nearly all light that counts is near light, which shadow rays leave to links.
@@ -285,11 +299,11 @@ mod tests {
         let corner = DVec3::new(0.49, 0.49, 0.98);
         let quad = |corner, u: DVec3, v: DVec3| Shape::parallelogram(corner, 0.02 * u, 0.02 * v, [1, 1]);
         spec.surfaces.push(SurfaceSpec::new(quad(corner + 0.01 * z, y, x), 0.0).emitting(1.0));
-        assert!(pays(&spec, 1 << 19));
+        assert!(pays(&spec, 1 << 19) && pays(&scaled(&spec, 64.0), 1 << 19));
         for (from, u, v) in [(DVec3::ZERO, y, z), (0.02 * x, z, y), (DVec3::ZERO, z, x), (0.02 * y, x, z)] {
             spec.surfaces.push(SurfaceSpec::new(quad(corner + from, u, v), 0.8));
         }
-        assert!(!pays(&spec, 1 << 19));
+        assert!(!pays(&spec, 1 << 19) && !pays(&scaled(&spec, 64.0), 1 << 19));
     }
 
     #[test]

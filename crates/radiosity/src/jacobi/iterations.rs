@@ -22,6 +22,9 @@ use crate::random::rng::WalkRng;
 use crate::random::sampling::AliasTable;
 use crate::scene::Scene;
 
+/// The first phase takes no face for brighter than one that absorbs this part: its rays would stand for more light than there is.
+const LEAST_ABSORBING: f64 = 1.0 / 16.0;
+
 /// What an iteration propagates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IterationPhase {
@@ -163,9 +166,9 @@ impl<'a> Shooter<'a> {
             incoming.clone_from(of_lamps);
         }
         // No more light is under way than Φ_T/(1 − R_max): this phase takes the rays of one regular iteration at most, in
-        // the mean.
-        let brightest = self.faces.scene.max_reflectance().max();
-        let share_of_ray = (self.plan.regular + 1) as f64 / (rays as f64 * (1.0 - brightest));
+        // the mean. One bright face does not keep it from shooting: half of the rays are enough of a bound beyond.
+        let most_absorbing = (1.0 - self.faces.scene.max_reflectance().max()).max(LEAST_ABSORBING);
+        let share_of_ray = (self.plan.regular + 1) as f64 / (rays as f64 * most_absorbing);
         loop {
             let shares = self.shares(&unshot);
             let total: f64 = shares.iter().sum();

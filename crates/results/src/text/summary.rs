@@ -31,7 +31,8 @@ pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>
     lines.extend(summary.sensors.iter().flat_map(|sensors| of_sensors(sensors, summary.system())));
     lines.extend(summary.planes.iter().flat_map(|plane| of_plane(plane, summary)));
     lines.extend(summary.sources.iter().map(|source| of_source(source, summary)));
-    if let Some((most, others)) = summary.sensitivities.split_first() {
+    let known: Vec<&SensitivitySummary> = summary.sensitivities.iter().filter(|of| of.is_known()).collect();
+    if let Some((most, others)) = known.split_first() {
         lines.push(of_sensitivities(most, others));
     }
     lines
@@ -231,13 +232,13 @@ fn of_source(source: &SourceSummary, summary: &Summary) -> String {
 }
 
 /// Which material matters most.
-fn of_sensitivities(most: &SensitivitySummary, others: &[SensitivitySummary]) -> String {
+fn of_sensitivities(most: &SensitivitySummary, others: &[&SensitivitySummary]) -> String {
     let change = |of: &SensitivitySummary| {
         let error = of.relative_change * of.std_error_bound / of.mean_derivative;
         let error = if error.is_finite() { format!(" ± {}", percent(error)) } else { String::new() };
         format!("{:?} by {}{error}", of.material, percent(of.relative_change))
     };
-    let others: Vec<String> = others.iter().take(3).map(change).collect();
+    let others: Vec<String> = others.iter().take(3).map(|of| change(of)).collect();
     let others = if others.is_empty() { String::new() } else { format!(", {}", others.join(", ")) };
     format!("a reflectance that is 0.01 higher raises the mean radiosity: {}{others}", change(most))
 }
