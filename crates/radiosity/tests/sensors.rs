@@ -154,6 +154,31 @@ fn a_sensor_on_a_sheet_reads_the_side_that_it_faces() {
     assert!((readings[2].ci_high - 2.0 * (1.0 - 0.025_f64.powf(1.0 / 16.0))).abs() < 1e-12, "{readings:?}");
 }
 
+/// A closed cube of 1 m, R = 0.8, and a lamp of 1 W that hardly any gathering walk meets. The reading is that
+/// of shadow rays alone where none has, and its interval has room for all else.
+#[test]
+fn gathering_walks_may_miss_a_lamp() {
+    let mut spec = SceneSpec::furnace(3, 0.8);
+    spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 0.0.into());
+    for (side, walks) in [(0.001, 50_000), (0.03, 50_000)] {
+        let corner = DVec3::new(0.5, 0.5, 1.0 - 1e-3);
+        let lamp = quad(corner - DVec3::new(0.5, 0.5, 0.0) * side, side * DVec3::Y, side * DVec3::X, [1, 1]);
+        let mut spec = spec.clone();
+        spec.surfaces.push(surface(lamp, 0.0));
+        spec.surfaces[6].emittance = (1.0 / (side * side)).into();
+        let on_desk = [point(DVec3::new(0.5, 0.5, 0.3), DVec3::Z)];
+        let read_by = |method: Method, walks| {
+            read(&experiment(&spec, method).with_sensors(&on_desk).unwrap(), walks)[0]
+        };
+        let chains = Chains { rays: 200_000, linear: false, solve: Solve::Links, final_gather: vec![] };
+        let known = read_by(chains.into(), 8);
+        let (truth, error) = (known.irradiance.unwrap(), known.std_error.unwrap());
+        let found = read_by(Method::gathering(Birth::Area, EstimatorKind::Collision), walks);
+        let (low, high) = (found.ci_low - 3.0 * error, found.ci_high + 3.0 * error);
+        assert!((low..high).contains(&truth) && error < 0.01 * truth, "{side}: {found:?} {known:?}");
+    }
+}
+
 #[test]
 fn walks_that_do_not_tell_of_every_patch_or_of_all_light_are_refused() {
     let few = Method::gathering(Birth::Patches(vec![3]), EstimatorKind::Collision);

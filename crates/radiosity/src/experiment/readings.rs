@@ -53,6 +53,8 @@ pub struct Readings<'a> {
     bright: Arc<OnceLock<Vec<BrightFaces>>>,
     /// By channel, the most radiosity that one walk may bring to a face, if all walks brought as much [W/m²]; found when it is first asked for.
     most_of_walk: Arc<OnceLock<Vec<f64>>>,
+    /// What faces may reflect that gathering walks from there have not met, channel by channel; found when it is first asked for.
+    unmet_by_walks: Arc<OnceLock<Option<Vec<BrightFaces>>>>,
 }
 
 impl<'a> Readings<'a> {
@@ -61,22 +63,34 @@ impl<'a> Readings<'a> {
         let sensors = experiment.sensors()?;
         let samples = samples(experiment, tally);
         let student = Student::new(samples, confidence);
-        let (bright, most_of_walk) = (Arc::default(), Arc::default());
-        Some(Readings { experiment, sensors, tally, student, confidence, source: None, bright, most_of_walk })
+        let (bright, most_of_walk, unmet_by_walks) = (Arc::default(), Arc::default(), Arc::default());
+        Some(Readings {
+            experiment,
+            sensors,
+            tally,
+            student,
+            confidence,
+            source: None,
+            bright,
+            most_of_walk,
+            unmet_by_walks,
+        })
     }
 
     /// The readings of one source's light, as much as there is of it; `None` where sources are not distinguished, or there is no such one.
     pub fn of_source(&self, source: usize) -> Option<Self> {
         let (student, bright) = (self.student.clone(), Arc::default());
-        let most_of_walk = self.most_of_walk.clone();
-        let of_source = Readings { source: Some(source), student, bright, most_of_walk, ..*self };
+        let (most_of_walk, unmet_by_walks) = (self.most_of_walk.clone(), self.unmet_by_walks.clone());
+        let of_source =
+            Readings { source: Some(source), student, bright, most_of_walk, unmet_by_walks, ..*self };
         (source < self.experiment.source_count()).then_some(of_source)
     }
 
     /// The same readings with intervals of another level.
     pub(super) fn at_level(&self, confidence: f64) -> Self {
         let (student, bright) = (Student::new(self.samples(), confidence), self.bright.clone());
-        Readings { student, confidence, bright, most_of_walk: self.most_of_walk.clone(), ..*self }
+        let (most_of_walk, unmet_by_walks) = (self.most_of_walk.clone(), Arc::default());
+        Readings { student, confidence, bright, most_of_walk, unmet_by_walks, ..*self }
     }
 
     /// The level of the intervals.
@@ -241,7 +255,8 @@ impl<'a> Readings<'a> {
         if silent > 0.0 && !has_scored {
             error = None;
         }
-        let high = stats::with_unmet(high, mean, self.unmet(cell, channel).hypot(silent));
+        let unmet = self.unmet(cell, channel).hypot(silent).hypot(self.unmet_by_walks(cell, channel));
+        let high = stats::with_unmet(high, mean, unmet);
         Reading { irradiance: known.then_some(mean), std_error: error, ci_low: low, ci_high: high }
     }
 
@@ -283,6 +298,19 @@ impl<'a> Readings<'a> {
         });
         let places = balls_of_cells(self.sensors, cells);
         bright[channel].unmet(&places, seen_by_rays(mean, error, rays), (rays, self.student.tail))
+    }
+
+    /// What the light of faces may bring to a cell, or to the mean of a plane, that no gathering walk from there has met [W/m²]. Light of all sources counts as
+    /// that of the one that a mixture has most of.
+    fn unmet_by_walks(&self, cell: usize, channel: usize) -> f64 {
+        let find = || BrightFaces::unmet_by_walks(self.experiment, self.tally, self.confidence);
+        let Some(faces) = self.unmet_by_walks.get_or_init(find) else { return 0.0 };
+        let factors = match self.source {
+            Some(source) => source..source + 1,
+            None => 0..self.experiment.source_count().max(1),
+        };
+        let factor = factors.map(|source| self.experiment.factor_of(source as u32)).fold(0.0, f64::max);
+        factor * faces[channel].most_of_one(&balls_of_cells(self.sensors, self.cells_of_row(cell)))
     }
 
     /// The cells that a row tells of: one, or those of a plane.

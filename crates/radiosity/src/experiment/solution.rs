@@ -294,6 +294,16 @@ impl Estimates<'_> {
         }
     }
 
+    /// What face i may reflect beyond what walks have found [W/m²]: by scores of sizes that none has met, or by any where none has scored. `None` if no walk
+    /// gives an estimate.
+    pub(super) fn unmet_by_walks(&self, (i, face): (usize, &Face), channel: usize) -> Option<f64> {
+        let meaning = self.experiment.meaning_of((i, face), channel, self.tally)?;
+        let sample: Sample = (&moments(self.tally, i, channel)).into();
+        let all = self.interval(sample, &meaning, (i, face), channel).high;
+        let met = if sample.sum > 0.0 { self.interval_of_met(sample, &meaning).high } else { 0.0 };
+        Some(face.reflectance[channel] * meaning.irradiance_per_event? * (all - met))
+    }
+
     /// The interval of the mean score [events], by what walks have scored.
     fn interval_of_met(&self, sample: Sample, meaning: &Meaning) -> Interval {
         stats::mean_interval(sample, meaning.unit, self.confidence, meaning.ratio_bound)

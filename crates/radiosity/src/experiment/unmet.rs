@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::Experiment;
+use super::solution::Estimates;
 use crate::geometry::sensor::{Response, SensorCell, Sensors};
 use crate::jacobi::faces::FaceTable;
 use crate::jacobi::final_gather::LIGHT_BY_SHADOW_RAYS;
@@ -170,6 +171,24 @@ impl BrightFaces {
         (0..channels).map(of_channel).collect()
     }
 
+    /// What faces may reflect that gathering walks from there have not met, channel by channel; `None` of other methods, whose light comes from emitters.
+    pub(super) fn unmet_by_walks(
+        experiment: &Experiment,
+        tally: &Tally,
+        confidence: f64,
+    ) -> Option<Vec<Self>> {
+        experiment.gathers().then(|| {
+            let (scene, estimates) = (&experiment.scene, Estimates::new(experiment, tally, confidence));
+            let of_channel = |c: usize| {
+                let faces = scene.faces().iter().enumerate();
+                let light =
+                    faces.filter_map(|(i, face)| Some((i, estimates.unmet_by_walks((i, &face), c)?, 0.0)));
+                BrightFaces::new(scene, light.filter(|&(_, unmet, _)| unmet > 0.0).collect())
+            };
+            (0..scene.channels()).map(of_channel).collect()
+        })
+    }
+
     fn new(scene: &Scene, mut light: Vec<(usize, f64, f64)>) -> Self {
         let brighter = |a: &(usize, f64, f64), b: &(usize, f64, f64)| {
             b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)).then(a.2.total_cmp(&b.2))
@@ -187,6 +206,20 @@ impl BrightFaces {
             BrightFace { radiosity, area, ball, parts, shadow_rays }
         };
         BrightFaces { faces: light.into_iter().map(bright).collect(), rest }
+    }
+
+    /// The most that one of the faces may bring to the mean of some places. Where walks from many faces have met none of some light, all that they may have
+    /// missed together is as much as one of them may have missed alone: chances add up to one chance.
+    pub(super) fn most_of_one(&self, places: &[Ball]) -> f64 {
+        let mut most = self.rest;
+        for face in &self.faces {
+            if face.radiosity <= most {
+                break;
+            }
+            let sum: f64 = places.iter().map(|place| face.form_factor_from(place)[0]).sum();
+            most = most.max(face.radiosity * sum / places.len() as f64);
+        }
+        most
     }
 
     /// What faces may bring to the mean of some places, beyond `seen` for each ray, that no ray of M has met: max Σ(s_j − x)⁺q_j over the sizes s_j of what one
