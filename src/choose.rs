@@ -41,7 +41,9 @@ impl Read {
 /// # Errors
 /// Where the job is refused.
 pub(crate) fn read(args: &JobArgs) -> Result<Job, Fault> {
-    Ok(job::load(&args.job, &args.overrides()?)?)
+    let job = job::load(&args.job, &args.overrides()?)?;
+    args.mesh.fit(&job)?;
+    Ok(job)
 }
 
 /// [`load_anew`] of a job for a command that is about its patches alone: a pilot chooses patches only where the job says `auto`.
@@ -50,6 +52,7 @@ pub(crate) fn read(args: &JobArgs) -> Result<Job, Fault> {
 /// Where the job is refused.
 pub(crate) fn load_written(args: &JobArgs, phase: &Phase) -> Result<Read, Fault> {
     let job = job::load_as_written(&args.job, &args.overrides()?)?;
+    args.mesh.fit(&job)?;
     choose_for(job, args, phase, (None, &mut walk_here))
 }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use job::OutputFile;
+use job::{Job, Light, OutputFile};
 use results::daylight::DaylightFile;
 use results::factors::{MatrixFile, SparseFile};
 use voice::{emit, say};
@@ -49,6 +49,19 @@ impl MeshArgs {
         typed.extend(self.sky.map(|sky| format!("import.sky={sky}\n--sky={sky}")));
         typed.extend(self.strict.then(|| "import.strict=true\n--strict".to_owned()));
         Ok(typed)
+    }
+}
+
+impl MeshArgs {
+    /// Whether lamps that are given in W are in a job that counts in W.
+    ///
+    /// # Errors
+    /// Where its numbers are lm and lx, as those of its file are.
+    pub(crate) fn fit(&self, job: &Job) -> Result<(), Fault> {
+        match self.light.iter().find(|lamp| !lamp.lumens && job.light == Light::Luminous) {
+            Some(lamp) => Err(Fault::MixedUnits { name: lamp.name.clone() }),
+            None => Ok(()),
+        }
     }
 }
 

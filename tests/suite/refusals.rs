@@ -81,6 +81,11 @@ fn bad_usage_is_refused() {
     );
     let mixed = ["check", "tests/data/cube54.toml", "--light", "a=100lm", "--light", "b=60W"];
     assert!(refused(2, &mixed).contains("\"b\" in W"));
+    // MGF is in lumens.
+    let (file, light) = (path(&folder, "lamp.mgf"), "m em =\n\ted 100\n");
+    let square = "v a =\n\tp 0 0 0\nv b =\n\tp 1 0 0\nv c =\n\tp 0 1 0\nm em\nf a b c\n";
+    fs::write(&file, [light, square].concat()).unwrap();
+    assert!(refused(2, &["run", file.to_str().unwrap(), "--light", "em=60W"]).contains("\"em\" in W"));
     let (code, ..) = run(&["run"]);
     assert_eq!(code, 2);
     let (code, ..) = run(&["run", "tests/data/cube54.toml", "--workers", "0"]);
