@@ -97,6 +97,8 @@ pub enum LostProperty {
     EmissionTexture,
     /// No red, green and blue make the colour.
     Saturation,
+    /// The colour is meant to be shown as it is, whatever light falls on it.
+    Unlit,
 }
 
 /// The reflectance of faces whose file gives none.
@@ -121,19 +123,12 @@ impl Material {
         Material { lost: vec![LostProperty::Definition], ..Material::unknown(name) }
     }
 
-    /// Multiplies the reflectance by the mean of a texture. A black one stands for the texture alone, as exporters mean it. Without a
-    /// mean, the texture could not be read.
+    /// Multiplies the reflectance by the mean of a texture. Without a mean, the texture could not be read.
     pub(crate) fn show(&mut self, texture: String, mean: Option<Spectrum>) {
         self.texture = Some(texture);
-        let black = !self.reflectance.is_lit();
-        self.reflectance = match mean {
-            Some(mean) if black => mean,
-            Some(mean) => product(self.reflectance, mean),
-            None if black => DEFAULT_REFLECTANCE.into(),
-            None => self.reflectance,
-        };
-        if mean.is_none() {
-            self.loses(LostProperty::Texture);
+        match mean {
+            Some(mean) => self.reflectance = product(self.reflectance, mean),
+            None => self.loses(LostProperty::Texture),
         }
     }
 

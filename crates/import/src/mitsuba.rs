@@ -17,7 +17,7 @@ use crate::mesh::{LostProperty, Material, Mesh, MeshParts, Triangle};
 use crate::mgf::rgb_of_pairs;
 use crate::room::room;
 use crate::tally::NoteCounts;
-use crate::texture::{self, Placing};
+use crate::texture::{self, Placing, Sampling};
 use crate::{obj, ply};
 
 /// The most materials within materials.
@@ -356,10 +356,12 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
         };
         let name = self.value(image, "filename").unwrap_or("a texture".into()).into_owned();
         let content = self.files.beside(self.path, &name).ok();
-        let image = content.and_then(|(_, content)| texture::decode(&content));
-        let of = |image| texture::mean(&image, &[], Placing::FROM_ABOVE, (texture::points(1), false)).colour;
+        let decoded = content.and_then(|(_, content)| texture::decode(&content));
+        let raw = self.value(image, "raw").as_deref() == Some("true");
+        let sampling = Sampling { raw, ..Sampling::of_colour(texture::points(1)) };
+        let of = |image| texture::mean(&image, &[], Placing::FROM_ABOVE, sampling).colour;
         material.reflectance = 1.0.into();
-        let mean = image.map(of);
+        let mean = decoded.map(of);
         material.show(name, mean);
         if mean.is_none() {
             material.reflectance = crate::mesh::DEFAULT_REFLECTANCE.into();

@@ -2,20 +2,29 @@
 
 use std::path::Path;
 
+use glam::DVec2;
 use radiosity::Spectrum;
 
 use crate::error::{Error, FileSpot, UnplacedError};
 use crate::mesh::{LostProperty, Material};
 use crate::text::{LogicalLines, name, number, rest, words};
+use crate::texture::{Placing, Wrap};
 
 /// A material of a library, with the images that it names.
 #[derive(Debug)]
 pub(crate) struct MtlEntry {
     pub(crate) material: Material,
     /// The image of `map_Kd`, which the colour is multiplied by.
-    pub(crate) colour: Option<String>,
+    pub(crate) colour: Option<MtlImage>,
     /// The image of `map_Ke`.
-    pub(crate) emission: Option<String>,
+    pub(crate) emission: Option<MtlImage>,
+}
+
+/// An image that a material names, and how it lies on faces.
+#[derive(Debug)]
+pub(crate) struct MtlImage {
+    pub(crate) name: String,
+    pub(crate) placing: Placing,
 }
 
 /// Reads a material library.
@@ -43,7 +52,9 @@ fn statement(line: &[u8], entries: &mut Vec<MtlEntry>) -> Result<(), UnplacedErr
         return Ok(());
     }
     // Lines before the first material belong to none.
-    let Some(MtlEntry { material, colour: image, emission }) = entries.last_mut() else { return Ok(()) };
+    let Some(MtlEntry { material, colour: colour_image, emission }) = entries.last_mut() else {
+        return Ok(());
+    };
     match keyword.as_slice() {
         b"kd" => material.reflectance = colour(&mut arguments)?,
         b"ke" => material.emittance = colour(&mut arguments)?,
@@ -51,8 +62,8 @@ fn statement(line: &[u8], entries: &mut Vec<MtlEntry>) -> Result<(), UnplacedErr
         b"d" => material.passes(1.0 - opacity(&mut arguments)?),
         // Some programs write 1 for what is opaque, others for what is clear.
         b"tr" if opacity(&mut arguments)? > 0.0 => material.loses(LostProperty::Transparency),
-        b"map_kd" => *image = image_name(line),
-        b"map_ke" => *emission = image_name(line),
+        b"map_kd" => *colour_image = image(line),
+        b"map_ke" => *emission = image(line),
         b"map_d" => material.loses(LostProperty::Transparency),
         _ => {}
     }
@@ -81,9 +92,11 @@ fn opacity<'a>(words: &mut impl Iterator<Item = &'a [u8]>) -> Result<f64, Unplac
     number(if first == Some(b"-halo") { words.next() } else { first })
 }
 
-/// The name of an image behind a keyword and its options, which begin with `-`; names may hold spaces.
-fn image_name(line: &[u8]) -> Option<String> {
+/// The image behind a keyword and its options, which begin with `-`; names may hold spaces. Of the options `-s` scales places, `-o` moves them
+/// then, and `-clamp on` ends the image at its edges.
+fn image(line: &[u8]) -> Option<MtlImage> {
     let mut left = rest(line);
+    let (mut scale, mut offset, mut placing) = (DVec2::ONE, DVec2::ZERO, Placing::FROM_BELOW);
     while let Some(option) = left.strip_prefix('-') {
         let (option, mut behind) = option.split_once(char::is_whitespace)?;
         let most = match option {
@@ -94,15 +107,23 @@ fn image_name(line: &[u8]) -> Option<String> {
         for count in 0..most {
             let trimmed = behind.trim_start();
             let (word, more) = trimmed.split_once(char::is_whitespace).unwrap_or((trimmed, ""));
+            let value = word.parse::<f64>().ok().filter(|value| value.is_finite());
             // Of a place, the second and third number may be left out.
-            if count > 0 && word.parse::<f64>().is_err() {
+            if count > 0 && value.is_none() {
                 break;
+            }
+            match (option, value) {
+                ("s", Some(value)) if count < 2 => scale[count] = value,
+                ("o", Some(value)) if count < 2 => offset[count] = value,
+                ("clamp", _) if word == "on" => placing.wrap = [Wrap::Clamp; 2],
+                _ => {}
             }
             behind = more;
         }
         left = behind.trim_start().to_owned();
     }
-    Some(left).filter(|name| !name.is_empty())
+    let placing = placing.after(scale, offset);
+    Some(MtlImage { name: left, placing }).filter(|image| !image.name.is_empty())
 }
 
 #[cfg(test)]
@@ -118,8 +139,8 @@ mod tests {
             ("map_Kd -o 0.5 wood.png", "wood.png"),
             ("map_Kd -mm 0 1 -bm 2 tex/wood.png", "tex/wood.png"),
         ] {
-            assert_eq!(image_name(line.as_bytes()).as_deref(), Some(name), "{line}");
+            assert_eq!(image(line.as_bytes()).unwrap().name, name, "{line}");
         }
-        assert_eq!(image_name(b"map_Kd"), None);
+        assert!(image(b"map_Kd").is_none());
     }
 }

@@ -101,6 +101,8 @@ pub(crate) fn note_losses(mesh: &Mesh, finishes: &[Finish], areas: &[f64], notes
     note("emission that varies, of which the mean is taken", varied, &emit);
     let saturated = Few::of(mesh, areas, |i| as_given(i) && loses(i, LostProperty::Saturation));
     note("colours that no red, green and blue make: the nearest are taken", saturated, &reflect("0.5"));
+    let unlit = Few::of(mesh, areas, |i| as_given(i) && loses(i, LostProperty::Unlit));
+    note("unlit by the file, of which the colour is taken as that of paint", unlit, &reflect("0.5"));
     let is_black = |i: usize| {
         let Finish { reflectance, emittance, .. } = finishes[i];
         !reflectance.is_lit() && !emittance.is_lit()

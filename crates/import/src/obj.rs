@@ -9,11 +9,11 @@ use glam::DVec3;
 
 use crate::error::{Error, FileSpot, UnplacedError};
 use crate::files::Files;
-use crate::mesh::{Material, Mesh, MeshParts, Names, Triangle};
-use crate::mtl;
+use crate::mesh::{DEFAULT_REFLECTANCE, Material, Mesh, MeshParts, Names, Triangle};
+use crate::mtl::{self, MtlImage};
 use crate::tally::NoteCounts;
 use crate::text::{LogicalLines, name, number, numbers, rest, words};
-use crate::texture::{self, Placing, TexturedFace};
+use crate::texture::{self, Placing, Sampling, TexturedFace};
 
 /// Reads an OBJ file and the MTL files that it names.
 pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Mesh, Error> {
@@ -77,8 +77,8 @@ const NOWHERE: u32 = u32::MAX;
 struct ObjImages {
     material: u32,
     library: PathBuf,
-    colour: Option<String>,
-    emission: Option<String>,
+    colour: Option<MtlImage>,
+    emission: Option<MtlImage>,
 }
 
 impl ObjReader {
@@ -253,31 +253,32 @@ impl ObjReader {
         let mut shown = self.shown();
         self.images.retain(|images| shown.contains_key(&images.material));
         let points = texture::points(self.images.len());
-        let named = |images: &ObjImages| {
-            let path =
-                |name: &Option<String>| name.as_ref().map(|name| (images.library.clone(), name.clone()));
-            [path(&images.colour), path(&images.emission)]
-        };
-        let mut users: BTreeMap<(PathBuf, String), Vec<(u32, bool)>> = BTreeMap::new();
-        for images in &self.images {
-            for (name, emission) in named(images).into_iter().zip([false, true]) {
-                users.entry(name.unwrap_or_default()).or_default().push((images.material, emission));
+        let mut users: BTreeMap<(&PathBuf, &str), Vec<_>> = BTreeMap::new();
+        for ObjImages { material, library, colour, emission } in &self.images {
+            for (image, emission) in [(colour, false), (emission, true)] {
+                let Some(MtlImage { name, placing }) = image else { continue };
+                users.entry((library, name)).or_default().push((*material, emission, *placing));
             }
         }
-        users.remove(&Default::default());
         for ((library, name), users) in users {
-            let file = name.rsplit(['/', '\\']).next().unwrap_or(&name);
-            let found = [&name, file].into_iter().find_map(|name| files.beside(&library, name).ok());
+            let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
+            let found = [name, file].into_iter().find_map(|name| files.beside(library, name).ok());
             let image = found.and_then(|(_, content)| texture::decode(&content));
-            for (number, emission) in users {
+            for (number, emission, placing) in users {
                 let faces = shown.entry(number).or_default();
                 let mean = image
                     .as_ref()
-                    .map(|image| texture::mean(image, faces, Placing::FROM_BELOW, (points, false)).colour);
+                    .map(|image| texture::mean(image, faces, placing, Sampling::of_colour(points)).colour);
                 let material = &mut self.mesh.materials[number as usize];
                 match emission {
-                    false => material.show(name.clone(), mean),
                     true => material.shine(mean),
+                    false => {
+                        // Exporters write a black colour beside a texture, and mean the texture alone.
+                        if !material.reflectance.is_lit() {
+                            material.reflectance = mean.map_or(DEFAULT_REFLECTANCE, |_| 1.0).into();
+                        }
+                        material.show(name.to_owned(), mean);
+                    }
                 }
             }
         }

@@ -22,20 +22,58 @@ pub(crate) struct TexturedFace {
     pub(crate) corners: [[f32; 2]; 3],
 }
 
-/// A map of places before they are looked up: of glTF's KHR_texture_transform, and of v counted from below.
+/// A map of places before they are looked up: of glTF's KHR_texture_transform, of MTL's options, and of v counted from below.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placing {
     pub(crate) linear: DMat2,
     pub(crate) offset: DVec2,
+    /// What images show beyond their edges, along u and v.
+    pub(crate) wrap: [Wrap; 2],
+}
+
+/// What an image shows beyond its edges.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Wrap {
+    Repeat,
+    Mirror,
+    /// Its last texels.
+    Clamp,
+}
+
+/// How texels are read, and at how many points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sampling {
+    pub(crate) points: usize,
+    /// Whether alpha counts.
+    pub(crate) opacity: bool,
+    /// Whether levels are of linear light, not of sRGB.
+    pub(crate) raw: bool,
+}
+
+impl Sampling {
+    /// Opaque texels of sRGB.
+    pub(crate) fn of_colour(points: usize) -> Self {
+        Sampling { points, opacity: false, raw: false }
+    }
 }
 
 impl Placing {
     /// Places whose v counts from the image's last row upwards, as in OBJ.
-    pub(crate) const FROM_BELOW: Placing =
-        Placing { linear: DMat2::from_cols(DVec2::X, DVec2::NEG_Y), offset: DVec2::Y };
+    pub(crate) const FROM_BELOW: Placing = Placing {
+        linear: DMat2::from_cols(DVec2::X, DVec2::NEG_Y),
+        offset: DVec2::Y,
+        wrap: [Wrap::Repeat; 2],
+    };
 
     /// Places as glTF has them: v counts from the image's first row downwards.
-    pub(crate) const FROM_ABOVE: Placing = Placing { linear: DMat2::IDENTITY, offset: DVec2::ZERO };
+    pub(crate) const FROM_ABOVE: Placing =
+        Placing { linear: DMat2::IDENTITY, offset: DVec2::ZERO, wrap: [Wrap::Repeat; 2] };
+
+    /// These places where the image is scaled and moved before.
+    pub(crate) fn after(self, scale: DVec2, offset: DVec2) -> Placing {
+        let linear = self.linear * DMat2::from_diagonal(scale);
+        Placing { linear, offset: self.offset + self.linear * offset, ..self }
+    }
 }
 
 /// The mean of an image over some faces.
@@ -68,32 +106,31 @@ pub(crate) fn points(materials: usize) -> usize {
     (ALL_POINTS / materials.max(1)).clamp(1, MOST_POINTS)
 }
 
-/// The mean of an image over faces, that of the whole image where there are none, from some points. `opacity` says whether alpha
-/// counts.
+/// The mean of an image over faces, that of the whole image where there are none.
 pub(crate) fn mean(
     image: &DynamicImage,
     shown: &[TexturedFace],
     placing: Placing,
-    (points, opacity): (usize, bool),
+    sampling: Sampling,
 ) -> Mean {
     let whole = [[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]]];
     let whole = whole.map(|corners| TexturedFace { area: 0.5, corners });
     let total: f64 = shown.iter().map(|face| f64::from(face.area)).sum();
     let (shown, total) = if total > 0.0 && total.is_finite() { (shown, total) } else { (&whole[..], 1.0) };
-    let linear = linear_light();
+    let linear = levels(sampling.raw);
     let (mut colour, mut alpha, mut weights) = ([0.0; 3], 0.0, 0.0);
     let mut number = 0_u64;
     for face in shown {
         let area = f64::from(face.area);
-        let points = (points as f64 * area / total).ceil().max(1.0);
+        let points = (sampling.points as f64 * area / total).ceil().max(1.0);
         let weight = area / points;
         let [a, b, c] =
             face.corners.map(|[u, v]| placing.linear * DVec2::new(u.into(), v.into()) + placing.offset);
         for _ in 0..points as u64 {
             number += 1;
             let [s, t] = in_triangle(number);
-            let Rgba([red, green, blue, opaque]) = texel(image, a + (b - a) * s + (c - a) * t);
-            let opaque = if opacity { f64::from(opaque) / 255.0 } else { 1.0 };
+            let Rgba([red, green, blue, opaque]) = texel(image, a + (b - a) * s + (c - a) * t, placing.wrap);
+            let opaque = if sampling.opacity { f64::from(opaque) / 255.0 } else { 1.0 };
             for (sum, value) in colour.iter_mut().zip([red, green, blue]) {
                 *sum += weight * opaque * linear[usize::from(value)];
             }
@@ -115,19 +152,24 @@ fn in_triangle(number: u64) -> [f64; 2] {
     if s + t > 1.0 { [1.0 - s, 1.0 - t] } else { [s, t] }
 }
 
-/// The texel at a place, counted from the first row; images repeat beyond their edges.
-fn texel(image: &DynamicImage, place: DVec2) -> Rgba<u8> {
-    let index = |x: f64, count: u32| {
-        let x = x - x.floor();
+/// The texel at a place, counted from the first row.
+fn texel(image: &DynamicImage, place: DVec2, [wrap_u, wrap_v]: [Wrap; 2]) -> Rgba<u8> {
+    let index = |x: f64, count: u32, wrap: Wrap| {
+        let x = match wrap {
+            Wrap::Repeat => x - x.floor(),
+            Wrap::Mirror => 1.0 - (x.rem_euclid(2.0) - 1.0).abs(),
+            Wrap::Clamp => x.clamp(0.0, 1.0),
+        };
         // A place that is no number, and one that rounds to 1.
         ((x * f64::from(count)) as u32).min(count - 1)
     };
-    image.get_pixel(index(place.x, image.width()), index(place.y, image.height()))
+    image.get_pixel(index(place.x, image.width(), wrap_u), index(place.y, image.height(), wrap_v))
 }
 
-/// The linear light of each of 256 levels.
-fn linear_light() -> [f64; 256] {
-    std::array::from_fn(|level| linear(level as f64 / 255.0))
+/// The linear light of each of 256 levels, of sRGB unless they are `raw`.
+fn levels(raw: bool) -> [f64; 256] {
+    let light = if raw { |level| level } else { linear };
+    std::array::from_fn(|level| light(level as f64 / 255.0))
 }
 
 /// The linear light of a level in [0, 1] (IEC 61966-2-1, the curve of sRGB).
@@ -150,8 +192,10 @@ mod tests {
     #[test]
     fn means_are_over_the_faces_that_show_the_image() {
         let image = checks();
-        let mean =
-            |shown: &[TexturedFace], opacity| mean(&image, shown, Placing::FROM_ABOVE, (points(1), opacity));
+        let mean = |shown: &[TexturedFace], opacity| {
+            let sampling = Sampling { opacity, ..Sampling::of_colour(points(1)) };
+            mean(&image, shown, Placing::FROM_ABOVE, sampling)
+        };
         let all = mean(&[], false);
         assert!((all.colour[0] - 0.5).abs() < 1e-3 && all.alpha == 1.0, "{all:?}");
         let all = mean(&[], true);
@@ -165,7 +209,21 @@ mod tests {
     #[test]
     fn levels_are_of_linear_light() {
         let grey = DynamicImage::ImageRgba8(image::RgbaImage::from_pixel(3, 1, Rgba([128, 128, 128, 255])));
-        let [found, ..] = mean(&grey, &[], Placing::FROM_BELOW, (points(1), false)).colour.channels();
-        assert!((found - 0.215_860_5).abs() < 1e-7, "{found}");
+        let of = |raw| mean(&grey, &[], Placing::FROM_BELOW, Sampling { raw, ..Sampling::of_colour(1) });
+        let [coded, raw] = [false, true].map(|raw| of(raw).colour[0]);
+        assert!((coded - 0.215_860_5).abs() < 1e-7 && (raw - 128.0 / 255.0).abs() < 1e-12, "{coded} {raw}");
+    }
+
+    /// White and black texels beside each other: beyond the edges the row repeats, turns round or ends.
+    #[test]
+    fn images_go_on_beyond_their_edges_as_is_asked() {
+        let image = DynamicImage::ImageLuma8(image::GrayImage::from_raw(2, 1, vec![255, 0]).unwrap());
+        let seen = |wrap| {
+            let at = |u| texel(&image, DVec2::new(u, 0.5), [wrap; 2]).0[0];
+            [-0.75, -0.25, 0.25, 0.75, 1.25, 1.75].map(at)
+        };
+        assert_eq!(seen(Wrap::Repeat), [255, 0, 255, 0, 255, 0]);
+        assert_eq!(seen(Wrap::Mirror), [0, 255, 255, 0, 0, 255]);
+        assert_eq!(seen(Wrap::Clamp), [255, 255, 255, 0, 0, 0]);
     }
 }

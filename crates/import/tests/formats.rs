@@ -444,10 +444,111 @@ fn textures_give_the_mean_of_what_faces_show_of_them() {
     assert!(near(tinted.reflectance[1], 0.25 * 0.75 * light), "{tinted:?}");
     let black = material("Kd 0 0 0\nmap_Kd my wood.png\n", true);
     assert!(near(black.reflectance[0], 0.75 * light), "a black colour stands for its texture: {black:?}");
+    // Beyond its edges the image repeats, or its last texel goes on.
+    for (options, lit) in
+        [("-o 0.5", 0.25), ("-o 0.5 -clamp off", 0.25), ("-o 0.5 -clamp on", 0.0), ("-s 2 1 -clamp on", 0.25)]
+    {
+        let placed = material(&format!("Kd 1 1 1\nmap_Kd {options} my wood.png\n"), true);
+        assert!((placed.reflectance[0] - lit * light).abs() < 1e-3, "{options}: {placed:?}");
+    }
     let lamp = material("Ke 8 8 8\nmap_Ke my wood.png\n", true);
     assert!(near(lamp.emittance[0], 8.0 * 0.75 * light), "{lamp:?}");
     let missing = material("Kd 0.5 0.5 0.5\nmap_Kd my wood.png\n", false);
     assert_eq!((missing.reflectance, &missing.lost[..]), (0.5.into(), &[LostProperty::Texture][..]));
+}
+
+/// The channels of glTF's material and what it loses. Of the image `a.png`, texture 0, one texel has the levels 255, 188 and 51, in linear
+/// light 1, 0.5029 and 0.0331; the other one is black. The image of texture 1 is not there. The samplers of textures 2 and 3 clamp and mirror.
+fn gltf_paint(material: &str) -> ([f64; 3], Vec<LostProperty>) {
+    let textures = r#""images":[{"uri":"a.png"},{"uri":"b.png"}],"samplers":[{"wrapS":33071},{"wrapS":33648}],
+        "textures":[{"source":0},{"source":1},{"source":0,"sampler":0},{"source":0,"sampler":1}]"#;
+    let gltf = triangle_gltf(
+        r#","material":0"#,
+        r#","bufferView":0"#,
+        &format!(
+            r#","buffers":[{{"byteLength":36,"uri":"{TRIANGLE}"}}],{textures},"materials":[{{{material}}}]"#
+        ),
+    );
+    let mut files = |path: &Path| match path.to_str() {
+        Some("a.png") => {
+            let mut png = std::io::Cursor::new(Vec::new());
+            let image = image::RgbImage::from_raw(2, 1, vec![255, 188, 51, 0, 0, 0]).unwrap();
+            image.write_to(&mut png, image::ImageFormat::Png).unwrap();
+            Ok(png.into_inner())
+        }
+        _ => Err(io::Error::from(io::ErrorKind::NotFound)),
+    };
+    let path = Path::new("a.gltf");
+    let mesh = import::read(path, gltf.as_bytes(), Format::Gltf, 0.0125, &mut Files::new(&mut files));
+    let paint = mesh.unwrap().materials.swap_remove(0);
+    (paint.reflectance.channels(), paint.lost)
+}
+
+fn assert_paint(material: &str, red: f64, lost: &[LostProperty]) {
+    let (found, lost_there) = gltf_paint(material);
+    assert!((found[0] - red).abs() < 1e-3 && lost_there == lost, "{material}: {found:?} {lost_there:?}");
+}
+
+/// Metal reflects nothing like paint: neither that of a factor nor that of a texture, whose blue channel is no colour. A black colour stays black.
+#[test]
+fn metals_keep_no_light_of_their_textures() {
+    use LostProperty::{Mirror, Texture};
+    let pbr = |json: &str| format!(r#""pbrMetallicRoughness":{{{json}}}"#);
+    let colour = r#""baseColorTexture":{"index":0}"#;
+    assert_paint(&pbr(&format!(r#""metallicFactor":1,{colour}"#)), 0.0, &[Mirror]);
+    assert_paint(&pbr(&format!(r#""metallicFactor":0.25,{colour}"#)), 0.375, &[Mirror]);
+    assert_paint(&pbr(&format!(r#""baseColorFactor":[0,0,0,1],{colour}"#)), 0.0, &[]);
+    let metal = |n: u32| format!(r#""metallicRoughnessTexture":{{"index":{n}}}"#);
+    assert_paint(&pbr(&metal(0)), 0.9, &[Mirror]);
+    assert_paint(&pbr(&format!(r#""metallicFactor":0.5,{}"#, metal(0))), 0.95, &[Mirror]);
+    assert_paint(&pbr(&format!(r#""metallicFactor":0,{}"#, metal(0))), 1.0, &[]);
+    assert_paint(&pbr(&metal(1)), 1.0, &[Mirror]);
+    assert_paint(&pbr(r#""baseColorTexture":{"index":1}"#), 1.0, &[Texture]);
+}
+
+/// What the specular colour takes is no paint's: the largest channel, times the mean of its texture.
+#[test]
+fn specular_colours_take_from_diffuse_ones() {
+    let lost = [LostProperty::Mirror];
+    let paint = |json: &str| {
+        format!(
+            r#""extensions":{{"KHR_materials_pbrSpecularGlossiness":{{"diffuseFactor":[0.8,0.8,0.8,1]{json}}}}}"#
+        )
+    };
+    let texture = |n: u32| format!(r#","specularGlossinessTexture":{{"index":{n}}}"#);
+    assert_paint(&paint(r#","specularFactor":[0.25,0.5,0.125]"#), 0.4, &lost);
+    assert_paint(&paint(""), 0.0, &lost);
+    assert_paint(&paint(&texture(0)), 0.4, &lost);
+    assert_paint(&paint(&format!(r#","specularFactor":[0.5,0,0]{}"#, texture(0))), 0.6, &lost);
+    assert_paint(&paint(&texture(1)), 0.8, &lost);
+}
+
+/// Of a texture, the red channel passes; one that cannot be read makes nothing clear. Coats, leaves and unlit colours are told.
+#[test]
+fn what_gltf_lets_through_or_leaves_unlit_is_told() {
+    use LostProperty::{Clearness, Mirror, Transparency, Unlit};
+    let with = |name: &str, json: &str| format!(r#""extensions":{{"KHR_materials_{name}":{{{json}}}}}"#);
+    let glass = |json: &str| with("transmission", &format!(r#""transmissionFactor":0.9{json}"#));
+    assert_paint(&glass(""), 1.0, &[Clearness]);
+    assert_paint(&glass(r#","transmissionTexture":{"index":0}"#), 1.0, &[Transparency]);
+    assert_paint(&glass(r#","transmissionTexture":{"index":1}"#), 1.0, &[Transparency]);
+    assert_paint(&with("clearcoat", r#""clearcoatFactor":0.5"#), 1.0, &[Mirror]);
+    assert_paint(&with("clearcoat", ""), 1.0, &[]);
+    assert_paint(&with("diffuse_transmission", r#""diffuseTransmissionFactor":0.5"#), 1.0, &[Transparency]);
+    assert_paint(&with("unlit", ""), 1.0, &[Unlit]);
+}
+
+/// From the middle of the image to the middle of the next one, of which the first half is dark.
+#[test]
+fn gltf_samplers_say_what_images_show_beyond_their_edges() {
+    for (texture, scale, red) in
+        [(0, 1, 0.5), (2, 1, 0.0), (3, 1, 0.0), (0, 2, 0.5), (2, 2, 0.0), (3, 2, 0.5)]
+    {
+        let transform = format!(r#"{{"KHR_texture_transform":{{"offset":[0.5,0],"scale":[{scale},1]}}}}"#);
+        let shown = format!(r#"{{"index":{texture},"extensions":{transform}}}"#);
+        let pbr = format!(r#""pbrMetallicRoughness":{{"metallicFactor":0,"baseColorTexture":{shown}}}"#);
+        assert_paint(&pbr, red, &[]);
+    }
 }
 
 /// A file of one triangle, with these lights and profiles, each of them at a node of its own.

@@ -4,21 +4,21 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use image::DynamicImage;
+use radiosity::Spectrum;
 
 use super::buffers::{Data, decode_data, decode_percent};
 use super::json::Document;
-use super::material::{has_alpha, placing, textures};
+use super::material::{TextureRole, finish, has_alpha, placing, textures};
 use crate::files::Files;
 use crate::mesh::{LostProperty, Mesh};
-use crate::texture::{self, Placing, TexturedFace};
+use crate::texture::{self, Placing, Sampling, TexturedFace};
 
 /// The use of an image by a material.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slot {
     material: usize,
     image: Option<usize>,
-    /// Whether it is the image of the emission, not of the colour.
-    emission: bool,
+    role: TextureRole,
     /// The set of places that it takes.
     pub(super) set: usize,
     placing: Placing,
@@ -41,12 +41,11 @@ impl GltfImages {
     pub(super) fn of(document: &Document) -> Self {
         let mut slots = Vec::new();
         for (material, json) in document.materials.iter().enumerate() {
-            for (texture, emission) in textures(json).into_iter().zip([false, true]) {
-                let Some(texture) = texture else { continue };
-                let (set, placing) = placing(texture);
+            for (role, texture) in textures(json) {
+                let (set, placing) = placing(document, texture);
                 let image = document.textures.get(texture.index).and_then(|texture| texture.source);
-                let opacity = !emission && has_alpha(json);
-                slots.push(Slot { material, image, emission, set, placing, opacity, number: slots.len() });
+                let opacity = role == TextureRole::Colour && has_alpha(json);
+                slots.push(Slot { material, image, role, set, placing, opacity, number: slots.len() });
             }
         }
         GltfImages { shown: vec![Vec::new(); slots.len()], slots, places: HashMap::new() }
@@ -82,7 +81,8 @@ impl GltfImages {
         self.shown[slot.number].extend(shown);
     }
 
-    /// Multiplies the colours and emissions of the used materials by the means of their images, of which each is read once.
+    /// Multiplies the colours and emissions of the used materials by the means of their images, of which each is read once. Then takes from all
+    /// materials what is no paint.
     pub(super) fn look_up(mut self, data: &Data<'_>, path: &Path, files: &mut Files<'_>, mesh: &mut Mesh) {
         let mut used = vec![false; mesh.materials.len()];
         mesh.triangles.iter().for_each(|triangle| used[triangle.material as usize] = true);
@@ -90,23 +90,28 @@ impl GltfImages {
         let slots = self.slots.iter().filter(|slot| used[slot.material]);
         slots.for_each(|slot| users.entry(slot.image).or_default().push(*slot));
         let points = texture::points(users.values().map(Vec::len).sum());
+        let mut means: HashMap<usize, HashMap<TextureRole, Option<Spectrum>>> = HashMap::new();
         for (number, slots) in users {
             let image = number.and_then(|number| read(data, number, path, files));
             for slot in slots {
                 let shown = std::mem::take(&mut self.shown[slot.number]);
-                let mean = image
-                    .as_ref()
-                    .map(|image| texture::mean(image, &shown, slot.placing, (points, slot.opacity)));
+                let raw = matches!(slot.role, TextureRole::Metal | TextureRole::Transmission);
+                let sampling = Sampling { points, opacity: slot.opacity, raw };
+                let mean = image.as_ref().map(|image| texture::mean(image, &shown, slot.placing, sampling));
                 let material = &mut mesh.materials[slot.material];
                 let colour = mean.map(|mean| mean.colour);
-                match slot.emission {
-                    true => material.shine(colour),
-                    false => material.show(name(data.document, number), colour),
+                match slot.role {
+                    TextureRole::Emission => material.shine(colour),
+                    TextureRole::Colour => material.show(name(data.document, number), colour),
+                    role => drop(means.entry(slot.material).or_default().insert(role, colour)),
                 }
                 if mean.is_some_and(|mean| mean.alpha < 0.99) {
                     material.loses(LostProperty::Transparency);
                 }
             }
+        }
+        for (number, json) in data.document.materials.iter().enumerate() {
+            finish(json, &means.remove(&number).unwrap_or_default(), &mut mesh.materials[number]);
         }
     }
 }

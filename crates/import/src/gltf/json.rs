@@ -35,6 +35,7 @@ pub(super) struct Document {
     pub(super) buffers: Vec<Buffer>,
     pub(super) textures: Vec<TextureJson>,
     pub(super) images: Vec<ImageJson>,
+    pub(super) samplers: Vec<SamplerJson>,
     pub(super) extensions: DocumentExtensions,
     pub(super) extensions_required: Vec<String>,
 }
@@ -87,6 +88,15 @@ pub(super) struct SpotCone {
 #[serde(default)]
 pub(super) struct TextureJson {
     pub(super) source: Option<usize>,
+    pub(super) sampler: Option<usize>,
+}
+
+/// What images show beyond their edges.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct SamplerJson {
+    pub(super) wrap_s: Option<u32>,
+    pub(super) wrap_t: Option<u32>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -226,7 +236,7 @@ pub(super) struct Pbr {
     pub(super) base_color_factor: Option<[f64; 4]>,
     pub(super) base_color_texture: Option<TextureUse>,
     pub(super) metallic_factor: Option<f64>,
-    pub(super) metallic_roughness_texture: Option<serde_json::Value>,
+    pub(super) metallic_roughness_texture: Option<TextureUse>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -238,6 +248,12 @@ pub(super) struct MaterialExtensions {
     pub(super) transmission: Option<Transmission>,
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     pub(super) specular: Option<SpecularGlossiness>,
+    #[serde(rename = "KHR_materials_clearcoat")]
+    pub(super) coat: Option<Clearcoat>,
+    #[serde(rename = "KHR_materials_diffuse_transmission")]
+    pub(super) diffuse_transmission: Option<DiffuseTransmission>,
+    #[serde(rename = "KHR_materials_unlit")]
+    pub(super) unlit: Option<serde_json::Value>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -250,6 +266,19 @@ pub(super) struct EmissiveStrength {
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Transmission {
     pub(super) transmission_factor: f64,
+    pub(super) transmission_texture: Option<TextureUse>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Clearcoat {
+    pub(super) clearcoat_factor: f64,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct DiffuseTransmission {
+    pub(super) diffuse_transmission_factor: f64,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -258,6 +287,7 @@ pub(super) struct SpecularGlossiness {
     pub(super) diffuse_factor: Option<[f64; 4]>,
     pub(super) diffuse_texture: Option<TextureUse>,
     pub(super) specular_factor: Option<[f64; 3]>,
+    pub(super) specular_glossiness_texture: Option<TextureUse>,
 }
 
 #[derive(Debug, Default, Deserialize)]
