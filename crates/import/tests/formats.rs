@@ -842,6 +842,23 @@ fn triangle_gltf(primitive: &str, accessor: &str, extra: &str) -> String {
 
 const TRIANGLE: &str = "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
 
+/// A square of 1 m² whose vertices have the level 51 of 255, compressed by another program.
+#[test]
+fn colours_of_vertices_are_unpacked() {
+    let packed = "RFJBQ08CAgEAAAACBAEAAQIAAgMBAgICAwEAAAkDAAEBAgABAQEBAQFAAQAzAAAAMwAAAAABAQADAwEwARADADSCYEAAAAAA/z8AAAAAAAAAAAAAAAAAAAAAgD8O";
+    let primitive = r#","material":0,"extensions":{"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":1,"COLOR_0":0}}}"#;
+    let rest = format!(
+        r#","materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[0.5,0.5,1,1]}}}}],"buffers":[{{"byteLength":93,"uri":"data:;base64,{packed}"}}]"#
+    );
+    let gltf = triangle_gltf(primitive, "", &rest)
+        .replace(r#""POSITION":0}"#, r#""POSITION":0,"COLOR_0":1}"#)
+        .replace(r#""byteLength":36}]"#, r#""byteLength":93}]"#);
+    let paint = read("a.gltf", gltf.as_bytes()).unwrap().materials.swap_remove(0);
+    let channels = paint.reflectance.channels();
+    assert!(channels.iter().zip([0.1, 0.1, 0.2]).all(|(a, b)| (a - b).abs() < 1e-12), "{channels:?}");
+    assert_eq!(paint.texture.as_deref(), Some("colours of vertices"));
+}
+
 /// A room of 4 × 3 × 2.5 m that another program has compressed: 14 bits stand for a coordinate.
 #[test]
 fn draco_is_unpacked() {

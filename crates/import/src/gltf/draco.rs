@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
+use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
 use super::WITHOUT_EXTENSIONS;
 use super::buffers::Data;
@@ -52,6 +52,16 @@ pub(super) fn rows<const N: usize>(mesh: &Mesh, attribute: u32) -> Option<Vec<[f
     let attribute = mesh.attribute_by_unique_id(attribute)?;
     let values = attribute.read_f32s(mesh.num_points(), N);
     Some(values.chunks_exact(N).map(|row| std::array::from_fn(|i| f64::from(row[i]))).collect())
+}
+
+/// The colours at all points, as [`rows`]. Whole numbers are parts of their most.
+pub(super) fn colours(mesh: &Mesh, attribute: u32) -> Option<Vec<[f64; 3]>> {
+    let most = match mesh.attribute_by_unique_id(attribute)?.data_type() {
+        DataType::Uint8 => 255.0,
+        DataType::Uint16 => 65_535.0,
+        _ => 1.0,
+    };
+    Some(rows::<3>(mesh, attribute)?.into_iter().map(|row| row.map(|level| level / most)).collect())
 }
 
 /// The corners of its triangles.

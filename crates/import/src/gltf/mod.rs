@@ -141,6 +141,8 @@ fn refuse_extensions(document: &Document) -> Result<(), At> {
 struct PrimitiveGeometry {
     vertices: Range<u32>,
     triangles: Vec<[u32; 3]>,
+    /// The colours of the vertices, where they are compressed.
+    colours: Option<Vec<[f64; 3]>>,
 }
 
 /// The nodes on the way to their triangles.
@@ -291,7 +293,7 @@ impl NodeWalk<'_> {
             self.tally.count("primitives whose vertices or indices are not in the file, left out");
             return Ok(());
         }
-        let PrimitiveGeometry { vertices: Range { start: first, end }, triangles } = match draco {
+        let PrimitiveGeometry { vertices: Range { start: first, end }, triangles, colours } = match draco {
             Some(draco) => self.unpack(draco, primitive, path, place)?,
             None => self.plain(position, mode, primitive, path, place)?,
         };
@@ -304,7 +306,10 @@ impl NodeWalk<'_> {
             let (part, face) = self.parts.next_face(&mut self.mesh, "mesh");
             self.mesh.triangles.push(Triangle { corners, part, face, material, line: 0 });
         }
-        self.tint(primitive, (before, first), vertices, path)?;
+        match colours {
+            Some(colours) => self.tints.add(&self.mesh, before, first, &colours),
+            None => self.tint(primitive, (before, first), vertices, path)?,
+        }
         for slot in self.images.asked(material) {
             let number = primitive.attributes.get(&format!("TEXCOORD_{}", slot.set)).copied();
             let Some(number) = number else { continue };
@@ -360,7 +365,7 @@ impl NodeWalk<'_> {
         let vertices = self.vertices(position, path, place)?;
         let indices = self.indices(primitive, vertices.end - vertices.start, path)?;
         self.make_room(count(mode, indices.len()), path)?;
-        Ok(PrimitiveGeometry { vertices, triangles: triples(mode, &indices) })
+        Ok(PrimitiveGeometry { vertices, triangles: triples(mode, &indices), colours: None })
     }
 
     /// The vertices and triangles of a compressed primitive. Its places in images are kept by the numbers of their accessors.
@@ -391,7 +396,8 @@ impl NodeWalk<'_> {
                 self.images.keep(accessor, places);
             }
         }
-        Ok(PrimitiveGeometry { vertices, triangles })
+        let colours = attribute("COLOR_0").and_then(|number| draco::colours(&packed, number));
+        Ok(PrimitiveGeometry { vertices, triangles, colours })
     }
 
     /// Refuses more triangles than the file may have.
