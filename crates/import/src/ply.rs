@@ -242,8 +242,30 @@ struct PlyBody {
     tally: NoteCounts,
     /// The corners of the current face.
     corners: Vec<u32>,
-    /// The sums of the colours of vertices, and of faces times their areas, in linear light; the number of the former and the area of the latter.
-    tints: [([f64; 3], f64); 2],
+    /// The colours of vertices in linear light, where all have some.
+    colours: Vec<[f64; 3]>,
+    /// The sum of the colours of faces times their areas, in linear light, and the area.
+    tint: TintSum,
+}
+
+/// A sum of colours by area.
+#[derive(Default)]
+struct TintSum {
+    sums: [f64; 3],
+    area: f64,
+}
+
+impl TintSum {
+    fn add(&mut self, colour: [f64; 3], area: f64) {
+        self.area += area;
+        self.sums.iter_mut().zip(colour).for_each(|(sum, channel)| *sum += area * channel);
+    }
+
+    /// The mean, where there is an area.
+    fn mean(&self) -> Option<Spectrum> {
+        let has_mean = self.area > 0.0 && self.area.is_finite();
+        has_mean.then(|| Spectrum::rgb(self.sums.map(|sum| sum / self.area)))
+    }
 }
 
 impl PlyBody {
@@ -273,22 +295,21 @@ impl PlyBody {
                 _ => {}
             }
         }
-        let (of, weight) = match element.name.as_slice() {
+        let colour = match colour {
+            [Some(red), Some(green), Some(blue)] => Some([red, green, blue].map(texture::linear)),
+            _ => None,
+        };
+        match element.name.as_slice() {
             b"vertex" => {
                 self.vertex(position)?;
-                (0, 1.0)
+                self.colours.extend(colour);
             }
             b"face" => {
                 self.face(item)?;
-                (1, self.mesh.triangles[triangles..].iter().map(|new| self.mesh.area(new)).sum())
+                let area = self.mesh.triangles[triangles..].iter().map(|new| self.mesh.area(new)).sum();
+                colour.into_iter().for_each(|colour| self.tint.add(colour, area));
             }
-            _ => return Ok(()),
-        };
-        if let [Some(red), Some(green), Some(blue)] = colour {
-            let (sums, weights) = &mut self.tints[of];
-            *weights += weight;
-            let linear = [red, green, blue].map(texture::linear);
-            sums.iter_mut().zip(linear).for_each(|(sum, channel)| *sum += weight * channel);
+            _ => {}
         }
         Ok(())
     }
@@ -347,7 +368,7 @@ impl PlyBody {
     }
 
     fn finish(self, header: &PlyHeader) -> Result<Mesh, UnplacedError> {
-        let PlyBody { mut mesh, tally, tints, .. } = self;
+        let PlyBody { mut mesh, tally, colours, tint, .. } = self;
         if header.elements.iter().any(|element| element.name == b"tristrips") {
             return Err(UnplacedError::new(
                 "the file has triangle strips",
@@ -358,15 +379,27 @@ impl PlyBody {
         tally.report(&mut mesh);
         let mut material = Material::undefined("default");
         // Faces count where vertices have no colours.
-        let coloured = ["colours of vertices", "colours of faces"].into_iter().zip(tints);
-        if let Some((name, (sums, weights))) =
-            coloured.into_iter().find(|(_, (_, weights))| *weights > 0.0 && weights.is_finite())
-        {
-            let mean = Spectrum::rgb(sums.map(|sum| sum / weights));
+        let means = [
+            ("colours of vertices", tint_of_vertices(&mesh, &colours).mean()),
+            ("colours of faces", tint.mean()),
+        ];
+        if let Some((name, mean)) = means.into_iter().find_map(|(name, mean)| Some((name, mean?))) {
             let texture = Some(name.into());
             material = Material { reflectance: mean, texture, ..Material::unknown("default") };
         }
         mesh.materials.push(material);
         Ok(mesh)
     }
+}
+
+/// The colours of vertices over the faces of a mesh; none where not all vertices have some. The mean of a colour that varies linearly is
+/// that of the corners.
+fn tint_of_vertices(mesh: &Mesh, colours: &[[f64; 3]]) -> TintSum {
+    let mut tint = TintSum::default();
+    let coloured = mesh.triangles.iter().filter(|_| colours.len() == mesh.positions.len());
+    for triangle in coloured {
+        let area = mesh.area(triangle) / 3.0;
+        triangle.corners.iter().for_each(|&corner| tint.add(colours[corner as usize], area));
+    }
+    tint
 }

@@ -739,12 +739,19 @@ fn colours_of_vertices_give_their_mean() {
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
         property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n\
         property list uchar int vertex_indices\nend_header\n0 0 0 255 0 0\n1 0 0 0 0 255\n0 1 0 255 0 255\n3 0 1 2\n";
-    let channels = read("a.ply", ply.as_bytes()).unwrap().materials[0].reflectance.channels();
-    let expected = [2.0 / 3.0, 0.0, 2.0 / 3.0];
-    assert!(
-        channels.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12),
-        "{channels:?}"
+    // A vertex of no face changes nothing, and a second face counts by its area.
+    let more = ply.replace("vertex 3", "vertex 7").replace("face 1", "face 2").replace(
+        "3 0 1 2\n",
+        "5 5 5 255 255 255\n0 0 1 0 255 0\n3 0 1 0 255 0\n0 1 1 0 255 0\n3 0 1 2\n3 4 5 6\n",
     );
+    let third = 2.0 / 3.0;
+    for (ply, expected) in [(ply.to_owned(), [third, 0.0, third]), (more, [third / 4.0, 0.75, third / 4.0])] {
+        let channels = read("a.ply", ply.as_bytes()).unwrap().materials[0].reflectance.channels();
+        assert!(
+            channels.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12),
+            "{channels:?}"
+        );
+    }
 }
 
 /// Colours of vertices count before those of faces, and those of other elements not at all.
