@@ -1,4 +1,4 @@
-//! Faces that cannot be modelled: those without area, and those that cover an earlier one.
+//! Faces that cannot be modelled: those without area, and those that cover another one.
 
 use std::collections::HashMap;
 
@@ -12,14 +12,14 @@ use crate::mesh::{Mesh, Triangle};
 pub(crate) struct FaultyTriangles {
     /// The triangles without area.
     pub(crate) degenerate: Vec<usize>,
-    /// The triangles that cover an earlier one.
+    /// The triangles that cover another one, which is kept: one that emits, else an earlier one.
     pub(crate) doubled: Vec<usize>,
 }
 
 impl FaultyTriangles {
-    /// Finds the faulty triangles. `two_sided` says for each material whether both sides are active. A triangle is a double if
-    /// earlier ones at its place have all of its active sides.
-    pub(crate) fn find(mesh: &Mesh, two_sided: &[bool]) -> Self {
+    /// Finds the faulty triangles. `two_sided` says for each material whether both sides are active, `emits` whether it emits. A triangle is a
+    /// double if others at its place have all of its active sides: those that emit, then earlier ones.
+    pub(crate) fn find(mesh: &Mesh, two_sided: &[bool], emits: &[bool]) -> Self {
         let merged = merge(&mesh.positions);
         let corners = mesh.triangles.iter().flat_map(|triangle| triangle.corners);
         let largest = corners.fold(0.0_f64, |largest, corner| {
@@ -39,7 +39,10 @@ impl FaultyTriangles {
             *covered |= own;
             is_covered
         };
-        let mut doubled: Vec<usize> = (0..mesh.triangles.len()).filter(|&i| is_double(i)).collect();
+        let (lit, dark): (Vec<usize>, Vec<usize>) =
+            (0..mesh.triangles.len()).partition(|&i| emits[mesh.triangles[i].material as usize]);
+        let mut doubled: Vec<usize> = lit.into_iter().chain(dark).filter(|&i| is_double(i)).collect();
+        doubled.sort_unstable();
         doubled.retain(|i| degenerate.binary_search(i).is_err());
         FaultyTriangles { degenerate, doubled }
     }

@@ -345,7 +345,8 @@ impl Mesh {
         notes: &mut Vec<String>,
     ) -> Result<(), UnplacedError> {
         let two_sided: Vec<bool> = finish.of.iter().map(|finish| finish.sides == Sides::Both).collect();
-        let faulty = FaultyTriangles::find(self, &two_sided);
+        let emits: Vec<bool> = finish.of.iter().map(Finish::emits).collect();
+        let faulty = FaultyTriangles::find(self, &two_sided, &emits);
         if faulty.is_empty() {
             return Ok(());
         }
@@ -353,9 +354,13 @@ impl Mesh {
         let refused = options.faults == Faults::Refuse;
         let listed = if refused { usize::MAX } else { LISTED };
         let found = found.iter().filter(|(faces, _)| !faces.is_empty());
-        let left_out: Vec<String> = found
+        let mut left_out: Vec<String> = found
             .map(|(faces, what)| format!("{} triangles {what}: {}", faces.len(), self.list(faces, listed)))
             .collect();
+        let power = self.power(&faulty.doubled, finish);
+        if power > 0.0 {
+            left_out.push(format!("with them {power:.3} W or lm that they emit"));
+        }
         if refused {
             return Err(UnplacedError::new(
                 left_out.join("; "),
@@ -378,6 +383,17 @@ impl Mesh {
             )),
             false => Ok(()),
         }
+    }
+
+    /// What some triangles emit, but for those that share out a power given for all of their faces.
+    fn power(&self, triangles: &[usize], finishes: &MeshFinishes) -> f64 {
+        let power = |&i: &usize| {
+            let triangle = &self.triangles[i];
+            let finish = &finishes.of[triangle.material as usize];
+            let shares = finish.power.is_some();
+            if shares { 0.0 } else { finish.emittance.max() * finish.sides.count() * self.area(triangle) }
+        };
+        triangles.iter().map(power).sum()
     }
 
     /// The names of some triangles, at most `listed` of them.

@@ -222,6 +222,30 @@ fn doubles_have_all_of_their_sides_already() {
     }
 }
 
+/// Of faces at one place the one that emits is kept, wherever the file has it; what is left out with a double is told.
+#[test]
+fn lamps_are_kept_before_what_covers_them() {
+    let vertices = "v a =\np 0 0 0\nv b =\np 2 0 0\nv c =\np 0 1 0\nm wall =\nrd .5\nsides 2\n";
+    let lamp = |name: &str, emitted: u32| format!("m {name} =\ned {emitted}\nsides 1\nm {name}\nf a b c\n");
+    let read =
+        |faces: &str| scene("a.mgf", format!("{vertices}{faces}").as_bytes(), &Options::default()).unwrap();
+    let wall = "m wall\nf a b c\n";
+    let sheet = lamp("lamp", 7).replace("sides 1", "sides 2");
+    for faces in [format!("{wall}{sheet}"), format!("{sheet}{wall}")] {
+        let kept = read(&faces);
+        assert_eq!(kept.spec.surfaces.len(), 1, "{:?}", kept.notes);
+        assert!(kept.spec.surfaces[0].emittance.is_lit(), "{:?}", kept.notes);
+        assert!(!kept.notes.iter().any(|note| note.contains("that they emit")), "{:?}", kept.notes);
+    }
+    let both = read(&format!("{wall}{}{}", lamp("lamp", 7), lamp("second", 5)));
+    assert!(
+        both.notes.iter().any(|note| note.contains("1 triangles cover another one")
+            && note.contains("with them 5.000 W or lm that they emit")),
+        "{:?}",
+        both.notes
+    );
+}
+
 #[test]
 fn patch_sizes_and_joining() {
     let obj = format!("{SQUARE}f 1 2 3 4\n");
