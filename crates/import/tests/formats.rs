@@ -862,6 +862,27 @@ fn mgf_surfaces_have_their_areas() {
     }
 }
 
+/// Facets of curved surfaces send what the surfaces do; flat surfaces of the same material keep its emittance.
+#[test]
+fn mgf_surfaces_have_their_power() {
+    let head =
+        "m lamp =\n\trd 0.5\n\ted 3\nv a =\n\tp 0 0 0\n\tn 0 0 1\nv b =\n\tp 0 0 2\nv c =\n\tp 9 0 0\n";
+    let pi = std::f64::consts::PI;
+    for (statement, area) in [
+        ("sph a 0.5", pi),
+        ("cyl a 0.5 b", 2.0 * pi),
+        ("cone a 0.5 b 0", pi * 0.5 * 4.25_f64.sqrt()),
+        ("ring a 0.5 1", 0.75 * pi),
+        ("torus a 1 3", 4.0 * pi * pi * 2.0),
+    ] {
+        let text = format!("{head}{statement}\nf a b c\n");
+        let surfaces = scene("a.mgf", text.as_bytes(), &Options::default()).unwrap().spec.surfaces;
+        let (flat, curved) = surfaces.split_last().unwrap();
+        let sent: f64 = curved.iter().map(|facet| facet.emittance[0] * facet.shape.area()).sum();
+        assert!((sent / (flat.emittance[0] * area) - 1.0).abs() < 1e-6, "{statement}: {sent}");
+    }
+}
+
 /// A triangle whose positions have the JSON `extra`.
 fn triangle_gltf(primitive: &str, accessor: &str, extra: &str) -> String {
     format!(

@@ -9,6 +9,8 @@ use glam::DVec3;
 pub(super) struct CurvedFacets {
     pub(super) points: Vec<DVec3>,
     pub(super) triangles: Vec<[u32; 3]>,
+    /// The area of the surface that they stand for.
+    area: f64,
 }
 
 /// The number of sides of a polygon inscribed in a circle, the middles of whose sides lie within the circle by no
@@ -29,10 +31,24 @@ pub(super) fn most_triangles(keyword: &[u8], n: u64) -> u64 {
 }
 
 impl CurvedFacets {
+    fn of_area(area: f64) -> Self {
+        CurvedFacets { area, ..CurvedFacets::default() }
+    }
+
+    /// The area of the surface in parts of that of its facets, as f32 has it: equal for surfaces of one kind. Emission is so much brighter,
+    /// which keeps its power.
+    pub(super) fn excess(&self) -> f64 {
+        let point = |corner: u32| self.points[corner as usize];
+        let area = |&[a, b, c]: &[u32; 3]| 0.5 * (point(b) - point(a)).cross(point(c) - point(a)).length();
+        let excess = (self.area / self.triangles.iter().map(area).sum::<f64>()) as f32;
+        if excess.is_normal() { excess.into() } else { 1.0 }
+    }
+
     /// The side of a cone between two circles about one axis; a circle may be a point.
     pub(super) fn cone(low: DVec3, low_radius: f64, high: DVec3, high_radius: f64, n: usize) -> Self {
         let (u, v) = across((high - low).normalize());
-        let mut facets = CurvedFacets::default();
+        let slant = low.distance(high).hypot(high_radius - low_radius);
+        let mut facets = CurvedFacets::of_area(PI * (low_radius + high_radius) * slant);
         facets.row(low, u * low_radius, v * low_radius, n);
         facets.row(high, u * high_radius, v * high_radius, n);
         facets.skin(0, n as u32, n as u32);
@@ -41,7 +57,7 @@ impl CurvedFacets {
 
     /// A sphere about its centre.
     pub(super) fn sphere(centre: DVec3, radius: f64, n: usize) -> Self {
-        let mut facets = CurvedFacets::default();
+        let mut facets = CurvedFacets::of_area(4.0 * PI * radius * radius);
         let rows = n.div_ceil(2);
         for row in 0..=rows {
             let (sin, cos) = turn(row, 2 * rows);
@@ -56,7 +72,7 @@ impl CurvedFacets {
     /// A flat ring about an axis, which its front faces; a disk if the inner radius is 0.
     pub(super) fn ring(centre: DVec3, axis: DVec3, inner: f64, outer: f64, n: usize) -> Self {
         let (u, v) = across(axis);
-        let mut facets = CurvedFacets::default();
+        let mut facets = CurvedFacets::of_area(PI * (outer - inner) * (outer + inner));
         facets.row(centre, u * outer, v * outer, n);
         facets.row(centre, u * inner, v * inner, n);
         facets.skin(0, n as u32, n as u32);
@@ -67,7 +83,7 @@ impl CurvedFacets {
     pub(super) fn torus(centre: DVec3, axis: DVec3, inner: f64, outer: f64, n: usize) -> Self {
         let (u, v) = across(axis);
         let (middle, tube) = (0.5 * (inner + outer), 0.5 * (outer - inner));
-        let mut facets = CurvedFacets::default();
+        let mut facets = CurvedFacets::of_area(4.0 * PI * PI * middle * tube);
         for row in 0..n {
             let (sin, cos) = turn(row, n);
             let radius = middle + tube * cos;
@@ -138,6 +154,20 @@ mod tests {
         assert_eq!(CurvedFacets::sphere(DVec3::ZERO, 1.0, 20).triangles.len(), 20 * 2 * 9);
         let torus = CurvedFacets::torus(DVec3::ZERO, DVec3::Z, 1.0, 3.0, 200);
         assert!((volume(&torus) / (2.0 * PI * PI * 2.0) - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn facets_know_how_much_larger_their_surfaces_are() {
+        let cylinder = CurvedFacets::cone(DVec3::ZERO, 2.0, DVec3::Z * 3.0, 2.0, 20);
+        let ring = CurvedFacets::ring(DVec3::ZERO, DVec3::Z, 1.0, 3.0, 20);
+        assert!((cylinder.excess() / (PI / 20.0 / (PI / 20.0).sin()) - 1.0).abs() < 1e-6);
+        assert!((ring.excess() / (TAU / 20.0 / (TAU / 20.0).sin()) - 1.0).abs() < 1e-6);
+        let cone = CurvedFacets::cone(DVec3::ZERO, 1.0, DVec3::Z * 3.0, 0.0, 2000);
+        let torus = CurvedFacets::torus(DVec3::ZERO, DVec3::Z, 1.0, 3.0, 500);
+        let sphere = CurvedFacets::sphere(DVec3::ZERO, 2.0, 500);
+        for facets in [cone, torus, sphere] {
+            assert!((1.0..1.0001).contains(&facets.excess()), "{}", facets.excess());
+        }
     }
 
     #[test]

@@ -13,6 +13,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use glam::{DAffine3, DVec3};
+use radiosity::Spectrum;
 
 use self::allowance::Allowance;
 use self::colour::Colour;
@@ -298,21 +299,24 @@ impl MgfReader<'_, '_> {
         Ok(())
     }
 
-    /// The number of the current material in the mesh. A material that changes under its name becomes another one
-    /// of that name.
+    /// The number of the current material in the mesh.
     fn material_number(&mut self) -> u32 {
-        if let Some(number) = self.material {
-            return number;
-        }
-        let name = self.materials.name().map_or("default".into(), name);
-        let material = self.materials.current().material(&short(&name));
-        // Rust writes different numbers differently, so the text tells materials apart.
-        let number = *self.numbers.entry(format!("{material:?}")).or_insert_with(|| {
-            self.mesh.materials.push(material);
-            self.mesh.materials.len() as u32 - 1
-        });
+        let number = self.material.unwrap_or_else(|| self.number_of(1.0));
         self.material = Some(number);
         number
+    }
+
+    /// The number of the current material with its emittance times a factor. A material that changes under its name becomes another one of
+    /// that name.
+    fn number_of(&mut self, factor: f64) -> u32 {
+        let name = self.materials.name().map_or("default".into(), name);
+        let mut material = self.materials.current().material(&short(&name));
+        material.emittance = Spectrum::rgb(material.emittance.channels().map(|channel| channel * factor));
+        // Rust writes different numbers differently, so the text tells materials apart.
+        *self.numbers.entry(format!("{material:?}")).or_insert_with(|| {
+            self.mesh.materials.push(material);
+            self.mesh.materials.len() as u32 - 1
+        })
     }
 
     fn finish(self, curve_error: f64) -> Mesh {

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::MgfReader;
 use super::context::Vertex;
 use super::curved::{self, CurvedFacets};
+use super::{MATERIAL_STEPS, MgfReader};
 use crate::error::UnplacedError;
 use crate::mesh::Triangle;
 use crate::room::room;
@@ -22,7 +22,9 @@ impl MgfReader<'_, '_> {
         line: u32,
     ) -> Result<(), UnplacedError> {
         let (part, face) = self.parts.next_face(&mut self.mesh, &self.stem);
-        let material = self.material_number();
+        let is_flat = matches!(keyword, b"f" | b"fh" | b"prism");
+        // Curved surfaces find theirs once their areas are known.
+        let material = if is_flat { self.material_number() } else { 0 };
         let triangle = |corners| Triangle { corners, part, face, material, line };
         match keyword {
             b"f" | b"fh" => self.polygon(arguments, &triangle),
@@ -172,6 +174,14 @@ impl MgfReader<'_, '_> {
             let [a, b, c] = corners.map(|corner| first + corner);
             triangle(if inwards { [a, c, b] } else { [a, b, c] })
         }));
+        let material = match self.materials.current().ed.amount > 0.0 {
+            true => {
+                self.allowance.steps(MATERIAL_STEPS)?;
+                self.number_of(facets.excess())
+            }
+            false => self.material_number(),
+        };
+        self.mesh.triangles[start..].iter_mut().for_each(|triangle| triangle.material = material);
         self.facets += facets.triangles.len() as u64;
         self.turn_mirrored(start);
         room(&self.mesh)
