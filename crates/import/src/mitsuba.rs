@@ -98,8 +98,8 @@ struct MitsubaReader<'a, 'f, 'x> {
     defaults: HashMap<&'x str, &'x str>,
     /// The elements by their ids.
     named: HashMap<&'x str, Node<'x, 'x>>,
-    /// The numbers of materials that have been read, by their place in the file and whether they emit.
-    numbers: HashMap<(usize, [u64; 3]), u32>,
+    /// The numbers of materials that have been read, and of their backs, by their place in the file and what they emit.
+    numbers: HashMap<(usize, [u64; 3]), (u32, Option<u32>)>,
     /// The names of materials, and how many have asked for each.
     names: HashMap<String, u32>,
     /// The names of shapes whose radiance is not read.
@@ -192,17 +192,28 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
         };
         let flipped = self.value(node, "flip_normals").or(self.value(node, "flipNormals"));
         let flipped = flipped.as_deref() == Some("true");
-        let material = self.material_of(node);
+        // Facets of a disk or sphere are brighter by what they lack of its area, which keeps its power.
+        let whole = match kind {
+            "disk" => PI,
+            "sphere" => 4.0 * PI,
+            _ => f64::NAN,
+        };
+        let excess = whole / shape.triangles.iter().map(|triangle| shape.area(triangle)).sum::<f64>();
+        let (material, back) = self.material_of(node, if whole.is_nan() { 1.0 } else { excess });
+        let back = back.filter(|_| !matches!(kind, "cube" | "sphere"));
         let name = node.attribute("id").unwrap_or(kind);
         self.parts.enter(&mut self.mesh, name);
         let first = self.mesh.positions.len() as u32;
         self.mesh.positions.extend(shape.positions.iter().map(|corner| place.transform_point3(*corner)));
         let mirrored = (place.matrix3.determinant() < 0.0) != flipped;
-        for triangle in &shape.triangles {
-            let (part, face) = self.parts.next_face(&mut self.mesh, "shape");
-            let [a, b, c] = triangle.corners.map(|corner| first + corner);
-            let corners = if mirrored { [a, c, b] } else { [a, b, c] };
-            self.mesh.triangles.push(Triangle { corners, part, face, material, line: line as u32 });
+        for (material, turned) in [(Some(material), mirrored), (back, !mirrored)] {
+            let Some(material) = material else { continue };
+            for triangle in &shape.triangles {
+                let (part, face) = self.parts.next_face(&mut self.mesh, "shape");
+                let [a, b, c] = triangle.corners.map(|corner| first + corner);
+                let corners = if turned { [a, c, b] } else { [a, b, c] };
+                self.mesh.triangles.push(Triangle { corners, part, face, material, line: line as u32 });
+            }
         }
         room(&self.mesh).map_err(at)
     }
@@ -250,8 +261,9 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
         }
     }
 
-    /// The number of a shape's material. Radiance L of an area emitter is an exitance of π·L.
-    fn material_of(&mut self, shape: Node<'x, 'x>) -> u32 {
+    /// The number of a shape's material, and that of its back where the front alone emits and both reflect. Radiance L of an area emitter is an exitance of
+    /// π·L, here times `excess`.
+    fn material_of(&mut self, shape: Node<'x, 'x>, excess: f64) -> (u32, Option<u32>) {
         let emitter = self.child(shape, "emitter");
         let radiance = emitter.and_then(|emitter| {
             self.spectrum(emitter.children().find(|child| child.attribute("name") == Some("radiance"))?)
@@ -260,35 +272,45 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
             let kind = shape.attribute("type").unwrap_or_default();
             self.dark.push(shape.attribute("id").unwrap_or(kind).to_owned());
         }
-        let emittance = radiance.map_or([0.0; 3], |radiance| radiance.map(|channel| PI * channel.max(0.0)));
+        let emittance =
+            radiance.map_or([0.0; 3], |radiance| radiance.map(|channel| excess * (PI * channel.max(0.0))));
         // References may also be to media and emitters.
         let bsdf = self.child(shape, "bsdf");
         let place = bsdf.map_or(usize::MAX, |bsdf| bsdf.range().start);
         let key = (place, emittance.map(f64::to_bits));
-        if let Some(&number) = self.numbers.get(&key) {
-            return number;
+        if let Some(&numbers) = self.numbers.get(&key) {
+            return numbers;
         }
         let name = bsdf.and_then(|bsdf| bsdf.attribute("id")).unwrap_or("default");
         let mut material = match bsdf {
             Some(bsdf) => {
                 let mut material = Material { sides: Some(Sides::Front), ..Material::unknown(name) };
-                self.follow(bsdf, &mut material, DEEPEST);
+                let through = self.follow(bsdf, &mut material, DEEPEST);
+                material.passes(through);
                 material
             }
             None => Material { sides: Some(Sides::Front), ..Material::undefined(name) },
         };
+        let mut back = None;
         if radiance.is_some() {
-            material.emittance = Spectrum::rgb(emittance);
+            let reflects = material.sides == Some(Sides::Both) && material.reflectance.is_lit();
             material.sides = Some(Sides::Front);
             if name == "default" {
                 material.name = shape.attribute("id").unwrap_or("emitter").to_owned();
             }
+            back = reflects.then(|| material.clone());
+            material.emittance = Spectrum::rgb(emittance);
         }
+        let numbers = (self.add_material(material), back.map(|back| self.add_material(back)));
+        self.numbers.insert(key, numbers);
+        numbers
+    }
+
+    /// Adds a material under a name of its own.
+    fn add_material(&mut self, mut material: Material) -> u32 {
         material.name = self.free_name(material.name);
         self.mesh.materials.push(material);
-        let number = self.mesh.materials.len() as u32 - 1;
-        self.numbers.insert(key, number);
-        number
+        self.mesh.materials.len() as u32 - 1
     }
 
     /// A name that no material has: options would change all that share one.
@@ -303,69 +325,127 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
         free
     }
 
-    /// Takes the diffuse part of a material.
-    fn follow(&mut self, bsdf: Node<'x, 'x>, material: &mut Material, depth: u32) {
+    /// Takes the diffuse part of a material. Returns the part of the light that passes it straight on.
+    fn follow(&mut self, bsdf: Node<'x, 'x>, material: &mut Material, depth: u32) -> f64 {
         let kind = bsdf.attribute("type").unwrap_or_default();
         match kind {
-            "twosided" | "bumpmap" | "normalmap" | "mask" => {
+            "twosided" | "bumpmap" | "normalmap" => {
                 if kind == "twosided" {
                     material.sides = Some(Sides::Both);
                 }
-                if kind == "mask" {
-                    material.loses(LostProperty::Transparency);
-                }
-                if let Some(inner) = self.child(bsdf, "bsdf").filter(|_| depth > 0) {
-                    self.follow(inner, material, depth - 1);
-                }
-                return;
+                self.inner(bsdf, 0, material, depth)
             }
-            "diffuse" | "roughdiffuse" => {}
-            "dielectric" | "thindielectric" | "roughdielectric" => {
-                match kind {
-                    "roughdielectric" => material.loses(LostProperty::Transparency),
-                    _ => material.passes(1.0),
-                }
+            "mask" => {
+                let through = self.inner(bsdf, 0, material, depth);
+                let Some(opacity) = self.part(bsdf, "opacity", 0.5) else {
+                    material.loses(LostProperty::Transparency);
+                    return through;
+                };
+                scale(material, opacity);
+                1.0 - opacity * (1.0 - through)
+            }
+            "blendbsdf" => {
+                let weight = self.part(bsdf, "weight", 0.5).unwrap_or_else(|| {
+                    material.loses(LostProperty::Texture);
+                    0.5
+                });
+                let mut other = material.clone();
+                // Each blend has two ways down: half as deep, there are few in all.
+                let through = self.inner(bsdf, 0, material, depth / 2);
+                let beside = self.inner(bsdf, 1, &mut other, depth / 2);
+                mix(material, other, weight);
+                through + weight * (beside - through)
+            }
+            "null" | "dielectric" | "thindielectric" | "roughdielectric" => {
                 material.reflectance = Spectrum::BLACK;
                 material.sides = Some(Sides::Both);
-                return;
+                if kind != "roughdielectric" {
+                    return 1.0;
+                }
+                material.loses(LostProperty::Transparency);
+                0.0
             }
             "conductor" | "roughconductor" => {
                 material.loses(LostProperty::Mirror);
                 material.reflectance = Spectrum::BLACK;
-                return;
+                0.0
             }
-            _ => material.loses(LostProperty::Mirror),
+            _ => self.paint(bsdf, kind, material),
+        }
+    }
+
+    /// Follows one of the materials within a material.
+    fn inner(&mut self, bsdf: Node<'x, 'x>, number: usize, material: &mut Material, depth: u32) -> f64 {
+        let within = bsdf.children().filter_map(|child| self.target(child));
+        let inner = within.filter(|child| child.has_tag_name("bsdf")).nth(number);
+        inner.filter(|_| depth > 0).map_or(0.0, |inner| self.follow(inner, material, depth - 1))
+    }
+
+    /// Takes the colour of a material that is at least in part diffuse. Returns the part of the light that passes straight on.
+    fn paint(&mut self, bsdf: Node<'x, 'x>, kind: &str, material: &mut Material) -> f64 {
+        if !matches!(kind, "diffuse" | "roughdiffuse") {
+            material.loses(LostProperty::Mirror);
         }
         let names = ["reflectance", "diffuse_reflectance", "diffuseReflectance", "base_color"];
         let named = |child: &Node<'x, 'x>| child.attribute("name").is_some_and(|name| names.contains(&name));
         if let Some(given) = bsdf.children().find(named) {
             self.colour(given, material);
         }
+        if !kind.starts_with("principled") {
+            return 0.0;
+        }
+        let [metal, clear] = ["metallic", "spec_trans"].map(|name| self.part(bsdf, name, 0.0).unwrap_or(0.0));
+        scale(material, (1.0 - metal) * (1.0 - clear));
+        (1.0 - metal) * clear
     }
 
-    /// Takes the reflectance of a material: a colour, or the mean of an image.
-    fn colour(&mut self, given: Node<'x, 'x>, material: &mut Material) {
-        let Some(image) = self.target(given).filter(|node| node.has_tag_name("texture")) else {
-            match self.spectrum(given) {
-                Some(channels) => {
-                    material.reflectance = Spectrum::rgb(channels.map(|channel| channel.max(0.0)))
-                }
-                None => material.loses(LostProperty::Definition),
-            }
-            return;
+    /// A part in [0, 1] that a material names, or the mean of its texture; `None` where that is not read.
+    fn part(&mut self, bsdf: Node<'x, 'x>, name: &str, default: f64) -> Option<f64> {
+        let Some(given) = bsdf.children().find(|child| child.attribute("name") == Some(name)) else {
+            return Some(default);
         };
-        let name = self.value(image, "filename").unwrap_or("a texture".into()).into_owned();
-        let content = self.files.beside(self.path, &name).ok();
-        let decoded = content.and_then(|(_, content)| texture::decode(&content));
-        let raw = self.value(image, "raw").as_deref() == Some("true");
-        let sampling = Sampling { raw, ..Sampling::of_colour(texture::points(1)) };
-        let of = |image| texture::mean(&image, &[], Placing::FROM_ABOVE, sampling).colour;
-        material.reflectance = 1.0.into();
-        let mean = decoded.map(of);
-        material.show(name, mean);
-        if mean.is_none() {
-            material.reflectance = crate::mesh::DEFAULT_REFLECTANCE.into();
+        let texture = self.target(given).filter(|node| node.has_tag_name("texture"));
+        let [red, green, blue] = match texture {
+            Some(texture) => self.texture(texture).1?.channels(),
+            None => self.spectrum(given)?,
+        };
+        Some(((red + green + blue) / 3.0).clamp(0.0, 1.0))
+    }
+
+    /// Takes the reflectance of a material: a colour, or the mean of a texture.
+    fn colour(&mut self, given: Node<'x, 'x>, material: &mut Material) {
+        if let Some(texture) = self.target(given).filter(|node| node.has_tag_name("texture")) {
+            let (name, mean) = self.texture(texture);
+            material.reflectance = mean.map_or(crate::mesh::DEFAULT_REFLECTANCE, |_| 1.0).into();
+            material.show(name, mean);
+            return;
         }
+        match self.spectrum(given) {
+            Some(channels) => material.reflectance = Spectrum::rgb(channels.map(|channel| channel.max(0.0))),
+            None => material.loses(LostProperty::Definition),
+        }
+    }
+
+    /// The name of a texture and its mean: of an image, or of the two colours of a checkerboard.
+    fn texture(&mut self, texture: Node<'x, 'x>) -> (String, Option<Spectrum>) {
+        if texture.attribute("type") == Some("checkerboard") {
+            let colour = |(name, default): (&str, f64)| {
+                let given = texture.children().find(|child| child.attribute("name") == Some(name));
+                given.map_or(Some([default; 3]), |given| self.spectrum(given))
+            };
+            let [light, dark] = [("color0", 0.4), ("color1", 0.2)].map(colour);
+            let mean = |(light, dark): ([f64; 3], [f64; 3])| {
+                Spectrum::rgb(std::array::from_fn(|channel| 0.5 * (light[channel] + dark[channel]).max(0.0)))
+            };
+            return ("checkerboard".into(), light.zip(dark).map(mean));
+        }
+        let name = self.value(texture, "filename").unwrap_or("a texture".into()).into_owned();
+        let content = self.files.beside(self.path, &name).ok();
+        let image = content.and_then(|(_, content)| texture::decode(&content));
+        let raw = self.value(texture, "raw").as_deref() == Some("true");
+        let sampling = Sampling { raw, ..Sampling::of_colour(texture::points(1)) };
+        let mean = image.map(|image| texture::mean(&image, &[], Placing::FROM_ABOVE, sampling).colour);
+        (name, mean)
     }
 
     /// A colour: three numbers, one, `#rrggbb`, or pairs of wavelength [nm] and value; the number of a spectrum that is uniform
@@ -468,6 +548,23 @@ impl<'x> MitsubaReader<'_, '_, 'x> {
             all = step * all;
         }
         all
+    }
+}
+
+/// Multiplies what a material reflects.
+fn scale(material: &mut Material, factor: f64) {
+    material.reflectance = Spectrum::rgb(material.reflectance.channels().map(|channel| channel * factor));
+}
+
+/// Mixes a material with a part of another one.
+fn mix(material: &mut Material, other: Material, part: f64) {
+    let (own, others) = (material.reflectance.channels(), other.reflectance.channels());
+    let mixed = std::array::from_fn(|channel| own[channel] + part * (others[channel] - own[channel]));
+    material.reflectance = Spectrum::rgb(mixed);
+    material.texture = material.texture.take().or(other.texture);
+    other.lost.into_iter().for_each(|lost| material.loses(lost));
+    if other.sides == Some(Sides::Front) {
+        material.sides = other.sides;
     }
 }
 

@@ -1326,7 +1326,9 @@ fn mitsuba_scenes_are_read_as_far_as_they_are_diffuse() {
             && material("floor").lost == [LostProperty::Mirror]
     );
     assert_eq!(material("grey").reflectance, 0.25.into());
-    assert_eq!(material("Bulb").emittance.channels(), [3.0 * pi, 2.0 * pi, pi]);
+    // Facets of a sphere send what the sphere does.
+    let sent = material("Bulb").emittance.channels().map(|emitted| emitted * area("Bulb") / (16.0 * pi * pi));
+    assert!(sent.iter().zip([3.0, 2.0, 1.0]).all(|(found, sent)| (found - sent).abs() < 1e-12), "{sent:?}");
     let chair = mesh.triangles.last().unwrap().corners[1];
     assert_eq!(mesh.positions[chair as usize].to_array(), [6.0, 6.0, 7.0]);
     // Fronts of bodies look outwards.
@@ -1380,7 +1382,7 @@ fn spectra_of_mitsuba_are_read_or_named() {
 
     let lamp = |radiance: &str| {
         let shape =
-            format!(r#"<shape type="disk" id="Lamp"><emitter type="area">{radiance}</emitter></shape>"#);
+            format!(r#"<shape type="rectangle" id="Lamp"><emitter type="area">{radiance}</emitter></shape>"#);
         let mesh = mitsuba("", &shape);
         (mesh.materials.last().unwrap().emittance[0] / std::f64::consts::PI, mesh.notes)
     };
@@ -1390,6 +1392,99 @@ fn spectra_of_mitsuba_are_read_or_named() {
     assert_eq!(emitted, 0.0);
     let words = "area emitters whose radiance is not read, left dark: 1 (\"Lamp\"); write it as rgb";
     assert_eq!(notes, [words]);
+}
+
+/// The reflectance of a material that is made of others, in red, and what it loses; `grey` reflects 0.8.
+fn mitsuba_paint(bsdf: &str) -> (f64, Vec<LostProperty>) {
+    let shape = format!(r#"<shape type="rectangle">{bsdf}</shape>"#);
+    let mesh = mitsuba(r#"<rgb name="reflectance" value="0.8"/>"#, &shape);
+    let material = mesh.materials.into_iter().next_back().unwrap();
+    (material.reflectance[0], material.lost)
+}
+
+/// Blends mix by weight, masks and `null` let light pass, and what is metal or glass of `principled` is no paint.
+#[test]
+fn mixtures_of_mitsuba_reflect_by_their_parts() {
+    use LostProperty::{Clearness, Mirror, Texture, Transparency};
+    let bsdf = |kind: &str, rest: &str| format!(r#"<bsdf type="{kind}">{rest}</bsdf>"#);
+    let number = |name: &str, value: &str| format!(r#"<float name="{name}" value="{value}"/>"#);
+    let grey = r#"<ref id="wall"/>"#;
+    let black = bsdf("diffuse", r#"<rgb name="reflectance" value="0"/>"#);
+    let null = bsdf("null", "");
+    let red = r#"<rgb name="base_color" value="0.8 0 0"/>"#;
+    let checks = |colours: &str| {
+        bsdf("diffuse", &format!(r#"<texture name="reflectance" type="checkerboard">{colours}</texture>"#))
+    };
+    let of_checks = r#"<rgb name="color0" value="0.9"/><rgb name="color1" value="0.1"/>"#;
+    let image =
+        r#"<texture name="opacity" type="bitmap"><string name="filename" value="leaf.png"/></texture>"#;
+    for (material, expected, lost) in [
+        (bsdf("blendbsdf", &format!("{}{grey}{black}", number("weight", "0.25"))), 0.6, vec![]),
+        (bsdf("blendbsdf", &format!("{}{grey}{null}", number("weight", "0.75"))), 0.2, vec![Clearness]),
+        (null.clone(), 0.0, vec![Clearness]),
+        (bsdf("mask", &format!("{}{grey}", number("opacity", "0.75"))), 0.6, vec![Transparency]),
+        (bsdf("mask", &format!("{}{grey}", number("opacity", "0.25"))), 0.2, vec![Clearness]),
+        (bsdf("mask", &format!("{}{grey}", number("opacity", "1"))), 0.8, vec![]),
+        (bsdf("mask", &format!("{image}{grey}")), 0.8, vec![Transparency]),
+        (bsdf("principled", &format!("{red}{}", number("metallic", "0.75"))), 0.2, vec![Mirror]),
+        (bsdf("principled", &format!("{red}{}", number("spec_trans", "1"))), 0.0, vec![Mirror, Clearness]),
+        (checks(of_checks), 0.5, vec![]),
+        (checks(""), 0.3, vec![]),
+        (
+            bsdf("blendbsdf", &format!("{}{grey}{black}", image.replace("opacity", "weight"))),
+            0.4,
+            vec![Texture],
+        ),
+    ] {
+        let (found, lost_there) = mitsuba_paint(&material);
+        assert!((found - expected).abs() < 1e-12 && lost_there == lost, "{material}: {found} {lost_there:?}");
+    }
+}
+
+/// Levels of images that are `raw` are of linear light.
+#[test]
+fn raw_images_of_mitsuba_are_of_linear_light() {
+    let mut png = std::io::Cursor::new(Vec::new());
+    let grey = image::GrayImage::from_raw(1, 1, vec![51]).unwrap();
+    grey.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let red = |raw: &str| {
+        let mut files = |_: &Path| Ok(png.get_ref().clone());
+        let xml = format!(
+            r#"<scene><shape type="cube"><bsdf type="diffuse"><texture name="reflectance" type="bitmap">
+            <string name="filename" value="a.png"/>{raw}</texture></bsdf></shape></scene>"#
+        );
+        let mesh = import::read(
+            Path::new("a.xml"),
+            xml.as_bytes(),
+            Format::Mitsuba,
+            0.0125,
+            &mut Files::new(&mut files),
+        );
+        mesh.unwrap().materials[0].reflectance[0]
+    };
+    assert!((red(r#"<boolean name="raw" value="true"/>"#) - 0.2).abs() < 1e-12);
+    assert!((red("") - texture_light(0.2)).abs() < 1e-12);
+}
+
+/// The back of a sheet with two sides reflects, and its front alone emits.
+#[test]
+fn backs_of_lamps_of_mitsuba_reflect() {
+    let lamp = r#"<shape type="rectangle"><bsdf type="twosided"><ref id="wall"/></bsdf>
+        <emitter type="area"><rgb name="radiance" value="2"/></emitter></shape>"#;
+    let mesh = mitsuba(r#"<rgb name="reflectance" value="0.8"/>"#, lamp);
+    let faces: Vec<(bool, f64, f64)> = mesh.triangles[12..]
+        .iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.corners.map(|corner| mesh.positions[corner as usize]);
+            let material = &mesh.materials[triangle.material as usize];
+            assert_eq!(material.sides, Some(Sides::Front));
+            ((b - a).cross(c - a).z > 0.0, material.reflectance[0], material.emittance[0])
+        })
+        .collect();
+    let exitance = 2.0 * std::f64::consts::PI;
+    assert_eq!(faces, [[(true, 0.8, exitance); 2], [(false, 0.8, 0.0); 2]].concat());
+    let scene = mesh.into_scene(Path::new("a.xml"), Format::Mitsuba, &Options::default()).unwrap();
+    assert_eq!(scene.spec.surfaces.len(), 16, "{:?}", scene.notes);
 }
 
 /// Materials without a name of their own are told apart by options.
@@ -1418,12 +1513,12 @@ fn a_pointer_of_git_lfs_is_called_one() {
 #[test]
 fn references_of_mitsuba_mean_what_they_lead_to() {
     let shape = r#"<emitter type="area" id="glow"><rgb name="radiance" value="2"/></emitter><alias id="wall" as="paint"/>
-        <shape type="disk"><ref name="interior" id="fog"/><ref id="glow"/><ref id="paint"/></shape>"#;
+        <shape type="rectangle"><ref name="interior" id="fog"/><ref id="glow"/><ref id="paint"/></shape>"#;
     let mesh = mitsuba(r#"<rgb name="reflectance" value="0.8"/>"#, shape);
-    let disk = &mesh.materials[mesh.triangles.last().unwrap().material as usize];
+    let lamp = &mesh.materials[mesh.triangles.last().unwrap().material as usize];
     // A name of its own, so that options tell it from the wall that does not emit.
-    assert_eq!((disk.reflectance, &*disk.name), (0.8.into(), "wall.2"));
-    assert_eq!(disk.emittance, (2.0 * std::f64::consts::PI).into());
+    assert_eq!((lamp.reflectance, &*lamp.name), (0.8.into(), "wall.2"));
+    assert_eq!(lamp.emittance, (2.0 * std::f64::consts::PI).into());
     assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
 }
 
