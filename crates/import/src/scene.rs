@@ -113,9 +113,9 @@ impl Mesh {
             || self.parts.iter().any(part_emits)
     }
 
-    /// The names of materials that mean lamps, and the area of their faces in squares of the file's unit; of parts, if none of
-    /// materials does. Where they are a large part of the mesh, the name is taken to mean something else.
-    pub fn lamps_by_name(&self) -> (Vec<String>, f64) {
+    /// The names of materials that mean lamps; of parts, if none of materials does. Where they are a large part of the mesh, the name
+    /// is taken to mean something else.
+    pub fn lamps_by_name(&self) -> Vec<String> {
         // A part of the area: what is larger is hardly all lamps.
         const LARGE: f64 = 0.2;
         let mut areas = [vec![0.0; self.materials.len()], vec![0.0; self.parts.len()]];
@@ -130,12 +130,12 @@ impl Mesh {
             let named =
                 |(name, area): &(&&str, f64)| *area > 0.0 && *area < LARGE * total && names_a_lamp(name);
             let lamps: Vec<(&&str, f64)> = names.iter().zip(areas).filter(named).collect();
-            let area = lamps.iter().map(|(_, area)| area).sum();
+            let area: f64 = lamps.iter().map(|(_, area)| area).sum();
             if !lamps.is_empty() && area < LARGE * total {
-                return (lamps.iter().map(|(name, _)| (**name).to_owned()).collect(), area);
+                return lamps.iter().map(|(name, _)| (**name).to_owned()).collect();
             }
         }
-        (Vec::new(), 0.0)
+        Vec::new()
     }
 
     /// The area that the mesh covers seen from above, in squares of the file's unit.

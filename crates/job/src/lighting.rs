@@ -36,28 +36,16 @@ pub(crate) struct Lit {
 pub(crate) fn read_lit(path: &Path, format: Format, options: &Options) -> Result<Lit, Error> {
     let mesh = read_mesh(path, format, options)?;
     let by_hand = options.sky.is_some() || options.strict || mesh.is_lit(options);
-    let (names, area) = if by_hand { Default::default() } else { mesh.lamps_by_name() };
+    let names = if by_hand { Vec::new() } else { mesh.lamps_by_name() };
+    let flux = FLOOR * mesh.footprint(format, options) * options.unit * options.unit;
     let mut options = options.clone();
-    let mut first = None;
-    if !names.is_empty() {
-        // In squares of the file's unit, which cancels.
-        let emittance = FLOOR * mesh.footprint(format, &options) / area;
-        let emittance = if emittance > 0.0 && emittance.is_finite() { emittance } else { SKY };
-        let entry = |name: &String| MaterialOverride {
-            emittance: Some(emittance.into()),
-            ..MaterialOverride::of(name)
-        };
-        options.materials.splice(0..0, names.iter().map(entry));
-        first = Some(format!(
-            "nothing in the file emits, so what is called a lamp does, as {:?} ({} in all), with {emittance:.0} lm/m²: {FLOOR} lm for each m² of floor; --light {}=1000lm or --sky={SKY} light it otherwise",
-            names[0],
-            names.len(),
-            in_quotes(&names[0]),
-        ));
-    }
+    let entry =
+        |name: &String| MaterialOverride { emittance: Some(SKY.into()), ..MaterialOverride::of(name) };
+    options.materials.splice(0..0, names.iter().map(entry));
     let mut imported = mesh.into_scene(path, format, &options).map_err(Error::of_mesh)?;
     let mut sky = options.sky;
-    let dark = first.is_none() && !by_hand;
+    let dark = names.is_empty() && !by_hand;
+    let mut first = None;
     // A scene that cannot be looked at is refused when it is built, with its place.
     if dark && let Ok(around) = Around::of(&imported.spec) {
         let (note, above) = light(&mut imported, &around);
@@ -67,9 +55,31 @@ pub(crate) fn read_lit(path: &Path, format: Format, options: &Options) -> Result
         lamps.add(&imported, 0);
         imported.notes.extend(lamps.aim(&mut imported.spec));
     }
+    if let Some(name) = names.first() {
+        let emittance = share_out(flux, &mut imported.spec.surfaces);
+        first = Some(format!(
+            "nothing in the file emits, so what is called a lamp does, as {name:?} ({} in all), with {emittance:.0} lm/m²: {FLOOR} lm for each m² of floor; --light {}=1000lm or --sky={SKY} light it otherwise",
+            names.len(),
+            in_quotes(name),
+        ));
+    }
     imported.luminous |= first.is_some();
     imported.notes.splice(0..0, first);
     Ok(Lit { imported, sky })
+}
+
+/// Gives surfaces that emit the emittance with which they send a flux [lm] from all of their sides, and returns it [lm/m²]. A flux of 0 leaves
+/// them as they are.
+fn share_out(flux: f64, surfaces: &mut [SurfaceSpec]) -> f64 {
+    let lit = || surfaces.iter().filter(|surface| surface.emittance.is_lit());
+    let area: f64 = lit().map(|surface| surface.shape.area() * surface.sides.count()).sum();
+    let emittance = flux / area;
+    if !(emittance > 0.0 && emittance.is_finite()) {
+        return SKY;
+    }
+    let lit = surfaces.iter_mut().filter(|surface| surface.emittance.is_lit());
+    lit.for_each(|surface| surface.emittance = emittance.into());
+    emittance
 }
 
 /// Lights a dark scene by lamps in its rooms or by a sky, in words and as the sky's emittance.

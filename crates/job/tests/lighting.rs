@@ -111,6 +111,27 @@ fn names_of_lamps_shine_and_parts_can_be_named() {
     assert!((power(&typed) - 700.0).abs() < 1e-9, "{}", power(&typed));
 }
 
+/// Lamps by name send 500 lm for each square metre of floor in any unit, from one side or two, also of faces that are written front and
+/// back.
+#[test]
+fn lamps_by_name_send_what_the_note_says() {
+    let folder = Folder::new("named-power");
+    let corners = "v 2 2.49 2\nv 2.5 2.49 2\nv 2.5 2.49 2.5\nusemtl Ceiling_Light.001\n";
+    for scale in [1.0, 100.0] {
+        folder.write("room.obj", format!("{}{}f 9 10 11\nf 9 11 10\n", room(1.0), corners));
+        let unit = format!("import.unit={}", 1.0 / scale);
+        for set in [&[&*unit][..], &[&*unit, "import.material.\"Ceiling_Light.001\".sides=2"]] {
+            let job = read(&folder, set);
+            let floor = 20.0 / (scale * scale);
+            assert!((power(&job) / (500.0 * floor) - 1.0).abs() < 1e-9, "{set:?}: {}", power(&job));
+            let notes = job.scene.notes().join("\n");
+            let area = 0.125 / (scale * scale);
+            let sides = job.scene.spec().surfaces.last().unwrap().sides.count();
+            assert!(notes.contains(&format!("with {:.0} lm/m²", 500.0 * floor / area / sides)), "{notes}");
+        }
+    }
+}
+
 #[test]
 fn keys_of_import_are_refused_where_there_is_no_mesh() {
     let folder = Folder::new("no-mesh");
