@@ -13,7 +13,7 @@ use crate::mesh::{DEFAULT_REFLECTANCE, Material, Mesh, MeshParts, Names, Triangl
 use crate::mtl::{self, MtlImage};
 use crate::tally::NoteCounts;
 use crate::text::{LogicalLines, name, number, numbers, rest, words};
-use crate::texture::{self, Placing, Sampling, TexturedFace};
+use crate::texture::{self, Sampling, TexturedFace};
 
 /// Reads an OBJ file and the MTL files that it names.
 pub(crate) fn read(path: &Path, text: &[u8], files: &mut Files<'_>) -> Result<Mesh, Error> {
