@@ -26,6 +26,12 @@ const ARRIVALS: f64 = 4e6;
 /// Patches are cut finer by what a control finds this many times at the most, …
 const ROUNDS: u32 = 2;
 
+/// A control is long enough where its standard error is this part of the energy of the total error that is asked for, …
+const SHARP: f64 = 0.25;
+
+/// … and is followed by one of this many times its walks, at the least and at the most, where it is not.
+const LONGER: [f64; 2] = [2.0, 4.0];
+
 /// Light that was taken for even is not where a control finds that much left out, in standard errors.
 const SURE: f64 = 2.0;
 
@@ -47,7 +53,7 @@ impl Chosen {
     ) -> Result<Self, E> {
         let Some(forecast) = self.partition.forecast else { return Ok(self) };
         let mut controls = Controls::new((job, auto), forecast, threads);
-        for round in 0..=ROUNDS {
+        loop {
             let finer = match steps.kept()? {
                 Some((found, finer)) => {
                     controls.found = found;
@@ -57,7 +63,7 @@ impl Chosen {
                     let cells = (&self.partition.cuts[..], &self.partition.groups[..]);
                     self.scene = job.scene.recut(self.scene, cells).map_err(Error::from)?;
                     let experiment = shooting(self.scene.clone())?;
-                    let finer = controls.look(&experiment, cells, round, steps)?;
+                    let finer = controls.look(&experiment, cells, steps)?;
                     steps.keep(&(controls.found, &finer))?;
                     finer
                 }
@@ -130,8 +136,10 @@ struct Controls<'a> {
 struct ControlState {
     /// The seed of the latest.
     seed: u64,
-    /// The walks of each.
+    /// The walks of the next one.
     walks: u64,
+    /// How often the patches have been chosen anew since the pilot's choice.
+    round: u32,
     forecast: Forecast,
     /// The energy that the fits are expected to leave out, as a part of that of the light, before a control measures it.
     predicted: f64,
@@ -148,48 +156,68 @@ impl<'a> Controls<'a> {
         // Neither the walks of a pilot nor those of a first look.
         let seed = seed(seed(job.seed));
         let walks = walks_of(&forecast, predicted);
-        let found = ControlState { seed, walks, forecast, predicted, noise: [noise, 0.0] };
+        let found = ControlState { seed, walks, round: 0, forecast, predicted, noise: [noise, 0.0] };
         Controls { job, auto, threads, found }
     }
 
-    /// Takes down what a control measures of the patches; finer ones, if these are expected to pay.
+    /// Takes down what a control measures of the patches. The patches that another control has to measure: finer ones, if these are expected to pay, or
+    /// the same.
     fn look<E: From<Error>>(
         &mut self,
         experiment: &Experiment,
         cells: (&[Cut], &[u32]),
-        round: u32,
         steps: &mut Steps<'_, E>,
     ) -> Result<Option<PatchLayout>, E> {
         // A seed of its own, so that what few walks happen to find does not bend the prediction.
         self.found.seed = seed(self.found.seed);
         let control = PatchControl::new(experiment, self.found.walks);
         let groups = self.walked(&control, steps)?;
-        Ok(self.judge((&control, &groups), cells, round))
+        Ok(self.judge((&control, &groups), cells))
     }
 
-    /// Takes down what the arrivals of a control say; finer patches, if these are expected to pay.
+    /// Takes down what the arrivals of a control say; the patches that another control has to measure.
     fn judge(
         &mut self,
         (control, groups): (&PatchControl<'_>, &[Vec<Arrival>]),
         cells: (&[Cut], &[u32]),
-        round: u32,
     ) -> Option<PatchLayout> {
         let missed = control.missed(groups, self.found.forecast.linear)?;
+        let round = self.found.round;
+        let same = || Some((cells.0.to_vec(), cells.1.to_vec()));
         if round == 0 && self.is_uneven(missed) {
             // More walks cut the surfaces.
-            let Missed { part, noise, energy, .. } = control.missed(groups, true)?;
+            let missed = control.missed(groups, true)?;
+            let Missed { noise, energy, .. } = missed;
             let found = &mut self.found;
             found.forecast.linear = true;
-            found.predicted = part.max(0.0);
+            found.predicted = missed.with(0.0);
             found.noise = [noise / energy / found.forecast.for_paths as f64; 2];
             found.walks = found.walks.max(walks_of(&found.forecast, found.predicted));
-            return Some((cells.0.to_vec(), cells.1.to_vec()));
+            found.round = 1;
+            return same();
         }
         self.take_down(missed, round);
-        match self.found.forecast.linear && round < ROUNDS {
-            true => self.finer((control, groups), cells, missed.energy),
-            false => None,
+        if self.found.forecast.linear && round < ROUNDS {
+            let finer = self.finer((control, groups), cells, missed.energy);
+            if finer.is_some() {
+                self.found.round += 1;
+                return finer;
+            }
         }
+        self.found.walks = self.longer(missed)?;
+        same()
+    }
+
+    /// The walks of a longer control of the same patches, where one is to say whether they keep within the total error that is asked for.
+    fn longer(&self, missed: Missed) -> Option<u64> {
+        let ControlState { forecast, walks, .. } = self.found;
+        let asked = self.job.total_target?.total_error.powi(2);
+        let sharp = SHARP * asked;
+        let is_open = missed.part - SURE * missed.error < asked && forecast.noise.powi(2) < asked;
+        let rays = forecast.rays as f64 / forecast.paths.max(1) as f64;
+        let most = self.job.budget.paths.min((ARRIVALS / rays.max(1.0)) as u64);
+        let wanted = (walks as f64 * (missed.error / sharp).clamp(LONGER[0], LONGER[1])) as u64;
+        (is_open && missed.error > sharp && walks < most).then_some(wanted.min(most))
     }
 
     /// Whether light that was taken for even is not, and linear fits may be had.
@@ -247,7 +275,11 @@ impl<'a> Controls<'a> {
         if gained.min(lost) - noise < worth {
             return None;
         }
-        self.found.predicted = self.found.predicted.min(of_chosen + noise);
+        let balanced = of_chosen + noise;
+        self.found.predicted = match self.found.predicted > 0.0 {
+            true => self.found.predicted.min(balanced),
+            false => balanced,
+        };
         Some((cuts, groups))
     }
 

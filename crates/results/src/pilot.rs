@@ -130,15 +130,19 @@ pub fn choose_by<E: From<Error>>(
     // The pilot grows with the walks that it, and then the control, finds to be needed.
     let surfaces = job.scene.spec().surfaces.len() as u64;
     let mut walks = FIRST_PLAN.max(FIRST_WALKS_OF_SURFACE * surfaces).min(most);
+    let mut open = auto.clone();
     loop {
-        let chosen = pilots.choose(auto, Plan { walks, most, aim: AIM * target.total_error })?;
+        let chosen = pilots.choose(&open, Plan { walks, most, aim: AIM * target.total_error })?;
         let needed = chosen.forecast().for_paths;
         if needed > ENOUGH * walks && walks < most {
             walks = needed.min(GROWTH * walks);
             pilots.scene = Some(chosen.scene);
             continue;
         }
+        let of_pilot = chosen.partition.linear;
         let chosen = chosen.controlled((job, auto), threads, &mut pilots.steps)?;
+        // Light that a control has found to vary is not taken for even again.
+        open.constant &= chosen.partition.linear == of_pilot;
         let forecast = chosen.forecast();
         if forecast.paths_to(target.total_error) <= (ENOUGH * needed) as f64 || needed >= most {
             return Ok(Some(chosen));

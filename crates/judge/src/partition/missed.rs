@@ -50,7 +50,10 @@ impl Missed {
     /// exponential distribution about what the laws let expect, or about what the measurement proves. So the measurement decides where it is
     /// sharp, and where it tells nothing there are [`LAWS`] times what is predicted.
     pub fn with(self, predicted: f64) -> f64 {
-        let expected = (LAWS * predicted).max(self.part - self.error);
+        let expected = match predicted > 0.0 {
+            true => (LAWS * predicted).max(self.part - self.error),
+            false => f64::INFINITY,
+        };
         match expected > 0.0 && self.error > 0.0 {
             true => mean_above_zero(self.part - self.error * (self.error / expected), self.error),
             false => self.part.max(0.0).min(expected.max(0.0)),
