@@ -29,8 +29,11 @@ const ROUNDS: u32 = 2;
 /// A control is long enough where its standard error is this part of the energy of the total error that is asked for, …
 const SHARP: f64 = 0.25;
 
-/// … and is followed by one of this many times its walks, at the least and at the most, where it is not.
-const LONGER: [f64; 2] = [2.0, 4.0];
+/// … and is followed by a longer one where it is not: of this many times the walks that are expected to be long enough, …
+const MARGIN: f64 = 1.2;
+
+/// … but of this many times its own walks at the least and at the most: that light is uneven may take fewer.
+const LONGER: [f64; 2] = [1.25, 6.0];
 
 /// Light that was taken for even is not where a control finds that much left out, in standard errors.
 const SURE: f64 = 2.0;
@@ -216,8 +219,8 @@ impl<'a> Controls<'a> {
         let is_open = missed.part - SURE * missed.error < asked && forecast.noise.powi(2) < asked;
         let rays = forecast.rays as f64 / forecast.paths.max(1) as f64;
         let most = self.job.budget.paths.min((ARRIVALS / rays.max(1.0)) as u64);
-        let wanted = (walks as f64 * (missed.error / sharp).clamp(LONGER[0], LONGER[1])) as u64;
-        (is_open && missed.error > sharp && walks < most).then_some(wanted.min(most))
+        let times = (MARGIN * missed.error / sharp).clamp(LONGER[0], LONGER[1]);
+        (is_open && missed.error > sharp && walks < most).then(|| most.min((times * walks as f64) as u64))
     }
 
     /// Whether light that was taken for even is not, and linear fits may be had.
