@@ -7,7 +7,7 @@ use radiosity::{EstimatorKind, Experiment, Scene, Sequence, Shape, Space, Walks,
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::pilot::{Chosen, Steps, seed};
+use crate::pilot::{Chosen, ENOUGH, Steps, seed};
 
 /// A control takes one of this many parts of the walks that the patches are for: fewer find cuts that chance favours. Of light that is taken for even, of
 /// which nothing is predicted, it takes the second one.
@@ -26,6 +26,10 @@ const ARRIVALS: f64 = 4e6;
 /// Patches are cut finer by what a control finds this many times at the most, …
 const ROUNDS: u32 = 2;
 
+/// … where cuts are expected to take this part of the energy of the whole error. What is expected is too much: the cuts are those that chance
+/// favours.
+const WORTH: f64 = 0.2;
+
 /// A control is long enough where its standard error is this part of the energy of the total error that is asked for, …
 const SHARP: f64 = 0.25;
 
@@ -37,10 +41,6 @@ const LONGER: [f64; 2] = [1.25, 6.0];
 
 /// Light that was taken for even is not where a control finds that much left out, in standard errors.
 const SURE: f64 = 2.0;
-
-/// … where cuts are expected to take this part of the energy of the whole error. What is expected is too much: the cuts are those that chance
-/// favours.
-const WORTH: f64 = 0.2;
 
 impl Chosen {
     /// The choice, cut finer where walks of a control let expect that it pays, and predicting the noise of its patches and what their fits leave out
@@ -207,6 +207,7 @@ impl<'a> Controls<'a> {
                 return finer;
             }
         }
+        // Fewer walks would leave open whether the patches keep within the error that is asked for.
         self.found.walks = self.longer(missed)?;
         same()
     }
@@ -216,11 +217,13 @@ impl<'a> Controls<'a> {
         let ControlState { forecast, walks, .. } = self.found;
         let asked = self.job.total_target?.total_error.powi(2);
         let sharp = SHARP * asked;
-        let is_open = missed.part - SURE * missed.error < asked && forecast.noise.powi(2) < asked;
+        // Of the fits' loss the least that is likely, and of the noise that after as many walks as the pilot is large enough for.
+        let [least, noise] = [missed.part - SURE * missed.error, forecast.noise.powi(2) / ENOUGH as f64];
         let rays = forecast.rays as f64 / forecast.paths.max(1) as f64;
         let most = self.job.budget.paths.min((ARRIVALS / rays.max(1.0)) as u64);
         let times = (MARGIN * missed.error / sharp).clamp(LONGER[0], LONGER[1]);
-        (is_open && missed.error > sharp && walks < most).then(|| most.min((times * walks as f64) as u64))
+        let is_open = least < asked && noise < asked && missed.error > sharp;
+        (is_open && walks < most).then(|| most.min((times * walks as f64) as u64))
     }
 
     /// Whether light that was taken for even is not, and linear fits may be had.

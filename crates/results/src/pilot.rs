@@ -64,7 +64,7 @@ const FIRST_PLAN: u64 = 1 << 16;
 const FIRST_WALKS_OF_SURFACE: u64 = 8;
 
 /// A pilot is large enough for this many times the walks that it was planned for.
-const ENOUGH: u64 = 2;
+pub(crate) const ENOUGH: u64 = 2;
 
 /// A pilot is followed by one of this many times its walks at the most: what few walks tell of the walks that are needed is not exact, and where its cells
 /// are too coarse for the error that is asked for it tells nothing.

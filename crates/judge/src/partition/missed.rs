@@ -48,7 +48,7 @@ pub struct Missed {
 impl Missed {
     /// What is expected where `predicted` was by other walks: the mean of all energies by their likelihood, which is normal about the measurement, and by an
     /// exponential distribution about what the laws let expect, or about what the measurement proves. So the measurement decides where it is
-    /// sharp, and where it tells nothing there are [`LAWS`] times what is predicted.
+    /// sharp, and where it tells nothing there are [`LAWS`] times what is predicted. Where nothing is predicted, the measurement decides alone.
     pub fn with(self, predicted: f64) -> f64 {
         let expected = match predicted > 0.0 {
             true => (LAWS * predicted).max(self.part - self.error),
@@ -581,6 +581,8 @@ mod tests {
         assert!((with(0.02, 1.0, 0.01) - LAWS * 0.01).abs() < 1e-3);
         assert!(with(-0.5, 0.01, 0.01) < 1e-3);
         assert_eq!(with(0.0, 0.0, 0.0), 0.0);
+        // Where the laws predict nothing, all that the measurement allows is as likely: of half a normal distribution the mean is √(2/π).
+        assert!((with(0.0, 0.01, 0.0) - 0.01 * (2.0 / std::f64::consts::PI).sqrt()).abs() < 1e-9);
         assert_eq!(with(0.2, 0.0, 0.1), 0.2);
     }
 
