@@ -150,7 +150,7 @@ fn of_heat(lab: &Lab, cube: &BlackCube) -> Vec<Claim> {
         .collect();
     let solve = |factors: &SparseFactors| {
         let (emitting_areas, given) = (&cube.areas[..], &given[..]);
-        let balance = Balance { factors, emitting_areas, given, environment: 0.0, level: LEVEL };
+        let balance = Balance { factors, emitting_areas, given, environment: None, level: LEVEL };
         let solved = balance.solve().expect("some temperatures are given");
         [solved.fluxes, solved.temperatures]
     };
