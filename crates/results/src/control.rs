@@ -163,8 +163,8 @@ impl<'a> Controls<'a> {
         Controls { job, auto, threads, found }
     }
 
-    /// Takes down what a control measures of the patches. The patches that another control has to measure: finer ones, if these are expected to pay, or
-    /// the same.
+    /// Takes down what a control measures of the patches. Returns those that another control has to measure: finer ones where these are expected to
+    /// pay, else the same.
     fn look<E: From<Error>>(
         &mut self,
         experiment: &Experiment,
@@ -178,7 +178,7 @@ impl<'a> Controls<'a> {
         Ok(self.judge((&control, &groups), cells))
     }
 
-    /// Takes down what the arrivals of a control say; the patches that another control has to measure.
+    /// Takes down what the arrivals of a control say. Returns the patches that another control has to measure.
     fn judge(
         &mut self,
         (control, groups): (&PatchControl<'_>, &[Vec<Arrival>]),
