@@ -50,13 +50,11 @@ impl MeshArgs {
         typed.extend(self.strict.then(|| "import.strict=true\n--strict".to_owned()));
         Ok(typed)
     }
-}
 
-impl MeshArgs {
-    /// Whether lamps that are given in W are in a job that counts in W.
+    /// Holds the units of lamps against those of the job.
     ///
     /// # Errors
-    /// Where its numbers are lm and lx, as those of its file are.
+    /// Where a lamp is in W, and the job's numbers are lm and lx, as those of its file are.
     pub(crate) fn fit(&self, job: &Job) -> Result<(), Fault> {
         match self.light.iter().find(|lamp| !lamp.lumens && job.light == Light::Luminous) {
             Some(lamp) => Err(Fault::MixedUnits { name: lamp.name.clone() }),

@@ -30,7 +30,7 @@ const ROUNDS: usize = 64;
 const RIDGE: f64 = 1e-11;
 
 /// The defect of a row, relative to its area, beyond which no adjustment was found.
-const FAILURE: f64 = 1e-12;
+pub(crate) const FAILURE: f64 = 1e-12;
 
 /// Smooths the factors of groups with these areas [m²]. `None` where no adjustment was found: what was counted lets no factors add up.
 ///

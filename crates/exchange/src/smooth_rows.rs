@@ -6,6 +6,7 @@
 //! E. Stiefel, J. Res. Nat. Bur. Standards 49 (1952) 409–436).
 
 use crate::row::SparseRow;
+use crate::smooth::FAILURE;
 
 /// The pairs of counted rows. Every row is given twice: [`measure`](PairedRows::measure) says where its pairs go,
 /// [`add`](PairedRows::add) puts them there.
@@ -37,9 +38,6 @@ const MOST_ITERATIONS: usize = 4000;
 
 /// The most by which a row may miss its sum of 1.
 const DEFECT: f64 = 1e-13;
-
-/// The defect of a row beyond which no adjustment was found.
-const FAILURE: f64 = 1e-12;
 
 impl PairedRows {
     /// No pairs yet, of groups with these areas [m²].

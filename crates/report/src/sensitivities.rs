@@ -58,9 +58,9 @@ pub fn sensitivity_summaries(influences: &Influences) -> Vec<SensitivitySummary>
     };
     let mut summaries: Vec<SensitivitySummary> =
         influences.materials().iter().enumerate().map(summary).collect();
-    // −NaN is below all numbers.
-    let rank = |of: &SensitivitySummary| if of.is_known() { of.mean_derivative } else { -f64::NAN };
-    summaries.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
+    summaries.sort_by(|a, b| {
+        b.is_known().cmp(&a.is_known()).then(b.mean_derivative.total_cmp(&a.mean_derivative))
+    });
     summaries
 }
 

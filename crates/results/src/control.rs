@@ -163,8 +163,8 @@ impl<'a> Controls<'a> {
         Controls { job, auto, threads, found }
     }
 
-    /// Takes down what a control measures of the patches. Returns those that another control has to measure: finer ones where these are expected to
-    /// pay, else the same.
+    /// Takes down what a control measures of the patches. Returns the patches that another control has to measure: finer ones where these are expected
+    /// to pay, or the same again.
     fn look<E: From<Error>>(
         &mut self,
         experiment: &Experiment,

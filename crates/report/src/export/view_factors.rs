@@ -14,7 +14,8 @@ pub(super) fn square<'a>(matrix: &dyn MatrixRows, row: &MatrixRow<'a>) -> &'a [(
     &row.entries[..row.entries.partition_point(|&(column, _)| column < rows)]
 }
 
-/// Writes the text file of View3D (`out=0`): a line of the program, its version, out, encl, emit and the number of rows; the areas, a line for each row of factors, the emissivities.
+/// Writes the text file of View3D (`out=0`): a line of the program, its version, out, encl, emit and the number of rows; the areas,
+/// a line for each row of factors, the emissivities.
 ///
 /// # Errors
 /// Those of `writer` and of the matrix.
